@@ -1,0 +1,1 @@
+"""What a delivery costs and earns: pure functions of measurements and prices."""

@@ -1,0 +1,1 @@
+"""The physical world: robot, sensors, people, street furniture and cargo."""

@@ -1,0 +1,24 @@
+"""What every world does: it is reset to a mission, stepped by commands, and knows the truth."""
+
+from abc import ABC, abstractmethod
+
+from harness.mission import Mission
+from harness.truth import Truth
+from navstack.types import Observation, Twist2D
+
+
+class World(ABC):
+    """A simulated world that holds one robot."""
+
+    @abstractmethod
+    def reset(self, mission: Mission) -> Observation:
+        """Put the robot at the start of a mission at time 0 and return the first observation."""
+
+    @abstractmethod
+    def step(self, command: Twist2D) -> Observation:
+        """Advance by one tick under a velocity command and return what the sensors delivered meanwhile."""
+
+    @property
+    @abstractmethod
+    def truth(self) -> Truth:
+        """The true state after the last step."""

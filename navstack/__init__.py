@@ -1,0 +1,1 @@
+"""The robot's brain: Nav2's navigation pipeline in Python, free of any simulator."""

@@ -1,0 +1,1 @@
+"""Controllers: from a plan and the surroundings to a velocity, and the checkers that watch them."""

@@ -1,0 +1,1 @@
+"""The DWB local planner, after nav2_dwb_controller."""

@@ -1,0 +1,1 @@
+"""DWB's trajectory critics, one small file each."""

@@ -1,0 +1,93 @@
+"""One tree of errors. A message says in one line what was given, what is allowed and what to do."""
+
+import difflib
+from collections.abc import Iterable, Mapping
+
+
+class NavstackError(Exception):
+    """Base of all errors of this project; the message is one clear line."""
+
+
+class InputError(NavstackError):
+    """Something a user gave cannot be used."""
+
+
+class ParameterError(InputError):
+    """A parameter file, key or value cannot be used."""
+
+
+class MapError(InputError):
+    """A map cannot be used."""
+
+
+class UnknownNameError(InputError):
+    """A name stands for nothing known; the message offers the nearest one."""
+
+    def __init__(self, kind: str, given: str, known: Iterable[str]) -> None:
+        names = sorted(known)
+        super().__init__(f"unknown {kind} '{given}'{did_you_mean(given, names)}; known: {', '.join(names)}")
+
+
+class PlanningError(NavstackError):
+    """The planner found no path; ``code`` is Nav2's name of the reason."""
+
+    code = "UNKNOWN"
+
+
+class StartOccupiedError(PlanningError):
+    """The start lies in an obstacle."""
+
+    code = "START_OCCUPIED"
+
+
+class GoalOccupiedError(PlanningError):
+    """The goal lies in an obstacle."""
+
+    code = "GOAL_OCCUPIED"
+
+
+class StartOutsideMapError(PlanningError):
+    """The start lies outside the costmap."""
+
+    code = "START_OUTSIDE_MAP"
+
+
+class GoalOutsideMapError(PlanningError):
+    """The goal lies outside the costmap."""
+
+    code = "GOAL_OUTSIDE_MAP"
+
+
+class NoPathFoundError(PlanningError):
+    """Start and goal are free, but nothing connects them."""
+
+    code = "NO_VALID_PATH"
+
+
+class ControlError(NavstackError):
+    """The controller found no command; ``code`` is Nav2's name of the reason."""
+
+    code = "UNKNOWN"
+
+
+class InvalidPathError(ControlError):
+    """The plan cannot be followed: empty, or nowhere near the robot."""
+
+    code = "INVALID_PATH"
+
+
+class NoLegalVelocity(ControlError):  # noqa: N818 - Nav2's name of it
+    """Every sampled velocity was rejected; ``rejections`` counts them per critic."""
+
+    code = "NO_VALID_CONTROL"
+
+    def __init__(self, rejections: Mapping[str, int]) -> None:
+        self.rejections = dict(rejections)
+        counts = ", ".join(f"{name} {count}" for name, count in self.rejections.items()) or "none sampled"
+        super().__init__(f"no legal velocity; rejected by: {counts}")
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """The phrase ``; did you mean 'x'?`` for the nearest known name, or nothing."""
+    nearest = difflib.get_close_matches(given, list(known), n=1, cutoff=0.5)
+    return f"; did you mean '{nearest[0]}'?" if nearest else ""

@@ -1,0 +1,78 @@
+"""Angles, transforms in the plane and footprints: pure functions."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from navstack.errors import ParameterError
+from navstack.types import FloatArray, Pose2D
+
+
+def normalize_angle(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def shortest_angular_distance(start: float, end: float) -> float:
+    """The signed turn in [-pi, pi) that leads from ``start`` to ``end``, in [rad]."""
+    return normalize_angle(end - start)
+
+
+def compose(frame: Pose2D, local: Pose2D) -> Pose2D:
+    """A pose given in ``frame``, expressed in the parent of ``frame``."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose2D(
+        frame.x + cos * local.x - sin * local.y,
+        frame.y + sin * local.x + cos * local.y,
+        normalize_angle(frame.yaw + local.yaw),
+    )
+
+
+def relative_to(frame: Pose2D, pose: Pose2D) -> Pose2D:
+    """A pose of the parent frame, expressed in ``frame``: the inverse of :func:`compose`."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    dx, dy = pose.x - frame.x, pose.y - frame.y
+    return Pose2D(cos * dx + sin * dy, -sin * dx + cos * dy, normalize_angle(pose.yaw - frame.yaw))
+
+
+def transform_points(frame: Pose2D, points: FloatArray) -> FloatArray:
+    """Points (N, 2) given in ``frame``, expressed in the parent of ``frame``."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    rotation = np.array(((cos, -sin), (sin, cos)))
+    moved: FloatArray = points @ rotation.T + (frame.x, frame.y)
+    return moved
+
+
+def make_footprint(vertices: Sequence[Sequence[float]]) -> FloatArray:
+    """A footprint polygon (N, 2) in [m], base frame.
+
+    Raises:
+        ParameterError: fewer than three vertices, or a vertex that is not a pair of finite numbers.
+    """
+    try:
+        polygon = np.array(vertices, dtype=np.float64)
+    except (TypeError, ValueError):
+        polygon = np.empty(0)
+    if polygon.ndim != 2 or polygon.shape[0] < 3 or polygon.shape[1] != 2 or not np.isfinite(polygon).all():
+        raise ParameterError(f"footprint {vertices!r} is not a list of at least three [x, y] pairs in metres")
+    return polygon
+
+
+def pad_footprint(footprint: FloatArray, padding: float) -> FloatArray:
+    """Move each vertex outwards by ``sign(coordinate) * padding``, as nav2_costmap_2d does."""
+    return footprint + np.sign(footprint) * padding
+
+
+def footprint_radii(footprint: FloatArray) -> tuple[float, float]:
+    """Inscribed and circumscribed radius of a footprint about the base origin, in [m].
+
+    The inscribed radius is the least distance from the origin to an edge (nav2_costmap_2d's
+    ``calculateMinAndMaxDistances``).
+    """
+    start, end = footprint, np.roll(footprint, -1, axis=0)
+    edge = end - start
+    length_squared = np.maximum((edge**2).sum(axis=1), 1e-300)
+    t = np.clip(-(start * edge).sum(axis=1) / length_squared, 0.0, 1.0)
+    nearest = start + t[:, None] * edge
+    return float(np.hypot(*nearest.T).min()), float(np.hypot(*start.T).max())

@@ -1,0 +1,1 @@
+"""Localizers: from observations to a belief in the map frame."""

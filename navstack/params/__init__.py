@@ -1,0 +1,1 @@
+"""Nav2 parameter files and our own small ones, read strictly."""

@@ -1,0 +1,1 @@
+"""Perception: what moves around the robot."""

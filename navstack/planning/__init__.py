@@ -1,0 +1,1 @@
+"""Global planners: from a start, a goal and a costmap to a path."""
