@@ -1,0 +1,37 @@
+"""Where the maps and parameters that come with the program are."""
+
+from pathlib import Path
+
+from navstack.errors import InputError, UnknownNameError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def shipped(kind: str) -> Path:
+    """The folder ``maps`` or ``params``: inside the installed package, or beside it in a checkout."""
+    installed = _PACKAGE / "_shipped" / kind
+    return installed if installed.is_dir() else _PACKAGE.parent / kind
+
+
+def resolve(name_or_file: str, folder: Path, what: str) -> Path:
+    """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
+
+    Raises:
+        InputError: neither; the message offers the nearest known name.
+    """
+    given = Path(name_or_file)
+    if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
+        if not given.is_file():
+            raise InputError(
+                f"{what} file '{name_or_file}' does not exist; give a YAML file or a name of {names(folder)}"
+            )
+        return given
+    candidate = folder / f"{name_or_file}.yaml"
+    if not candidate.is_file():
+        raise UnknownNameError(what, name_or_file, names(folder))
+    return candidate
+
+
+def names(folder: Path) -> list[str]:
+    """The names that :func:`resolve` knows in a folder."""
+    return sorted(path.stem for path in folder.glob("*.yaml"))

@@ -1,0 +1,126 @@
+"""Our own small YAML files, read into frozen dataclasses; a misspelt key at any depth is an error."""
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar, Union, get_args, get_origin
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from navstack.errors import ParameterError, did_you_mean
+
+T = TypeVar("T")
+
+MAX_FILE_BYTES = 4_000_000  # a parameter file larger than this is a mistake
+
+
+def read_text(path: Path) -> str:
+    """The text of a small file.
+
+    Raises:
+        ParameterError: the file is absent, unreadable, too large or not UTF-8.
+    """
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise ParameterError(f"{path}: {path.stat().st_size} bytes; at most {MAX_FILE_BYTES} are read")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be read ({error.strerror}); check the path") from None
+    except UnicodeDecodeError:
+        raise ParameterError(f"{path}: is not a text file; a YAML file is expected") from None
+
+
+def load_yaml(path: Path) -> Any:
+    """The content of a YAML file as plain Python values.
+
+    Raises:
+        ParameterError: the file cannot be read or is not YAML.
+    """
+    try:
+        return YAML(typ="safe", pure=True).load(read_text(path))
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else "?"
+        raise ParameterError(f"{path}: line {line} is not valid YAML: {error.problem or error.context}") from None
+    except (YAMLError, ValueError, RecursionError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ParameterError(f"{path}: is not valid YAML: {reason}") from None
+
+
+def load_dataclass(cls: type[T], path: Path) -> T:
+    """Read a YAML file into a dataclass; see :func:`from_mapping`."""
+    return from_mapping(cls, load_yaml(path), str(path))
+
+
+def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
+    """Build the dataclass ``cls`` from a mapping, checking names and types at every depth.
+
+    Raises:
+        ParameterError: an unknown or missing key, or a value of the wrong type; the message names its path.
+    """
+    if not isinstance(mapping, Mapping):
+        raise ParameterError(f"{where}: {mapping!r} is not a mapping; expected the keys {_known(cls)}")
+    hints = typing.get_type_hints(cls)
+    names = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    for key in mapping:
+        if key not in names:
+            raise ParameterError(f"{where}: unknown key '{key}'{did_you_mean(str(key), names)}; known: {_known(cls)}")
+    values = {name: _convert(hints[name], mapping[name], f"{where}: {name}") for name in names if name in mapping}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        if required and field.name not in values:
+            raise ParameterError(f"{where}: key '{field.name}' is missing")
+    return cls(**values)
+
+
+def _known(cls: type[Any]) -> str:
+    return ", ".join(sorted(field.name for field in dataclasses.fields(cls)))
+
+
+def _convert(kind: Any, value: Any, where: str) -> Any:
+    origin = get_origin(kind)
+    if origin in (Union, types.UnionType):
+        return _convert_union(kind, value, where)
+    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+        return from_mapping(kind, value, where)
+    if origin is tuple:
+        return _convert_tuple(get_args(kind), value, where)
+    if origin is dict:
+        return _convert_dict(get_args(kind), value, where)
+    return _convert_scalar(kind, value, where)
+
+
+def _convert_union(kind: Any, value: Any, where: str) -> Any:
+    if value is None and type(None) in get_args(kind):
+        return None
+    others = [option for option in get_args(kind) if option is not type(None)]
+    return _convert(others[0], value, where)
+
+
+def _convert_tuple(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise ParameterError(f"{where}: {value!r} is not a list")
+    if kinds[-1] is Ellipsis:
+        return tuple(_convert(kinds[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    if len(value) != len(kinds):
+        raise ParameterError(f"{where}: {value!r} has {len(value)} entries; expected {len(kinds)}")
+    return tuple(_convert(kind, item, f"{where}[{i}]") for i, (kind, item) in enumerate(zip(kinds, value, strict=True)))
+
+
+def _convert_dict(kinds: tuple[Any, ...], value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ParameterError(f"{where}: {value!r} is not a mapping")
+    return {str(key): _convert(kinds[1], item, f"{where}.{key}") for key, item in value.items()}
+
+
+def _convert_scalar(kind: Any, value: Any, where: str) -> Any:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is float and is_number and math.isfinite(value):
+        return float(value)
+    if kind is not float and isinstance(value, kind) and not (kind is int and isinstance(value, bool)):
+        return value
+    expected = {float: "a finite number", int: "a whole number", str: "a text", bool: "true or false"}
+    raise ParameterError(f"{where}: {value!r} is not {expected.get(kind, kind.__name__)}")
