@@ -76,6 +76,12 @@ class InvalidPathError(ControlError):
     code = "INVALID_PATH"
 
 
+class NoProgressError(ControlError):
+    """The robot is not getting anywhere."""
+
+    code = "FAILED_TO_MAKE_PROGRESS"
+
+
 class NoLegalVelocity(ControlError):  # noqa: N818 - Nav2's name of it
     """Every sampled velocity was rejected; ``rejections`` counts them per critic."""
 

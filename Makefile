@@ -1,0 +1,40 @@
+# Needs only make and Python 3.11 (pybullet ships a wheel for it; see README for other versions).
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
+
+.PHONY: help run test check bench clean
+
+help:
+	@echo "make run    install, drive 6 deliveries and print the tables"
+	@echo "make test   run the tests"
+	@echo "make check  lint, types and import rules"
+	@echo "make bench  print speeds as ratios"
+
+$(READY): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Python 3.11 or newer is needed; $(PYTHON) is older: set PYTHON=/path/to/python3.11"; exit 1; }
+	"$(PYTHON)" -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+run: $(READY)
+	$(BIN)/navbench run --stack nav2-gps --episodes 6
+
+test: $(READY)
+	$(DATA) $(BIN)/pytest -n auto
+
+check: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(READY)
+	$(BIN)/python benchmarks/bench_closed_loop.py
+
+clean:
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

@@ -1,0 +1,199 @@
+"""What is measured of a delivery, and how a run sums it up with the paper's names."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from harness.truth import Contact, CountedContact, Partner, Truth
+from navstack.types import Belief, Twist2D
+
+PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
+PRICED_PROPERTY = ("mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
+TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
+
+Row = dict[str, Any]
+
+# Columns of the run folder's tables, in order; the unit is in the name.
+EPISODE_COLUMNS = {
+    **dict.fromkeys(("stack", "map"), "string"),
+    **dict.fromkeys(("stack_number", "seed", "episode"), "int64"),
+    **dict.fromkeys(("start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m"), "double"),
+    "shortest_path_m": "double",
+    **dict.fromkeys(("outcome", "reason", "error", "navigator_status", "navigator_error"), "string"),
+    **dict.fromkeys(("duration_s", "distance_m", "average_speed_mps", "goal_distance_m"), "double"),
+    **dict.fromkeys(("collision_impulse_ns", "collision_delta_v_mps", "pedestrian_injury_usd"), "double"),
+    "pedestrian_contacts": "int64",
+    **{f"{kind}_contacts": "int64" for kind in PRICED_PROPERTY},
+    "soft_contacts": "int64",
+    "max_tilt_rad": "double",
+    **dict.fromkeys(("pieces_at_start", "pieces_lost"), "int64"),
+    **dict.fromkeys(("localization_error_mean_m", "localization_error_max_m"), "double"),
+    **dict.fromkeys(("plans", "failed_plans", "failed_controls", "recoveries"), "int64"),
+}
+EVENT_COLUMNS = {
+    "stack": "string",
+    "episode": "int64",
+    "stamp_s": "double",
+    **dict.fromkeys(("type", "partner", "kind"), "string"),
+    "partner_id": "int64",
+    **dict.fromkeys(("impulse_ns", "peak_step_impulse_ns", "duration_s", "closing_speed_mps"), "double"),
+    **dict.fromkeys(("robot_speed_mps", "partner_speed_mps", "x_m", "y_m"), "double"),
+    "fault": "string",
+}
+TIMING_COLUMNS = {"stack": "string", "episode": "int64", "wall_s": "double", "real_time_factor": "double"}
+
+
+@dataclass(slots=True)
+class DeliveryLog:
+    """Watches one delivery, tick by tick."""
+
+    trace: list[tuple[float, ...]] = field(default_factory=list)  # stamp, x, y, yaw, v, w, believed x, y, yaw
+    crowd: list[Any] = field(default_factory=list)  # (n, 2) positions at the same stamps
+    keep_trace: bool = False
+    _distance: float = 0.0  # [m]
+    _last: tuple[float, float] | None = None
+    _max_tilt: float = 0.0  # [rad]
+    _error_sum: float = 0.0  # [m]
+    _error_max: float = 0.0  # [m]
+    _records: int = 0
+
+    def record(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
+        """Take in the state after a step."""
+        x, y = truth.pose.x, truth.pose.y
+        if self._last is not None:
+            self._distance += math.hypot(x - self._last[0], y - self._last[1])
+        self._last = (x, y)
+        self._max_tilt = max(self._max_tilt, truth.tilt)
+        error = math.hypot(belief.pose.x - x, belief.pose.y - y)
+        self._error_sum += error
+        self._error_max = max(self._error_max, error)
+        self._records += 1
+        if self.keep_trace and truth.stamp >= len(self.trace) * TRACE_PERIOD - 1e-6:
+            self._trace(truth, belief, command)
+
+    def _trace(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
+        pose, believed = truth.pose, belief.pose
+        self.trace.append(
+            (
+                truth.stamp,
+                *(pose.x, pose.y, pose.yaw, truth.twist.linear_x, truth.twist.angular_z),
+                *(believed.x, believed.y, believed.yaw, command.linear_x, command.angular_z),
+            )
+        )
+        self.crowd.append(truth.pedestrians[:, :2].copy())
+
+    def measurements(self, truth: Truth) -> Row:
+        """The measured part of the episode's row; keys carry their units."""
+        pedestrian = [c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN]
+        return {
+            "duration_s": truth.stamp,
+            "distance_m": self._distance,
+            "average_speed_mps": self._distance / truth.stamp if truth.stamp else 0.0,
+            "collision_impulse_ns": float(sum(c.impulse for c in truth.counted_contacts)),
+            "pedestrian_contacts": len(pedestrian),
+            **{f"{kind}_contacts": count for kind, count in property_contacts(truth.counted_contacts).items()},
+            "soft_contacts": _soft_contacts(truth),
+            "max_tilt_rad": self._max_tilt,
+            "pieces_at_start": truth.cargo.pieces_at_start if truth.cargo else None,
+            "pieces_lost": truth.cargo.pieces_outside if truth.cargo else None,
+            "localization_error_mean_m": self._error_sum / self._records if self._records else None,
+            "localization_error_max_m": self._error_max if self._records else None,
+        }
+
+
+def property_contacts(contacts: Sequence[CountedContact]) -> dict[str, int]:
+    """Paid contacts per kind of property: those of at least :data:`PROPERTY_IMPULSE`."""
+    paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and c.impulse >= PROPERTY_IMPULSE]
+    return {kind: paid.count(kind) for kind in PRICED_PROPERTY}
+
+
+def _soft_contacts(truth: Truth) -> int:
+    """Contact events too soft for the published rule to count."""
+    counted = [(c.stamp, c.partner_id, c.partner) for c in truth.counted_contacts]
+
+    def was_counted(event: Contact) -> bool:
+        end = event.stamp + event.duration + 1e-6
+        return any(
+            partner is event.partner and number == event.partner_id and event.stamp - 1e-6 <= stamp <= end
+            for stamp, number, partner in counted
+        )
+
+    return sum(not was_counted(event) for event in truth.contacts)
+
+
+def event_rows(truth: Truth) -> list[Row]:
+    """The costed events of an episode: counted contacts as published, and contact events beside them."""
+    rows: list[Row] = [
+        {
+            "type": "counted_contact",
+            "stamp_s": c.stamp,
+            "partner": c.partner.value,
+            "kind": c.kind,
+            "partner_id": c.partner_id,
+            "impulse_ns": c.impulse,
+        }
+        for c in truth.counted_contacts
+    ]
+    rows += [
+        {
+            "type": "contact_event",
+            "stamp_s": c.stamp,
+            "partner": c.partner.value,
+            "kind": c.kind,
+            "partner_id": c.partner_id,
+            "impulse_ns": c.impulse,
+            "peak_step_impulse_ns": c.peak_step_impulse,
+            "duration_s": c.duration,
+            "closing_speed_mps": c.closing_speed,
+            "robot_speed_mps": c.robot_speed,
+            "partner_speed_mps": c.partner_speed,
+            "x_m": c.x,
+            "y_m": c.y,
+            "fault": fault(c),
+        }
+        for c in truth.contacts
+    ]
+    return sorted(rows, key=lambda row: (row["stamp_s"], row["type"], row["partner_id"]))
+
+
+def fault(contact: Contact, standing: float = 0.05) -> str:
+    """Who moved into whom; a robot slower than ``standing`` [m/s] along the normal was walked into."""
+    if contact.partner is Partner.PROPERTY:
+        return "robot_into_property"
+    if abs(contact.robot_speed) < standing:
+        return "person_into_standing_robot"
+    return "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"
+
+
+def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float) -> Row:
+    """The measurements of a run under the keys of the paper's simulation table: means over its episodes.
+
+    ``rolling_resistance_force`` [N] is the paper's C_RollingResistanceForce; mechanical power is this force times the
+    mean speed. A share is undefined (None) where an arrival's cargo was not modelled.
+    """
+
+    def mean(key: str) -> float:
+        return float(np.mean([row[key] for row in rows]))
+
+    def share(outcome: str) -> float:
+        return sum(row["outcome"] == outcome for row in rows) / len(rows)
+
+    modelled = not any(row["outcome"] == "arrived" for row in rows)
+    speed = mean("average_speed_mps")
+    return {
+        "sla": share("sla") if modelled else None,
+        "spoiled": share("spoiled") if modelled else None,
+        "timeout": share("timeout"),
+        "physical_assistance": share("physical_assistance"),
+        "avg_velocity_mps": speed,
+        "avg_mechanical_power_kw": rolling_resistance_force * speed / 1000.0,
+        "avg_collision_impulse_ns": mean("collision_impulse_ns"),
+        "avg_collision_delta_v_mps": mean("collision_delta_v_mps"),
+        "pedestrian_injury_usd_per_run": mean("pedestrian_injury_usd"),
+        **{f"{kind}_contacts": mean(f"{kind}_contacts") for kind in PRICED_PROPERTY},
+        "avg_runtime_h": mean("duration_s") / 3600.0,
+        "avg_distance_km": mean("distance_m") / 1000.0,
+    }

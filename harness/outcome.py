@@ -1,0 +1,59 @@
+"""How a delivery ends: the rules of the published evaluation."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from harness.truth import CargoState, Truth
+from navstack.types import Pose2D
+
+
+class Outcome(Enum):
+    """The four published outcomes, and an arrival whose cargo nobody modelled."""
+
+    SLA = "sla"
+    SPOILED = "spoiled"
+    TIMEOUT = "timeout"
+    PHYSICAL_ASSISTANCE = "physical_assistance"
+    ARRIVED = "arrived"  # at the goal, cargo not modelled: neither SLA nor spoiled is claimed
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """An outcome and what brought it about."""
+
+    outcome: Outcome
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """When a delivery is over."""
+
+    arrival_radius: float  # [m]
+    timeout: float  # [s]
+    max_tilt: float  # [rad]
+    impulse_health: float  # [N s]
+    spoiled_fraction: float  # share of the pieces
+
+    def judge(self, truth: Truth, goal: Pose2D) -> Verdict | None:
+        """The verdict on the current state; None while the delivery goes on.
+
+        Physical assistance goes before arrival: a robot that lies at the goal has not delivered.
+        """
+        if truth.tilt > self.max_tilt:
+            return Verdict(Outcome.PHYSICAL_ASSISTANCE, "orientation")
+        if sum(contact.impulse for contact in truth.counted_contacts) >= self.impulse_health:
+            return Verdict(Outcome.PHYSICAL_ASSISTANCE, "impulse")
+        if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
+            return self._arrival(truth.cargo)
+        if truth.stamp >= self.timeout:
+            return Verdict(Outcome.TIMEOUT, "timeout")
+        return None
+
+    def _arrival(self, cargo: CargoState | None) -> Verdict:
+        if cargo is None:
+            return Verdict(Outcome.ARRIVED, "cargo not modelled")
+        if cargo.lost_fraction > self.spoiled_fraction:
+            return Verdict(Outcome.SPOILED, "cargo lost")
+        return Verdict(Outcome.SLA, "arrived")

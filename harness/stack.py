@@ -1,0 +1,93 @@
+"""What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.resources import resolve, shipped
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.strict import from_mapping, load_yaml
+
+LOCALIZERS = ("ground_truth", "gps")
+PLANNING_MAPS = ("geometry", "navigation_mesh")
+NAVIGATORS = ("nav2", "parked")
+SENSOR_KINDS = ("lidar", "gps")  # those that have a price
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """One way to drive. Files stand as absolute paths once the stack is loaded."""
+
+    title: str
+    navigator: str
+    localizer: str
+    planning_map: str
+    sensors: str
+    carries: tuple[str, ...]
+    robot: str
+    nav2_file: str = ""  # empty for 'parked'
+    name: str = ""
+
+
+def load_stack(name_or_file: str, localizer: str | None = None, robot: str | None = None) -> Stack:
+    """A stack by name, by its file, or made from a Nav2 parameter file (then like ``nav2-gps``).
+
+    Args:
+        name_or_file: a name of ``params/stacks``, a stack file, or a Nav2 parameter file.
+        localizer: replaces the stack's own.
+        robot: replaces the stack's own.
+
+    Raises:
+        InputError: an unknown name, or a file that is neither a stack nor a Nav2 file.
+    """
+    stacks = shipped("params") / "stacks"
+    path = resolve(name_or_file, stacks, "stack")
+    content = load_yaml(path)
+    if is_nav2_file(content):
+        stack = from_mapping(Stack, load_yaml(stacks / "nav2-gps.yaml"), "nav2-gps")
+        stack = dataclasses.replace(stack, nav2_file=str(path), title=f"Nav2 file {path.name}")
+    else:
+        stack = from_mapping(Stack, content, str(path))
+    changes = {key: value for key, value in (("localizer", localizer), ("robot", robot)) if value is not None}
+    stack = dataclasses.replace(stack, name=path.stem, **changes)
+    return _with_paths(stack, path)
+
+
+def is_nav2_file(content: object) -> bool:
+    """Whether a YAML document looks like a Nav2 parameter file: some node holds ``ros__parameters``."""
+    if not isinstance(content, Mapping):
+        return False
+    return any(_holds_parameters(node, depth=3) for node in content.values())
+
+
+def _holds_parameters(node: object, depth: int) -> bool:
+    if not isinstance(node, Mapping) or depth == 0:
+        return False
+    return "ros__parameters" in node or any(_holds_parameters(child, depth - 1) for child in node.values())
+
+
+def _with_paths(stack: Stack, path: Path) -> Stack:
+    """Check the names and turn those of files into absolute paths."""
+    _check("navigator", stack.navigator, NAVIGATORS)
+    _check("localizer", stack.localizer, LOCALIZERS)
+    _check("planning map", stack.planning_map, PLANNING_MAPS)
+    for sensor in stack.carries:
+        _check("sensor", sensor, SENSOR_KINDS)
+    params = shipped("params")
+    nav2_file = ""
+    if stack.navigator == "nav2":
+        if not stack.nav2_file:
+            raise ParameterError(f"{path}: key 'nav2_file' is missing; a nav2 stack needs one")
+        nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2 file").resolve())
+    return dataclasses.replace(
+        stack,
+        nav2_file=nav2_file,
+        sensors=str(resolve(stack.sensors, params / "sensors", "sensor preset").resolve()),
+        robot=str(resolve(stack.robot, params / "robots", "robot").resolve()),
+    )
+
+
+def _check(kind: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise UnknownNameError(kind, given, known)

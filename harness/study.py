@@ -1,0 +1,139 @@
+"""What is to be driven: stacks, map, seeds; checked before anything starts."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.execution import available_cores
+from harness.resources import resolve, shipped
+from harness.stack import Stack, load_stack
+from navstack.errors import InputError, UnknownNameError
+from navstack.types import Pose2D
+
+RECORDS = ("events", "full")
+MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
+
+# Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
+# stacks meet the same missions, people and noise (common random numbers).
+CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "localizer", "planner")
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeTask:
+    """One delivery to simulate, complete in itself: it can travel to another process."""
+
+    stack: Stack
+    stack_number: int
+    map_name: str
+    world: str  # file of params/worlds
+    rules: str  # file of params/rules
+    prices: str  # file of params/prices
+    seed: int
+    episode: int
+    pedestrians: int | None
+    start: Pose2D | None
+    goal: Pose2D | None
+    keep_trace: bool
+    allow_unknown: bool
+
+    def generators(self) -> dict[str, np.random.Generator]:
+        """One generator per consumer, the same for every stack."""
+        children = np.random.SeedSequence(self.seed, spawn_key=(self.episode,)).spawn(len(CONSUMERS))
+        return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Stacks to be compared on the same deliveries."""
+
+    stacks: tuple[Stack, ...]
+    episodes: int
+    workers: int
+    template: EpisodeTask  # of the first stack's first episode; the others differ in stack and episode
+
+    def tasks(self) -> Iterator[EpisodeTask]:
+        """Every delivery of the study."""
+        for number, stack in enumerate(self.stacks):
+            for episode in range(self.episodes):
+                yield dataclasses.replace(self.template, stack=stack, stack_number=number, episode=episode)
+
+
+def make_study(
+    *,
+    stacks: Sequence[str],
+    episodes: int,
+    seed: int,
+    map_name: str,
+    pedestrians: int | None,
+    localizer: str | None,
+    robot: str | None,
+    start: str | None,
+    goal: str | None,
+    workers: int | None,
+    prices: str,
+    record: str,
+    allow_unknown: bool,
+) -> Study:
+    """Check what a user asked for.
+
+    Raises:
+        InputError: a count out of range, an unknown name, a pose that is not three numbers.
+    """
+    _at_least("--episodes", episodes, 1)
+    _at_least("--seed", seed, 0)
+    if pedestrians is not None:
+        _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
+    if workers is not None:
+        _at_least("--workers", workers, 1)
+    if record not in RECORDS:
+        raise UnknownNameError("--record", record, RECORDS)
+    params = shipped("params")
+    loaded = _unique_names(tuple(load_stack(name, localizer, robot) for name in stacks))
+    template = EpisodeTask(
+        stack=loaded[0],
+        stack_number=0,
+        map_name=map_name,
+        world=str(params / "worlds" / "costnav.yaml"),
+        rules=str(params / "rules" / "costnav.yaml"),
+        prices=str(resolve(prices, params / "prices", "prices").resolve()),
+        seed=seed,
+        episode=0,
+        pedestrians=pedestrians,
+        start=parse_pose("--start", start) if start is not None else None,
+        goal=parse_pose("--goal", goal) if goal is not None else None,
+        keep_trace=record == "full",
+        allow_unknown=allow_unknown,
+    )
+    return Study(loaded, episodes, min(workers or available_cores(), episodes * len(loaded)), template)
+
+
+def parse_pose(option: str, text: str) -> Pose2D:
+    """A pose given as ``x,y,yaw``.
+
+    Raises:
+        InputError: not three finite numbers.
+    """
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != 3 or not all(math.isfinite(value) for value in values):
+        raise InputError(f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57")
+    return Pose2D(*values)
+
+
+def _at_least(option: str, value: int, least: int, most: int | None = None) -> None:
+    if value < least or (most is not None and value > most):
+        limit = f"at least {least}" if most is None else f"{least} to {most}"
+        raise InputError(f"{option} {value} is out of range; give {limit}")
+
+
+def _unique_names(stacks: tuple[Stack, ...]) -> tuple[Stack, ...]:
+    names = [stack.name for stack in stacks]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"stack '{twice}' is given more than once; give each stack once, or rename its file")
+    return stacks

@@ -1,0 +1,18 @@
+"""How the robot's body truly moves: what the physics tells the sensors."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class BodyState:
+    """True motion of the robot's base frame at one instant."""
+
+    x: float = 0.0  # [m] map frame
+    y: float = 0.0  # [m] map frame
+    yaw: float = 0.0  # [rad] map frame
+    vx: float = 0.0  # [m/s] base frame, forward
+    vy: float = 0.0  # [m/s] base frame, to the left; nonzero while the robot slides
+    yaw_rate: float = 0.0  # [rad/s]
+    ax: float = 0.0  # [m/s2] base frame, of the base origin, without gravity
+    ay: float = 0.0  # [m/s2] base frame
+    tilt: float = 0.0  # [rad] between the robot's up axis and the vertical

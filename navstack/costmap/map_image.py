@@ -1,0 +1,116 @@
+"""The pixels of a map image as GraphicsMagick (16 bits per channel) hands them to nav2_map_server."""
+
+import re
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, UnidentifiedImageError
+
+from navstack.errors import MapError
+from navstack.types import BoolArray
+
+FloatTable = npt.NDArray[np.float64]
+LevelArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+
+MAX_PIXELS = 178_000_000  # larger is a mistake: 667 m x 667 m at 0.05 m, 178 MB of occupancy
+_QUANTUM = 65535  # GraphicsMagick's largest channel value
+_GAP = rb"(?:\s|#[^\n\r]*[\n\r])+"  # white space and comments
+_PGM_HEADER = re.compile(rb"P([25])" + (_GAP + rb"(\d+)") * 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapImage:
+    """An image as brightness: pixel (row, column) has the shade ``shades[levels[row, column]]``."""
+
+    levels: LevelArray  # (height, width), row 0 = top
+    shades: FloatTable  # (n,) brightness 0..1 of each level
+    transparent: BoolArray | None  # (height, width) not fully opaque; None: no alpha channel
+
+
+def read_image(path: Path, average_alpha: bool) -> MapImage:
+    """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format that Pillow knows.
+
+    A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel too (what
+    nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
+
+    Raises:
+        MapError: the file is missing, no image, corrupt, truncated or larger than ``MAX_PIXELS``.
+    """
+    try:
+        with path.open("rb") as file:
+            is_pgm = file.read(2) in (b"P2", b"P5")
+        return _read_pgm(path) if is_pgm else _read_other(path, average_alpha)
+    except OSError as error:
+        reason = error.strerror or str(error).splitlines()[0]
+        raise MapError(f"map image {path}: cannot be read ({reason}); check 'image' in the map's YAML") from None
+
+
+def _check_size(path: Path, width: int, height: int) -> None:
+    if width < 1 or height < 1 or width * height > MAX_PIXELS:
+        raise MapError(f"map image {path}: {width} x {height} pixels; allowed: 1 to {MAX_PIXELS} pixels")
+
+
+def _read_pgm(path: Path) -> MapImage:
+    content = path.read_bytes()
+    header = _PGM_HEADER.match(content)
+    if header is None:
+        raise MapError(f"map image {path}: corrupt PGM header; expected width, height and largest value")
+    width, height, largest = (int(field[:9]) for field in header.groups()[1:])
+    _check_size(path, width, height)
+    if not 1 <= largest <= _QUANTUM:
+        raise MapError(f"map image {path}: largest value {largest}; a PGM allows 1 to {_QUANTUM}")
+    body = memoryview(content)[header.end() :]
+    values = _ascii_values(path, bytes(body)) if header[1] == b"2" else _binary_values(body[1:], largest)
+    if len(values) < width * height:
+        raise MapError(f"map image {path}: truncated, {len(values)} of {width} x {height} = {width * height} pixels")
+    levels = np.minimum(values[: width * height], largest).astype(np.uint8 if largest < 256 else np.uint16)
+    shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
+    return MapImage(levels.reshape(height, width), shades, None)
+
+
+def _binary_values(body: memoryview, largest: int) -> npt.NDArray[np.integer]:
+    kind = np.dtype(np.uint8 if largest < 256 else ">u2")
+    return np.frombuffer(body, dtype=kind, count=len(body) // kind.itemsize)
+
+
+def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
+    words = re.sub(rb"#[^\n\r]*", b"", body).split()
+    try:
+        values = np.array(words, dtype=np.int64) if words else np.empty(0, dtype=np.int64)
+    except (ValueError, OverflowError):
+        raise MapError(f"map image {path}: corrupt ASCII PGM, a pixel is not a whole number") from None
+    if (values < 0).any():
+        raise MapError(f"map image {path}: corrupt ASCII PGM, a pixel is negative")
+    return values
+
+
+def _read_other(path: Path, average_alpha: bool) -> MapImage:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_PIXELS is our bound
+            with Image.open(path) as image:
+                _check_size(path, *image.size)
+                return _convert(image, average_alpha)
+    except Image.DecompressionBombError:
+        raise MapError(f"map image {path}: far too large; allowed: {MAX_PIXELS} pixels") from None
+    except UnidentifiedImageError:
+        raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
+    except (ValueError, SyntaxError, EOFError, IndexError) as error:
+        raise MapError(f"map image {path}: corrupt or truncated ({str(error).splitlines()[0]})") from None
+
+
+def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
+    has_alpha = image.mode in ("LA", "PA", "RGBA", "La", "RGBa") or "transparency" in image.info
+    if image.mode.startswith("I;16"):
+        return MapImage(np.asarray(image).astype(np.uint16), np.arange(_QUANTUM + 1) / _QUANTUM, None)
+    if image.mode in ("1", "L") and not has_alpha:
+        return MapImage(np.asarray(image.convert("L")), np.arange(256) * 257 / _QUANTUM, None)
+    channels = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
+    averaged = channels if average_alpha else channels[..., :3]
+    levels = averaged.sum(axis=-1, dtype=np.uint16)
+    count = averaged.shape[-1]
+    shades = np.arange(255 * count + 1) * 257 / count / _QUANTUM
+    return MapImage(levels, shades, channels[..., 3] < 255 if has_alpha else None)

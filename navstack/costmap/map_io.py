@@ -1,0 +1,239 @@
+"""Maps on disk: a YAML file and an image, as ROS 2's nav2_map_server reads and writes them (``map_io.cpp``, Jazzy)."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+from ruamel.yaml import YAML
+
+from navstack.costmap.map_image import FloatTable, read_image
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.errors import MapError, ParameterError, did_you_mean
+from navstack.params.strict import load_yaml
+from navstack.types import Pose2D
+
+Int8Array = npt.NDArray[np.int8]
+
+_WORDS = {"true": True, "yes": True, "on": True, "y": True, "false": False, "no": False, "off": False, "n": False}
+
+
+@dataclass(frozen=True, slots=True)
+class MapMetadata:
+    """What a map's YAML file says."""
+
+    image: Path
+    resolution: float  # [m/cell]
+    origin: Pose2D  # of the image's lower left corner in the map frame
+    occupied_thresh: float  # occupancy above it is OCCUPIED
+    free_thresh: float  # occupancy below it is FREE
+    negate: bool  # True: bright is occupied
+    mode: str  # 'trinary', 'scale' or 'raw'
+
+
+def load_map(yaml_path: Path | str) -> OccupancyGrid:
+    """Read a map as nav2_map_server serves it; the image's first row is the grid's last.
+
+    Raises:
+        MapError: the YAML file or the image is missing, malformed, truncated or too large, or a value is out of range.
+    """
+    metadata = load_metadata(Path(yaml_path))
+    image = read_image(metadata.image, average_alpha=metadata.mode == "trinary")
+    cells = _MODES[metadata.mode](image.shades, metadata)[image.levels]
+    if metadata.mode == "scale" and image.transparent is not None:
+        cells[image.transparent] = UNKNOWN
+    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), metadata.resolution, metadata.origin)
+
+
+def load_metadata(path: Path) -> MapMetadata:
+    """Read and check a map's YAML file; unknown keys are passed over, as nav2_map_server does.
+
+    Raises:
+        MapError: the file is missing or not YAML, a key is missing, or a value cannot be used.
+    """
+    try:
+        content = load_yaml(path)
+    except ParameterError as error:
+        raise MapError(f"map {error}") from None
+    if not isinstance(content, Mapping):
+        raise MapError(f"map {path}: is not a mapping; expected image, resolution, origin, negate and two thresholds")
+    origin = _get(content, "origin", path)
+    if not isinstance(origin, list) or len(origin) != 3:
+        raise MapError(f"map {path}: origin {origin!r} is not a list [x, y, yaw] in metres and radians")
+    metadata = MapMetadata(
+        image=_image_path(content, path),
+        resolution=_number(_get(content, "resolution", path), "resolution", path),
+        origin=Pose2D(*(_number(value, f"origin[{i}]", path) for i, value in enumerate(origin))),
+        occupied_thresh=_number(_get(content, "occupied_thresh", path), "occupied_thresh", path),
+        free_thresh=_number(_get(content, "free_thresh", path), "free_thresh", path),
+        negate=_flag(_get(content, "negate", path), "negate", path),
+        mode=str(content.get("mode", "trinary")),
+    )
+    _check(metadata, path)
+    return metadata
+
+
+def save_map(
+    grid: OccupancyGrid,
+    yaml_path: Path | str,
+    mode: str = "trinary",
+    image_format: str | None = None,
+    occupied_thresh: float = 0.65,
+    free_thresh: float = 0.196,
+) -> None:
+    """Write a map as nav2's map_saver does: the YAML file, and an image of the same name beside it.
+
+    Differences from map_saver: numbers in the YAML keep all their digits (it keeps three), grey levels are rounded to
+    the nearest, and free_thresh is 0.196 as in ROS 1, because with map_saver's 0.25 its own grey for unknown (205,
+    occupancy 0.196) reads back as free.
+
+    Args:
+        grid: what to save.
+        yaml_path: where; the image gets the suffix of its format.
+        mode: 'trinary' (254 free, 205 unknown, 0 occupied), 'scale' (grey; unknown transparent) or 'raw' (the values).
+        image_format: 'pgm' or 'png'; None takes map_saver's default: png for scale, pgm otherwise.
+        occupied_thresh: share of 100 from which a cell is saved as occupied (trinary).
+        free_thresh: share of 100 up to which a cell is saved as free (trinary).
+
+    Raises:
+        MapError: an unknown mode or format, thresholds out of order, or the folder cannot be written.
+    """
+    path = Path(yaml_path)
+    form = image_format or ("png" if mode == "scale" else "pgm")
+    if form not in ("pgm", "png") or (mode == "scale" and form == "pgm"):
+        raise MapError(f"map format '{form}' for mode '{mode}'; allowed: pgm and png, for 'scale' only png")
+    metadata = MapMetadata(
+        path.with_suffix(f".{form}"), grid.resolution, grid.origin, occupied_thresh, free_thresh, False, mode
+    )
+    _check(metadata, path)
+    pixels = _PAINTERS[mode](grid.data[::-1], metadata)
+    try:
+        Image.fromarray(pixels).save(metadata.image, format="PNG" if form == "png" else "PPM", optimize=True)
+        with path.open("w", encoding="utf-8") as file:
+            _writer().dump(_as_yaml(metadata), file)
+    except OSError as error:
+        raise MapError(f"map {path}: cannot be written ({error.strerror or error}); check the folder") from None
+
+
+def _get(content: Mapping[str, Any], key: str, path: Path) -> Any:
+    if content.get(key) is None:
+        near = did_you_mean(key, [str(name) for name in content if name not in MapMetadata.__slots__])
+        raise MapError(f"map {path}: key '{key}' is missing{near.replace('did you mean', 'is it written')}")
+    return content[key]
+
+
+def _image_path(content: Mapping[str, Any], path: Path) -> Path:
+    name = _get(content, "image", path)
+    if not isinstance(name, str) or not name:
+        raise MapError(f"map {path}: image {name!r} is not a file name")
+    return path.parent / name
+
+
+def _number(value: Any, key: str, path: Path) -> float:
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise MapError(f"map {path}: {key} {value!r} is not a finite number")
+    return number
+
+
+def _flag(value: Any, key: str, path: Path) -> bool:
+    if isinstance(value, int):
+        return bool(value)
+    if str(value).lower() in _WORDS:
+        return _WORDS[str(value).lower()]
+    raise MapError(f"map {path}: {key} {value!r} is neither 0 or 1 nor true or false")
+
+
+def _check(metadata: MapMetadata, path: Path) -> None:
+    if metadata.resolution <= 0.0:
+        raise MapError(f"map {path}: resolution {metadata.resolution} m/cell is not positive")
+    if not 0.0 <= metadata.free_thresh < metadata.occupied_thresh <= 1.0:
+        raise MapError(
+            f"map {path}: free_thresh {metadata.free_thresh} and occupied_thresh {metadata.occupied_thresh} "
+            "must satisfy 0 <= free_thresh < occupied_thresh <= 1"
+        )
+    if metadata.mode not in _MODES:
+        near = did_you_mean(metadata.mode, _MODES)
+        raise MapError(f"map {path}: unknown mode '{metadata.mode}'{near}; known: {', '.join(_MODES)}")
+
+
+def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:
+    return shades if metadata.negate else 1.0 - shades
+
+
+def _read_trinary(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
+    occupancy = _occupancy(shades, metadata)
+    cells = np.full(shades.shape, UNKNOWN, dtype=np.int8)
+    cells[occupancy < metadata.free_thresh] = FREE
+    cells[occupancy > metadata.occupied_thresh] = OCCUPIED
+    return cells
+
+
+def _read_scale(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
+    occupancy = _occupancy(shades, metadata)
+    span = metadata.occupied_thresh - metadata.free_thresh
+    cells = np.rint(np.clip((occupancy - metadata.free_thresh) / span * 100.0, FREE, OCCUPIED)).astype(np.int8)
+    cells[occupancy < metadata.free_thresh] = FREE
+    cells[occupancy > metadata.occupied_thresh] = OCCUPIED
+    return cells
+
+
+def _read_raw(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
+    percent = np.floor(shades * 255.0 + 0.5)  # std::round; negate has no effect on raw values
+    return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
+
+
+def _paint_trinary(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
+    pixels = np.full(cells.shape, 205, dtype=np.uint8)
+    known = (cells >= 0) & (cells <= OCCUPIED)
+    free = known & (cells <= np.rint(metadata.free_thresh * 100.0))
+    pixels[known & (cells >= np.rint(metadata.occupied_thresh * 100.0))] = 0
+    pixels[free] = 254
+    return pixels
+
+
+def _paint_scale(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
+    known = (cells >= 0) & (cells <= OCCUPIED)
+    grey = np.where(known, np.floor((100.0 - cells) * 2.55 + 0.5), 128).astype(np.uint8)
+    return np.stack((grey, grey, grey, np.where(known, 255, 0).astype(np.uint8)), axis=-1)
+
+
+def _paint_raw(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
+    return np.where((cells >= 0) & (cells <= OCCUPIED), cells, 255).astype(np.uint8)
+
+
+_MODES: dict[str, Callable[[FloatTable, MapMetadata], Int8Array]] = {
+    "trinary": _read_trinary,
+    "scale": _read_scale,
+    "raw": _read_raw,
+}
+_PAINTERS: dict[str, Callable[[Int8Array, MapMetadata], npt.NDArray[np.uint8]]] = {
+    "trinary": _paint_trinary,
+    "scale": _paint_scale,
+    "raw": _paint_raw,
+}
+
+
+def _writer() -> YAML:
+    writer = YAML()
+    writer.default_flow_style = None  # the origin on one line, as map_saver writes it
+    return writer
+
+
+def _as_yaml(metadata: MapMetadata) -> dict[str, Any]:
+    return {
+        "image": metadata.image.name,
+        "mode": metadata.mode,
+        "resolution": float(metadata.resolution),
+        "origin": [float(metadata.origin.x), float(metadata.origin.y), float(metadata.origin.yaw)],
+        "negate": 0,
+        "occupied_thresh": float(metadata.occupied_thresh),
+        "free_thresh": float(metadata.free_thresh),
+    }

@@ -1,0 +1,111 @@
+"""The brain's tick: from an observation to a command."""
+
+import math
+from dataclasses import dataclass
+
+from navstack.behavior_tree import NavigateToPose, Status
+from navstack.costmap.layered_costmap import LayeredCostmap
+from navstack.localization.localizer import Localizer
+from navstack.safety.velocity_smoother import VelocitySmoother
+from navstack.types import Belief, Observation, Pose2D, RobotState, Twist2D
+
+
+class Rate:
+    """Says when a part is due, on simulated time; exact however often it is asked."""
+
+    def __init__(self, frequency: float) -> None:
+        self._frequency = frequency  # [Hz]
+        self._last = -1  # number of the last period that ran
+
+    def reset(self) -> None:
+        """Be due at once."""
+        self._last = -1
+
+    def due(self, now: float) -> bool:
+        """Whether a new period has begun since the last True."""
+        period = math.floor(now * self._frequency + 1e-6)
+        if period == self._last:
+            return False
+        self._last = period
+        return True
+
+
+@dataclass(frozen=True, slots=True)
+class Frequencies:
+    """How often each part runs, in [Hz]."""
+
+    local_costmap: float
+    global_costmap: float
+    controller: float
+    smoother: float
+
+
+class Navigator:
+    """Localizes, maps, plans, follows and smooths, each part when it is due."""
+
+    def __init__(
+        self,
+        localizer: Localizer,
+        local_costmap: LayeredCostmap,
+        global_costmap: LayeredCostmap,
+        tree: NavigateToPose,
+        smoother: VelocitySmoother,
+        frequencies: Frequencies,
+    ) -> None:
+        self._localizer = localizer
+        self._local_costmap = local_costmap
+        self._global_costmap = global_costmap
+        self._tree = tree
+        self._smoother = smoother
+        self.frequencies = frequencies
+        self._local_rate = Rate(frequencies.local_costmap)
+        self._global_rate = Rate(frequencies.global_costmap)
+        self._control_rate = Rate(frequencies.controller)
+        self._smoother_rate = Rate(frequencies.smoother)
+        self.belief = Belief(Pose2D())
+
+    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
+        """Take a new goal (map frame) and start from an initial belief."""
+        self.belief = initial_belief
+        self._localizer.reset(initial_belief)
+        self._local_costmap.clear_entirely()
+        self._global_costmap.clear_entirely()
+        self._tree.reset(goal)
+        self._smoother.reset()
+        for rate in (self._local_rate, self._global_rate, self._control_rate, self._smoother_rate):
+            rate.reset()
+        self._twist = self._wanted = self._command = Twist2D()
+
+    @property
+    def status(self) -> Status:
+        """How the navigation stands."""
+        return self._tree.status
+
+    @property
+    def tree(self) -> NavigateToPose:
+        """The behavior tree, for whoever wants to see plans and counts."""
+        return self._tree
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """The velocity to drive until the next tick, in the base frame."""
+        state = self._sense(observation)
+        self._map(state, observation)
+        self._tree.replan(state)
+        if self._control_rate.due(state.stamp):
+            self._wanted = self._tree.follow(state)
+        if self._smoother_rate.due(state.stamp):
+            self._command = self._smoother.smooth(self._wanted, self._twist, state.stamp)
+        return self._command
+
+    def _sense(self, observation: Observation) -> RobotState:
+        self.belief = self._localizer.update(observation)
+        if observation.odometry is not None:
+            self._twist = observation.odometry.twist
+        return RobotState(self.belief.pose, self._twist, observation.stamp)
+
+    def _map(self, state: RobotState, observation: Observation) -> None:
+        """Update the costmaps that are due; a scan is marked from the pose at which it was taken."""
+        if self._local_rate.due(state.stamp):
+            self._local_costmap.update(state.pose, observation.scan, state.stamp)
+        if self._global_rate.due(state.stamp):
+            self._global_costmap.update(state.pose, observation.scan, state.stamp)

@@ -1,0 +1,134 @@
+"""Parameters of the DWB local planner and its critics: names and defaults are those of Nav2 Jazzy.
+
+Each critic has its own dataclass; :class:`DwbParams` holds them under the critic's name, as ``FollowPath.<Critic>.*``.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class RotateToGoalParams:
+    """``rotate_to_goal.cpp``: stop, then turn, once the goal is within its tolerance."""
+
+    scale: float = 1.0  # weight of the raw score
+    slowing_factor: float = 5.0  # [s2/m2] cost of the squared speed while slowing down
+    lookahead_time: float = -1.0  # [s] after which the heading is scored; negative: at the end
+
+
+@dataclass(frozen=True, slots=True)
+class OscillationParams:
+    """``oscillation.cpp``: forbid a change of direction until the robot has got somewhere."""
+
+    scale: float = 1.0
+    oscillation_reset_dist: float = 0.05  # [m]; negative: never by distance
+    oscillation_reset_angle: float = 0.2  # [rad]; negative: never by angle
+    oscillation_reset_time: float = -1.0  # [s]; negative: never by time
+    x_only_threshold: float = 0.05  # [m/s]; faster than this only x is watched; negative: always watch all
+
+
+@dataclass(frozen=True, slots=True)
+class ObstacleParams:
+    """``base_obstacle.cpp`` and ``obstacle_footprint.cpp``."""
+
+    scale: float = 1.0
+    sum_scores: bool = False  # the sum over all poses instead of the last pose's cost
+
+
+@dataclass(frozen=True, slots=True)
+class DistParams:
+    """``path_dist.cpp`` and ``goal_dist.cpp``."""
+
+    scale: float = 1.0
+    aggregation_type: str = "last"  # last, sum or product of the poses' distances
+
+
+@dataclass(frozen=True, slots=True)
+class AlignParams:
+    """``path_align.cpp`` and ``goal_align.cpp``."""
+
+    scale: float = 1.0
+    aggregation_type: str = "last"  # last, sum or product of the poses' distances
+    forward_point_distance: float = 0.325  # [m] from the base to the scored point, the robot's nose
+
+
+@dataclass(frozen=True, slots=True)
+class PreferForwardParams:
+    """``prefer_forward.cpp``."""
+
+    scale: float = 1.0
+    penalty: float = 1.0  # raw score of driving backwards or strafing
+    strafe_x: float = 0.1  # [m/s] below which a motion counts as strafing
+    strafe_theta: float = 0.2  # [rad/s] below which a motion counts as strafing
+    theta_scale: float = 10.0  # [s/rad] raw score per yaw rate otherwise
+
+
+@dataclass(frozen=True, slots=True)
+class TwirlingParams:
+    """``twirling.cpp``."""
+
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class DwbParams:
+    """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names."""
+
+    critics: tuple[str, ...] = (
+        "RotateToGoal",
+        "Oscillation",
+        "ObstacleFootprint",
+        "GoalAlign",
+        "PathAlign",
+        "PathDist",
+        "GoalDist",
+    )
+    default_critic_namespaces: tuple[str, ...] = ("dwb_critics",)
+    trajectory_generator_name: str = "dwb_plugins::StandardTrajectoryGenerator"
+    prune_plan: bool = True  # forget the part of the plan that has been passed
+    prune_distance: float = 2.0  # [m] kept of the plan behind the robot
+    forward_prune_distance: float = 2.0  # [m] kept ahead, along the straight line; negative: everything
+    shorten_transformed_plan: bool = True  # show the critics forward_prune_distance only
+    short_circuit_trajectory_evaluation: bool = True  # accepted; never changes the winner, all critics always score
+    debug_trajectory_details: bool = False  # accepted; rejections per critic are always counted
+    xy_goal_tolerance: float = 0.25  # [m] within which RotateToGoal acts
+    trans_stopped_velocity: float = 0.25  # [m/s] at or below which the robot has stopped
+    path_length_tolerance: float = math.inf  # [m] Nav2 main's RotateToGoal also wants the plan this short (1.0 there)
+
+    min_vel_x: float = 0.0  # [m/s]
+    max_vel_x: float = 0.0  # [m/s]
+    min_vel_y: float = 0.0  # [m/s]
+    max_vel_y: float = 0.0  # [m/s]
+    max_vel_theta: float = 0.0  # [rad/s]
+    min_speed_xy: float = 0.0  # [m/s] a slower sample is dropped if it also turns slower than min_speed_theta
+    max_speed_xy: float = 0.0  # [m/s]; negative: no limit
+    min_speed_theta: float = 0.0  # [rad/s]
+    acc_lim_x: float = 0.0  # [m/s2]
+    acc_lim_y: float = 0.0  # [m/s2]
+    acc_lim_theta: float = 0.0  # [rad/s2]
+    decel_lim_x: float = 0.0  # [m/s2] negative
+    decel_lim_y: float = 0.0  # [m/s2] negative
+    decel_lim_theta: float = 0.0  # [rad/s2] negative
+
+    vx_samples: int = 20
+    vy_samples: int = 5
+    vtheta_samples: int = 20
+    sim_time: float = 1.7  # [s] length of a trajectory
+    sim_period: float | None = None  # [s] of LimitedAccelGenerator; absent: one control period
+    discretize_by_time: bool = False
+    time_granularity: float = 0.5  # [s] between poses, if discretize_by_time
+    linear_granularity: float = 0.5  # [m] between poses at most
+    angular_granularity: float = 0.025  # [rad] between poses at most
+    include_last_point: bool = True  # the last pose twice
+    limit_vel_cmd_in_traj: bool = False  # command the first velocity of the ramp instead of the sample
+
+    RotateToGoal: RotateToGoalParams = field(default_factory=RotateToGoalParams)
+    Oscillation: OscillationParams = field(default_factory=OscillationParams)
+    BaseObstacle: ObstacleParams = field(default_factory=ObstacleParams)
+    ObstacleFootprint: ObstacleParams = field(default_factory=ObstacleParams)
+    GoalAlign: AlignParams = field(default_factory=AlignParams)
+    PathAlign: AlignParams = field(default_factory=AlignParams)
+    PathDist: DistParams = field(default_factory=DistParams)
+    GoalDist: DistParams = field(default_factory=DistParams)
+    PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
+    Twirling: TwirlingParams = field(default_factory=TwirlingParams)

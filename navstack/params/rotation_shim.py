@@ -1,0 +1,20 @@
+"""Parameters of the rotation shim: names and defaults are those of Nav2 Jazzy, read at ``FollowPath.*``."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RotationShimParams:
+    """``nav2_rotation_shim_controller::RotationShimController``."""
+
+    primary_controller: str = ""  # plug-in that follows the path once the heading is right
+    angular_dist_threshold: float = 0.785  # [rad] heading error at which the shim starts to turn
+    angular_disengage_threshold: float = 0.3925  # [rad] heading error at which it hands over again
+    forward_sampling_distance: float = 0.5  # [m] along the straight line to the path point that gives the heading
+    rotate_to_heading_angular_vel: float = 1.8  # [rad/s]
+    max_angular_accel: float = 3.2  # [rad/s2]
+    simulate_ahead_time: float = 1.0  # [s] of the turn that must be free of collisions
+    rotate_to_goal_heading: bool = False  # turn to the goal's yaw within the goal checker's xy tolerance
+    rotate_to_heading_once: bool = False  # decide once per goal instead of once per plan
+    closed_loop: bool = True  # accelerate from the measured yaw rate instead of the last command
+    use_path_orientations: bool = False  # turn to the path point's yaw instead of its bearing
