@@ -1,8 +1,24 @@
 """A delivery to make: from where, to where."""
 
+import math
 from dataclasses import dataclass
 
-from navstack.types import Pose2D
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from harness.shortest_paths import descend, distance_field, path_length, string_pull
+from navstack.costmap.field_cache import cached_array, content_key
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.errors import InputError, MapError
+from navstack.types import BoolArray, Float32Array, IntArray, Pose2D
+
+CLEARANCE = 1.0  # [m] of start and goal to what is not walkable (published sampling)
+ROBOT_RADIUS = 0.4  # [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
+GOAL_DISTANCE = (20.0, 1000.0)  # [m] between start and goal as the crow flies (published sampling)
+_COARSE = 0.2  # [m] grid on which paths are searched
+_BATCH = 64  # draws at a time
+_MOST_BATCHES = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,3 +28,159 @@ class Mission:
     start: Pose2D  # true pose at the start, map frame
     goal: Pose2D
     shortest_path: float  # [m] along the walkable area
+
+
+class MissionSampler:
+    """Draws missions on one map as the published evaluation does (public configuration of the paper).
+
+    Start: uniform on the walkable area, random heading. Goal: at a random bearing and a distance uniform in
+    20..1000 m from the start; its heading is that of the shortest path's end. Both must keep ``CLEARANCE`` from what
+    is not walkable, and a disc of ``ROBOT_RADIUS`` must get from one to the other; otherwise all is drawn anew. (The
+    published code projects the goal to the nearest walkable point first; a projected point lies on an edge and so
+    fails the clearance. Goals are hence denser near the start than uniform ones.) Paths are searched on a grid of
+    about 0.2 m whose cells are passable when the disc fits at their centre. On maps with a diagonal below 200 m the
+    least distance is a tenth of the diagonal.
+    """
+
+    def __init__(self, walkable: OccupancyGrid) -> None:
+        """Precompute for one map.
+
+        Args:
+            walkable: FREE where people and robot may be; axis-aligned.
+
+        Raises:
+            MapError: the map has a yaw, or nowhere room for a start and a goal.
+        """
+        if walkable.origin.yaw != 0.0:
+            raise MapError(
+                f"map origin has a yaw of {walkable.origin.yaw} rad; turn the map parallel to the axes first"
+            )
+        self._walkable = walkable
+        self._factor = max(round(_COARSE / walkable.resolution), 1)
+        self._cell_size = self._factor * walkable.resolution  # [m]
+        clearance = _clearance(walkable)[self._factor // 2 :: self._factor, self._factor // 2 :: self._factor]
+        self._passable = np.ascontiguousarray(clearance >= ROBOT_RADIUS)
+        self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]  # 4-connected, as corners are not cut
+        self._roomy = clearance >= CLEARANCE
+        self._cells: IntArray = np.argwhere(self._roomy)
+        if len(self._cells) < 2:
+            raise MapError(f"map has no room for missions: nowhere {CLEARANCE} m of clearance to what is not walkable")
+        diagonal = math.hypot(*clearance.shape) * self._cell_size
+        self._distances = min(GOAL_DISTANCE[0], 0.1 * diagonal), min(GOAL_DISTANCE[1], diagonal)
+
+    def sample(self, rng: np.random.Generator) -> Mission:
+        """Draw a mission.
+
+        Raises:
+            MapError: a hundred thousand draws gave no valid mission.
+        """
+        for _ in range(_MOST_BATCHES):
+            starts = self._cells[rng.integers(len(self._cells), size=_BATCH)]
+            bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
+            offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
+            goals = np.rint(starts + offsets.T).astype(np.int64)
+            valid = np.flatnonzero(self._are_valid(starts, goals))
+            if len(valid):
+                return self._assemble(starts[valid[0]], goals[valid[0]], float(rng.uniform(-math.pi, math.pi)))
+        raise MapError(f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be too small")
+
+    def _are_valid(self, starts: IntArray, goals: IntArray) -> BoolArray:
+        """Which of the coarse cells (N, 2) are a start and a goal with a path between them."""
+        inside = ((goals >= 0) & (goals < self._roomy.shape)).all(axis=1)
+        rows, columns = np.where(inside[:, None], goals, 0).T
+        same_part = self._labels[rows, columns] == self._labels[starts[:, 0], starts[:, 1]]
+        different = (starts != goals).any(axis=1)
+        valid: BoolArray = inside & self._roomy[rows, columns] & same_part & different
+        return valid
+
+    def _assemble(self, start: IntArray, goal: IntArray, heading: float) -> Mission:
+        path = self._path(start, goal)
+        end = path[-1] - path[-2]
+        start_x, start_y = self._centre(start)
+        goal_pose = Pose2D(*self._centre(goal), math.atan2(end[0], end[1]))
+        return Mission(Pose2D(start_x, start_y, heading), goal_pose, self._length(path))
+
+    def mission(self, start: Pose2D, goal: Pose2D) -> Mission:
+        """A mission between two given poses.
+
+        Raises:
+            InputError: a pose is outside the map or not on walkable ground, or no path connects them.
+        """
+        check_pose_free(self._walkable, start, "start")
+        check_pose_free(self._walkable, goal, "goal")
+        from_cell, to_cell = self._nearest_passable(start), self._nearest_passable(goal)
+        if from_cell is None or to_cell is None or self._label(from_cell) != self._label(to_cell):
+            raise InputError(
+                f"no path of {2 * ROBOT_RADIUS} m width leads from start ({start.x:.1f}, {start.y:.1f}) m "
+                f"to goal ({goal.x:.1f}, {goal.y:.1f}) m; choose poses on connected walkable ground"
+            )
+        return Mission(start, goal, self._length(self._path(from_cell, to_cell)))
+
+    def _label(self, cell: IntArray) -> int:
+        return int(self._labels[cell[0], cell[1]])
+
+    def _path(self, start: IntArray, goal: IntArray) -> IntArray:
+        field = distance_field(self._passable, goal)
+        return string_pull(self._passable, descend(field, (int(start[0]), int(start[1]))))
+
+    def _length(self, path: IntArray) -> float:
+        return path_length(path) * self._cell_size
+
+    def _centre(self, cell: IntArray) -> tuple[float, float]:
+        """The point that a coarse cell stands for: the centre of the map cell in its middle, in [m]."""
+        row, column = (cell * self._factor + self._factor // 2 + 0.5) * self._walkable.resolution
+        return self._walkable.origin.x + float(column), self._walkable.origin.y + float(row)
+
+    def _nearest_passable(self, pose: Pose2D) -> IntArray | None:
+        """The passable coarse cell nearest to a pose, within 1 m of it."""
+        size = self._cell_size
+        row, column = int((pose.y - self._walkable.origin.y) / size), int((pose.x - self._walkable.origin.x) / size)
+        reach = math.ceil(1.0 / size)
+        low = np.maximum((row - reach, column - reach), 0)
+        cells = low + np.argwhere(self._passable[low[0] : row + reach + 1, low[1] : column + reach + 1])
+        if not len(cells):
+            return None
+        nearest: IntArray = cells[np.argmin(((cells - (row, column)) ** 2).sum(axis=1))]
+        return nearest
+
+
+def sample_mission(walkable: OccupancyGrid, rng: np.random.Generator) -> Mission:
+    """One mission on a map; use :class:`MissionSampler` for several."""
+    return MissionSampler(walkable).sample(rng)
+
+
+def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
+    """Check that a pose that a user gave stands on free ground of an axis-aligned map.
+
+    Raises:
+        InputError: it is outside the map or not on a free cell; the message offers the nearest free cell.
+    """
+    r, origin = walkable.resolution, walkable.origin
+    where = f"{what} ({pose.x:.1f}, {pose.y:.1f}) m"
+    if not all(math.isfinite(value) for value in (pose.x, pose.y, pose.yaw)):
+        raise InputError(f"{where} is not a pose; three finite numbers x, y [m] and yaw [rad] are needed")
+    mx, my = math.floor((pose.x - origin.x) / r), math.floor((pose.y - origin.y) / r)
+    if not (0 <= mx < walkable.width and 0 <= my < walkable.height):
+        raise InputError(
+            f"{where} lies outside the map; allowed: x {origin.x:.1f}..{origin.x + walkable.width * r:.1f}, "
+            f"y {origin.y:.1f}..{origin.y + walkable.height * r:.1f} m"
+        )
+    if walkable.data[my, mx] == FREE:
+        return
+    free = np.argwhere(walkable.data == FREE)
+    if not len(free):
+        raise InputError(f"{where} lies in an occupied cell; the map has no free cell")
+    offsets = (free[:, ::-1] + 0.5) * r + (origin.x - pose.x, origin.y - pose.y)
+    distance = float(np.hypot(*offsets.T).min())
+    raise InputError(f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away")
+
+
+def _clearance(walkable: OccupancyGrid) -> Float32Array:
+    """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too."""
+    free: BoolArray = walkable.data == FREE
+
+    def compute() -> Float32Array:
+        distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * walkable.resolution
+        return distance.astype(np.float32)
+
+    return cached_array(content_key("mission clearance 1", free, walkable.resolution), compute)

@@ -56,9 +56,10 @@ class PlanWindow:
 def window_bounds(
     poses: FloatArray, first: int, x: float, y: float, behind: float, ahead: float, search_length: float
 ) -> tuple[int, int]:
-    """Begin and end of the poses (N, 3) that matter: from the first one nearer than ``behind`` to the first after it
-    that is farther than ``ahead``. Both are straight-line distances in [m]; the search for the begin stops after
-    ``search_length`` [m] along the plan.
+    """Begin and end of the poses (N, 3) that matter.
+
+    From the first one nearer than ``behind`` to the first after it that is farther than ``ahead``, both in [m] along
+    the straight line; the search for the begin stops after ``search_length`` [m] along the plan.
     """
     count = len(poses)
     stop = count

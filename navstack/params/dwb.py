@@ -72,7 +72,11 @@ class TwirlingParams:
 
 @dataclass(frozen=True, slots=True)
 class DwbParams:
-    """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names."""
+    """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names.
+
+    Where a file names no critics, Nav2 falls back on these with scales of its own (32, 24 and 0.01); here each critic
+    keeps the default of its dataclass.
+    """
 
     critics: tuple[str, ...] = (
         "RotateToGoal",

@@ -1,0 +1,88 @@
+"""The command ``navbench paper``: the cost model applied to what the paper measured."""
+
+import dataclasses
+import json
+import sys
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.economics.break_even import Thresholds, thresholds
+from harness.economics.cost_model import price
+from harness.economics.prices import Prices, load_prices
+from harness.report.published import PublishedMethod, load_published, published_columns
+from harness.report.tables import render_tables, report_console
+
+
+def run_paper(prices: str, as_json: bool) -> None:
+    """Print the paper's tables and thresholds on standard output, or the same as one JSON document.
+
+    Raises:
+        InputError: the price file cannot be used.
+    """
+    loaded = load_prices(prices)
+    if as_json:
+        json.dump(paper_document(loaded), sys.stdout, indent=2)
+        sys.stdout.write("\n")
+    else:
+        print_paper(report_console(sys.stdout), loaded)
+
+
+def paper_document(prices: Prices) -> dict[str, Any]:
+    """The JSON document: economics of the seven methods and of the real robot, and the thresholds."""
+    published = load_published()
+    return {
+        "methods": {name: {"economics": _economics(method, prices)} for name, method in published.methods.items()},
+        "real_world_canvas": {"economics": _economics(published.real_world_canvas.method, prices)},
+        "thresholds": dataclasses.asdict(thresholds(prices)),
+    }
+
+
+def _economics(method: PublishedMethod, prices: Prices) -> dict[str, float | None]:
+    return dataclasses.asdict(price(method.measured, method.sensors, method.data_collection, prices))
+
+
+def print_paper(console: Console, prices: Prices) -> None:
+    """Print both tables for the seven methods and the real robot, then the thresholds."""
+    render_tables(published_columns(load_published(), prices), console)
+    console.print()
+    console.print(_threshold_table(thresholds(prices)))
+
+
+def _threshold_table(limits: Thresholds) -> Table:
+    rows = (
+        ("Pedestrian safety", f"{limits.pedestrian_safety_usd_per_run:.2f} $/run", "the delivery fee itself"),
+        ("  contacts with AIS 1", _percent(limits.ais1_contact_rate), "fee / cost of such an injury"),
+        ("  contacts with AIS 2", _percent(limits.ais2_contact_rate), "fee / cost of such an injury"),
+        ("  contacts with AIS 3", _percent(limits.ais3_contact_rate), "fee / cost of such an injury"),
+        ("Spoilage", _percent(limits.spoilage_rate), "fee / (food price + fee)"),
+        (
+            "Timeout + physical assistance",
+            _percent(limits.timeout_and_physical_assistance_rate),
+            "fee / (fee refunded + fee lost)",
+        ),
+        ("Property contact", _percent(limits.property_contact_rate), "fee / mean damage of the four published types"),
+        ("Physical assistance", _percent(limits.physical_assistance_rate), "fee / repair per event"),
+    )
+    table = Table(
+        title="Per-component break-even thresholds: more than this, alone, eats up the delivery fee",
+        title_style="bold",
+        title_justify="left",
+        box=box.HORIZONTALS,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+        pad_edge=False,
+    )
+    table.add_column("Component")
+    table.add_column("Above", justify="right", no_wrap=True)
+    table.add_column("Formula")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    return table
+
+
+def _percent(rate: float) -> str:
+    return f"{100.0 * rate:.2f} %"

@@ -1,0 +1,61 @@
+"""When a robot has earned back what it cost, and how much of each trouble a delivery fee can bear."""
+
+from dataclasses import dataclass
+
+from harness.economics.prices import Prices
+
+
+def break_even_runs(capex_usd: float, contribution_margin: float | None) -> float | None:
+    """Deliveries that pay back the capital expenditure (paper, eq. BEP).
+
+    Args:
+        capex_usd: capital expenditure [USD].
+        contribution_margin: earned per delivery [USD/run]; None where it is undefined.
+
+    Returns:
+        A real number of deliveries; None where the margin is not positive: then every delivery adds to the loss.
+    """
+    if contribution_margin is None or contribution_margin <= 0.0:
+        return None
+    return capex_usd / contribution_margin
+
+
+def break_even_days(runs: float | None, prices: Prices) -> float | None:
+    """Days of one robot's work that ``runs`` deliveries take."""
+    return None if runs is None else runs / prices.deliveries_per_day.value
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """The rates above which one trouble alone eats up the delivery fee (paper, "Per-Component Break-Even Thresholds").
+
+    Rates are events per delivery. Everything else is taken to cost nothing.
+    """
+
+    pedestrian_safety_usd_per_run: float  # [USD/run]
+    ais1_contact_rate: float  # [1/run] contacts that end in AIS 1
+    ais2_contact_rate: float  # [1/run]
+    ais3_contact_rate: float  # [1/run]
+    spoilage_rate: float  # [1/run] food refunded and fee lost
+    timeout_and_physical_assistance_rate: float  # [1/run] both together: fee refunded and fee lost
+    property_contact_rate: float  # [1/run] at the mean damage of the four published types
+    physical_assistance_rate: float  # [1/run] through repair alone
+
+
+def thresholds(prices: Prices) -> Thresholds:
+    """The five thresholds of the appendix, the first one also per severity."""
+    fee = prices.delivery_fee.value
+    _, *severities = (prices.injury_mass_factor * cost for cost in prices.mais_costs)
+    damage = prices.property_damage
+    types = (damage.mailbox.value, damage.trash_bin.value, damage.bollard.value, damage.building_glass.value)
+    ais1, ais2, ais3 = (fee / cost for cost in severities)
+    return Thresholds(
+        pedestrian_safety_usd_per_run=fee,
+        ais1_contact_rate=ais1,
+        ais2_contact_rate=ais2,
+        ais3_contact_rate=ais3,
+        spoilage_rate=fee / (prices.food_price + fee),
+        timeout_and_physical_assistance_rate=fee / (fee + fee),
+        property_contact_rate=fee / (sum(types) / len(types)),
+        physical_assistance_rate=fee / prices.repair_per_physical_assistance,
+    )

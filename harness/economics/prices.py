@@ -1,0 +1,198 @@
+"""The prices and constants of the cost model, each with its unit and its source."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from harness.resources import resolve, shipped
+from navstack.errors import ParameterError
+from navstack.params.strict import load_dataclass
+
+DAYS_PER_YEAR = 365
+GRAVITY = 9.8  # [m/s2] as the paper rounds it
+LEAST = 1e-9  # of what formulas divide by; less is a slip of the pen
+MOST = 1e12
+
+
+@dataclass(frozen=True, slots=True)
+class Price:
+    """One number of a price file."""
+
+    value: float
+    unit: str
+    source: str  # the paper's symbol and where its number comes from
+
+
+def _price(unit: str, *, positive: bool = False, at_most: float = MOST) -> Any:
+    """A field of type :class:`Price` in this unit; never negative, ``positive`` where a formula divides by it."""
+    return field(metadata={"unit": unit, "at_least": LEAST if positive else 0.0, "at_most": at_most})
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyPrices:
+    """What a counted contact with each type of property costs."""
+
+    mailbox: Price = _price("USD/contact", positive=True)
+    trash_bin: Price = _price("USD/contact", positive=True)
+    building_glass: Price = _price("USD/contact", positive=True)
+    bollard: Price = _price("USD/contact", positive=True)
+    plant: Price = _price("USD/contact")
+    fence: Price = _price("USD/contact")
+
+
+@dataclass(frozen=True, slots=True)
+class InjuryCosts:
+    """Cost of one injury by its severity (maximum abbreviated injury scale)."""
+
+    mais_0: Price = _price("USD/event")
+    mais_1: Price = _price("USD/event", positive=True)
+    mais_2: Price = _price("USD/event", positive=True)
+    mais_3: Price = _price("USD/event", positive=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Logistic:
+    """Coefficients of one risk curve."""
+
+    intercept: float
+    slope_per_mph: float  # [1/mph]
+
+
+@dataclass(frozen=True, slots=True)
+class InjuryRisk:
+    """Risk curves: probability of a severity of at least MAIS k."""
+
+    source: str
+    mais_1: Logistic
+    mais_2: Logistic
+    mais_3: Logistic
+    mais_4: Logistic
+    mais_5: Logistic
+    fatal: Logistic
+
+    @property
+    def curves(self) -> tuple[Logistic, ...]:
+        """The six curves, least severe first."""
+        return (self.mais_1, self.mais_2, self.mais_3, self.mais_4, self.mais_5, self.fatal)
+
+
+@dataclass(frozen=True, slots=True)
+class InjuryPrices:
+    """What an injury costs, and how likely it is."""
+
+    costs: InjuryCosts
+    logistic: InjuryRisk
+    reference_vehicle_mass: Price = _price("kg", positive=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Prices:
+    """A price file. Derived quantities are properties; the formulas are those of the paper's appendix."""
+
+    property_damage: PropertyPrices
+    injury: InjuryPrices
+    robot_cost: Price = _price("USD/robot", positive=True)
+    lidar_cost: Price = _price("USD/robot")
+    gps_cost: Price = _price("USD/robot")
+    robot_life: Price = _price("year", positive=True)
+    deliveries_per_day: Price = _price("run/day", positive=True)
+    data_collector_wage: Price = _price("USD/h")
+    data_collection_time: Price = _price("h")
+    delivery_fee: Price = _price("USD/run", positive=True)
+    refund: Price = _price("USD/run", positive=True)
+    physical_assistance_baseline: Price = _price("1/run", positive=True)
+    annual_repair_rate: Price = _price("1/year", positive=True)
+    electricity: Price = _price("USD/kWh")
+    charge_efficiency: Price = _price("1", positive=True, at_most=1.0)
+    battery_roundtrip_efficiency: Price = _price("1", positive=True, at_most=1.0)
+    inverter_efficiency: Price = _price("1", positive=True, at_most=1.0)
+    motor_efficiency: Price = _price("1", positive=True, at_most=1.0)
+    robot_mass: Price = _price("kg", positive=True)
+    rolling_resistance_coefficient: Price = _price("1")
+
+    @property
+    def robot_life_runs(self) -> float:
+        """Deliveries in a robot's life, N_RobotLifeRun [run]."""
+        return self.robot_life.value * DAYS_PER_YEAR * self.deliveries_per_day.value
+
+    @property
+    def food_price(self) -> float:
+        """What spoiled food costs, P_MktFood [USD/run]: the refund without the delivery fee."""
+        return self.refund.value - self.delivery_fee.value
+
+    @property
+    def electro_mechanical_efficiency(self) -> float:
+        """From the grid to the wheel, C_ElectroMechanicalEff [1]."""
+        return (
+            self.charge_efficiency.value
+            * self.inverter_efficiency.value
+            * self.battery_roundtrip_efficiency.value
+            * self.motor_efficiency.value
+        )
+
+    @property
+    def repair_per_physical_assistance(self) -> float:
+        """Repair cost if every delivery ended in physical assistance [USD/run]."""
+        per_run = self.robot_cost.value / self.robot_life_runs
+        return per_run * self.annual_repair_rate.value / self.physical_assistance_baseline.value
+
+    @property
+    def rolling_resistance_force(self) -> float:
+        """Force that keeps the robot rolling, C_RollingResistanceForce [N]."""
+        return self.robot_mass.value * GRAVITY * self.rolling_resistance_coefficient.value
+
+    @property
+    def injury_mass_factor(self) -> float:
+        """Robot's mass over that of the crash report's vehicles, K_InjuryAdjustment [1]."""
+        return self.robot_mass.value / self.injury.reference_vehicle_mass.value
+
+    @property
+    def mais_costs(self) -> tuple[float, float, float, float]:
+        """Cost of MAIS 0..3 before the mass adjustment [USD/event]."""
+        costs = self.injury.costs
+        return (costs.mais_0.value, costs.mais_1.value, costs.mais_2.value, costs.mais_3.value)
+
+    @property
+    def mais_intercepts(self) -> tuple[float, ...]:
+        """Intercepts of the risk curves MAIS >= 1..5 and fatal."""
+        return tuple(curve.intercept for curve in self.injury.logistic.curves)
+
+    @property
+    def mais_slopes(self) -> tuple[float, ...]:
+        """Slopes of the risk curves MAIS >= 1..5 and fatal [1/mph]."""
+        return tuple(curve.slope_per_mph for curve in self.injury.logistic.curves)
+
+
+def load_prices(name_or_file: str = "costnav") -> Prices:
+    """Prices by name (of ``params/prices``) or from a YAML file.
+
+    Raises:
+        InputError: an unknown name or key, a number in another unit or out of its range.
+    """
+    path = resolve(name_or_file, shipped("params") / "prices", "prices")
+    prices = load_dataclass(Prices, path)
+    _check(prices, str(path))
+    if prices.food_price < 0:
+        raise ParameterError(
+            f"{path}: refund {prices.refund.value:g} USD is less than the delivery_fee "
+            f"{prices.delivery_fee.value:g} USD that it contains; raise the one or lower the other"
+        )
+    return prices
+
+
+def _check(group: Any, where: str) -> None:
+    """Units and ranges of every :class:`Price` below a group."""
+    for entry in dataclasses.fields(group):
+        value, path = getattr(group, entry.name), f"{where}: {entry.name}"
+        if isinstance(value, Price):
+            _check_price(value, entry.metadata, path)
+        elif dataclasses.is_dataclass(value):
+            _check(value, path)
+
+
+def _check_price(price: Price, allowed: Mapping[str, Any], where: str) -> None:
+    if price.unit != allowed["unit"]:
+        raise ParameterError(f"{where}: is given in '{price.unit}'; convert it to '{allowed['unit']}'")
+    if not allowed["at_least"] <= price.value <= allowed["at_most"]:
+        raise ParameterError(f"{where}: {price.value:g} lies outside {allowed['at_least']:g}..{allowed['at_most']:g}")

@@ -1,0 +1,181 @@
+"""The paper's two result tables on a console, for any mix of one's own runs and published columns."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from io import TextIOWrapper
+from typing import TextIO
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.economics.cost_model import Economics, Measured
+from harness.report.table_rows import LAYOUTS, NOT_MODELLED, RATES, Layout, Row
+from harness.statistics import Interval, wilson_interval
+
+PLAIN_WIDTH = 120  # [characters] where the output is no terminal
+INDENT = "  "  # of a row under its section
+LABEL_WIDTH = len(INDENT) + max(
+    len(row.label) for layout in LAYOUTS for section in layout.sections for row in section.rows
+)
+GAP = 2  # [characters] between columns
+TITLE_LINE = 9  # [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of both tables."""
+
+    title: str
+    measured: Measured
+    economics: Economics
+    n: int  # deliveries behind it
+    intervals: Mapping[str, Interval] = field(default_factory=dict)  # by field of Measured or Economics
+    published: bool = False
+
+    def value(self, key: str) -> float | None:
+        """The quantity of a row."""
+        source = self.measured if hasattr(self.measured, key) else self.economics
+        value: float | None = getattr(source, key)
+        return value
+
+    def interval(self, key: str) -> Interval | None:
+        """Its 95 % interval: the one given, or Wilson's for a share of one's own deliveries."""
+        value = self.value(key)
+        if value is None or self.published:
+            return None
+        if key in self.intervals:
+            return self.intervals[key]
+        return wilson_interval(round(value * self.n), self.n) if key in RATES else None
+
+
+def report_console(stream: TextIO) -> Console:
+    """A console of a terminal's own width and colours, or plain text of a fixed width."""
+    if isinstance(stream, TextIOWrapper):
+        stream.reconfigure(errors="replace")  # a Δ on an ASCII terminal is no reason to stop
+    return Console(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
+
+
+def render_tables(columns: Sequence[Column], console: Console) -> None:
+    """Print both tables and what is to be known about their entries.
+
+    Columns that do not fit beside each other continue in a further table below.
+    """
+    for layout in LAYOUTS:
+        texts = [_column_text(layout, column) for column in columns]
+        for block in _blocks(texts, console.width):
+            console.print(_table(layout, block))
+            console.print()
+    for note in _notes(columns):
+        console.print(Text(note, style="dim"))
+
+
+@dataclass(frozen=True, slots=True)
+class _ColumnText:
+    """One column of one table, padded to its width."""
+
+    header: str
+    cells: dict[str, str]  # by row key
+    width: int  # [characters]
+
+
+def _column_text(layout: Layout, column: Column) -> _ColumnText:
+    """Values right-aligned, their intervals right-aligned beside them."""
+    rows = [row for section in layout.sections for row in section.rows]
+    values = {row.key: _number(column.value(row.key), row) for row in rows}
+    spans = {row.key: _span(column.interval(row.key), row) for row in rows}
+    header = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
+    span_width = max(map(len, spans.values()))
+    beside = 1 + span_width if span_width else 0
+    width = max(max(map(len, header)), max(map(len, values.values())) + beside)
+    cells = {key: values[key].rjust(width - beside) + spans[key].rjust(beside) for key in values}
+    return _ColumnText("\n".join(line.rjust(width) for line in header), cells, width)
+
+
+def _broken(title: str) -> list[str]:
+    """A title in lines of at most :data:`TITLE_LINE` characters where its words allow it."""
+    lines = [""]
+    for word in title.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and len(longer) > TITLE_LINE:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+def _number(value: float | None, row: Row) -> str:
+    if value is None:
+        return row.absent
+    return f"{round(value, row.decimals) + 0.0:,.{row.decimals}f}"  # + 0.0: no minus sign before a rounded zero
+
+
+def _span(interval: Interval | None, row: Row) -> str:
+    """An interval as text; empty where there is none."""
+    if interval is None or interval.low is None or interval.high is None:
+        return ""
+    return f"[{_number(interval.low, row)}, {_number(interval.high, row)}]"
+
+
+def _blocks(columns: Sequence[_ColumnText], width: int) -> list[list[_ColumnText]]:
+    """Columns in groups that fit into ``width`` characters, at least one in each."""
+    blocks: list[list[_ColumnText]] = [[]]
+    used = LABEL_WIDTH
+    for column in columns:
+        if blocks[-1] and used + GAP + column.width > width:
+            blocks.append([])
+            used = LABEL_WIDTH
+        blocks[-1].append(column)
+        used += GAP + column.width
+    return blocks
+
+
+def _table(layout: Layout, columns: Sequence[_ColumnText]) -> Table:
+    table = Table(
+        title=layout.title,
+        title_style="bold",
+        title_justify="left",
+        box=box.HORIZONTALS,
+        padding=(0, GAP - 1, 0, 0),  # the box's divider is the other space
+        show_edge=False,
+        pad_edge=False,
+    )
+    table.add_column("Metric", no_wrap=True, min_width=LABEL_WIDTH, vertical="bottom")
+    for column in columns:
+        table.add_column(Text(column.header), no_wrap=True, vertical="bottom")
+    for section in layout.sections:
+        table.add_row(Text(section.title, style="italic"))
+        for row in section.rows:
+            style = "bold" if row.bold else ""
+            table.add_row(INDENT + row.label, *(Text(column.cells[row.key]) for column in columns), style=style)
+        table.add_section()
+    return table
+
+
+def _notes(columns: Sequence[Column]) -> list[str]:
+    """Footnotes, only those that the tables give cause for."""
+    notes = []
+    if any(column.economics.break_even_runs is None for column in columns):
+        notes.append("BEP --: the contribution margin is not positive (or undefined), so there is no break-even point.")
+    if any(value is None for column in columns for value in _contacts(column)):
+        notes.append("Contact --: nothing of this kind stands in that world; it costs nothing.")
+    if any(column.measured.spoiled is None for column in columns):
+        notes.append(
+            f"{NOT_MODELLED}: the cargo was not simulated; every sum that depends on it is undefined, not zero."
+        )
+    if any(column.interval(key) for column in columns for key in RATES):
+        notes.append(
+            "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over deliveries for means."
+        )
+    if any(column.published for column in columns):
+        notes.append("paper: as measured and published there; the money is computed here from these measurements.")
+    return notes
+
+
+def _contacts(column: Column) -> tuple[float | None, ...]:
+    measured = column.measured
+    return (
+        *(measured.mailbox_contacts, measured.trash_bin_contacts, measured.building_glass_contacts),
+        *(measured.bollard_contacts, measured.plant_contacts, measured.fence_contacts),
+    )

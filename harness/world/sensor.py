@@ -1,0 +1,95 @@
+"""What every sensor does, and the two tools they share: a clock and a store of noise."""
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from harness.world.body_state import BodyState
+from navstack.errors import ParameterError
+from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry
+
+Measurement = Odometry | Imu | GpsFix | LaserScan
+
+_BLOCK = 256  # rows of noise drawn at once
+
+
+class Sensor(ABC):
+    """Measures the true world imperfectly. Which measurement it makes is which field of the observation it fills."""
+
+    @abstractmethod
+    def reset(self, body: BodyState, rng: np.random.Generator) -> None:
+        """Start an episode with the robot at ``body``; all noise comes from ``rng``."""
+
+    @abstractmethod
+    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Measurement:
+        """One measurement.
+
+        Args:
+            body: true motion of the robot now.
+            pedestrians: (n, 4) x, y [m], vx, vy [m/s] in the map frame.
+            stamp: [s] now.
+        """
+
+
+class Clock:
+    """Says when something that runs at a fixed rate is due: first at the start, then once per period.
+
+    The periods are counted, not summed up, so that rounding never shifts them against the physics steps.
+    """
+
+    _TOLERANCE = 1e-6  # [periods] within which a time stamp counts as on time
+
+    def __init__(self, rate: float) -> None:
+        """Make a clock of ``rate`` [Hz]."""
+        self._rate = rate
+        self._last = -1
+
+    def reset(self) -> None:
+        """Be due at the next question."""
+        self._last = -1
+
+    def is_due(self, stamp: float) -> bool:
+        """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
+        period = math.floor(stamp * self._rate + self._TOLERANCE)
+        if period <= self._last:
+            return False
+        self._last = period
+        return True
+
+
+class NoiseStore:
+    """Standard normal numbers, drawn in blocks because single draws are slow."""
+
+    def __init__(self, rng: np.random.Generator, columns: int) -> None:
+        """Hand out rows of ``columns`` numbers from ``rng``."""
+        self._rng = rng
+        self._columns = columns
+        self._rows: list[list[float]] = []
+
+    def row(self) -> list[float]:
+        """The next row."""
+        if not self._rows:
+            self._rows = self._rng.standard_normal((_BLOCK, self._columns))[::-1].tolist()
+        return self._rows.pop()
+
+
+def check_rate(sensor: str, rate: float) -> None:
+    """Refuse a rate that is not positive.
+
+    Raises:
+        ParameterError: so it is.
+    """
+    if not rate > 0.0:
+        raise ParameterError(f"{sensor}: rate {rate} Hz; allowed is more than 0")
+
+
+def check_deviations(sensor: str, **deviations: float) -> None:
+    """Refuse negative standard deviations.
+
+    Raises:
+        ParameterError: one is negative; the message names it.
+    """
+    for name, value in deviations.items():
+        if value < 0.0:
+            raise ParameterError(f"{sensor}: {name} {value}; allowed is 0 or more")

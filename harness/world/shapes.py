@@ -1,0 +1,98 @@
+"""Rectangles and convex polygons in the plane, and their cells."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.types import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Rect:
+    """A rectangle parallel to the axes, map frame."""
+
+    x0: float  # [m]
+    y0: float  # [m]
+    x1: float  # [m]
+    y1: float  # [m]
+
+    @property
+    def width(self) -> float:
+        """Along x, in [m]."""
+        return self.x1 - self.x0
+
+    @property
+    def depth(self) -> float:
+        """Along y, in [m]."""
+        return self.y1 - self.y0
+
+    @property
+    def polygon(self) -> FloatArray:
+        """The corners (4, 2), counter-clockwise."""
+        return np.array(((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1)))
+
+    def inset(self, left: float, bottom: float, right: float, top: float) -> "Rect":
+        """The rectangle with each side moved inwards, in [m]; negative values move it outwards."""
+        return Rect(self.x0 + left, self.y0 + bottom, self.x1 - right, self.y1 - top)
+
+    def overlaps(self, other: "Rect") -> bool:
+        """Whether the two share an inner point."""
+        return self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
+
+    def contains(self, other: "Rect") -> bool:
+        """Whether the other lies within this one."""
+        return self.x0 <= other.x0 and other.x1 <= self.x1 and self.y0 <= other.y0 and other.y1 <= self.y1
+
+
+def box(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
+    """A rectangle (4, 2) centred at (x, y), ``length`` along ``yaw``; counter-clockwise."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    local = 0.5 * np.array(((-length, -width), (length, -width), (length, width), (-length, width)))
+    return local @ np.array(((cos, sin), (-sin, cos))) + (x, y)
+
+
+def octagon(x: float, y: float, radius: float) -> FloatArray:
+    """A regular octagon (8, 2) of circumscribed ``radius`` [m]: the cross-section of a post; counter-clockwise."""
+    angles = np.pi / 8.0 + np.arange(8) * np.pi / 4.0
+    return np.stack((x + radius * np.cos(angles), y + radius * np.sin(angles)), axis=1)
+
+
+def bounds(polygon: FloatArray) -> Rect:
+    """The bounding rectangle of a polygon (N, 2)."""
+    (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)
+    return Rect(float(x0), float(y0), float(x1), float(y1))
+
+
+def polygon_area(polygon: FloatArray) -> float:
+    """Signed area in [m2], positive when counter-clockwise (shoelace formula)."""
+    x, y = polygon.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def fill_convex(mask: BoolArray, polygon: FloatArray, value: bool, resolution: float, x0: float, y0: float) -> None:
+    """Set the cells of a mask (H, W) whose centres lie in a convex counter-clockwise polygon (N, 2), in place.
+
+    Args:
+        mask: row 0 = lowest y.
+        polygon: corners in [m].
+        value: what to set.
+        resolution: [m/cell].
+        x0: [m] of the mask's left edge.
+        y0: [m] of the mask's lower edge.
+    """
+    area = bounds(polygon)
+    columns = _cells(area.x0 - x0, area.x1 - x0, resolution, mask.shape[1])
+    rows = _cells(area.y0 - y0, area.y1 - y0, resolution, mask.shape[0])
+    x = x0 + (columns + 0.5) * resolution
+    y = (y0 + (rows + 0.5) * resolution)[:, None]
+    inside = np.ones((len(rows), len(columns)), dtype=bool)
+    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -1e-9
+    if inside.any():
+        mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = value
+
+
+def _cells(low: float, high: float, resolution: float, count: int) -> FloatArray:
+    first, last = math.floor(low / resolution), math.ceil(high / resolution)
+    return np.arange(max(first, 0), min(last, count))

@@ -1,0 +1,22 @@
+"""Cost of the costmap under the robot's centre."""
+
+from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.kernels import obstacle_costs
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.params.dwb import DwbParams, ObstacleParams
+from navstack.types import FloatArray
+
+
+class BaseObstacleCritic(Critic):
+    """After ``base_obstacle.cpp``: illegal wherever the centre meets an inscribed, lethal or unknown cell."""
+
+    def __init__(self, params: ObstacleParams, dwb: DwbParams) -> None:
+        super().__init__(params.scale)
+        self._sum_scores = params.sum_scores
+
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        """The cost 0..252 under the last pose, or the sum over all poses."""
+        costs = scene.costmap.data.reshape(-1)
+        result: FloatArray = obstacle_costs(scene.cells, rollouts.lengths, costs, self._sum_scores)
+        return result

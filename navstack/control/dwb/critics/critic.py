@@ -1,0 +1,31 @@
+"""What every critic does."""
+
+from abc import ABC, abstractmethod
+
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.types import FloatArray, Twist2D
+
+
+class Critic(ABC):
+    """Scores trajectories; the raw score is kept apart from its weight, so that a decision can be explained."""
+
+    def __init__(self, scale: float) -> None:
+        self._scale = scale
+
+    def reset(self) -> None:  # noqa: B027 - most critics remember nothing
+        """A new plan: forget what belongs to the previous one."""
+
+    def prepare(self, scene: Scene) -> None:  # noqa: B027 - most critics need no preparation
+        """Look once per cycle at what all trajectories share."""
+
+    def scale(self, scene: Scene) -> float:
+        """The weight of the raw costs; 0 leaves the critic out of this cycle."""
+        return self._scale
+
+    @abstractmethod
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
+
+    def debrief(self, scene: Scene, command: Twist2D) -> None:  # noqa: B027 - most critics remember nothing
+        """Hear what was commanded; standstill where every trajectory was illegal."""

@@ -1,0 +1,78 @@
+"""Cost of the costmap under the outline of the robot."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.kernels import CellArray
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.control.footprint_cost import outline_cost
+from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.params.dwb import DwbParams, ObstacleParams
+from navstack.types import ByteArray, FloatArray, IntArray
+
+
+class ObstacleFootprintCritic(Critic):
+    """After ``obstacle_footprint.cpp``: illegal wherever the outline meets a lethal or unknown cell or leaves the map.
+
+    Much dearer than BaseObstacle: it walks every outline of every pose.
+    """
+
+    def __init__(self, params: ObstacleParams, dwb: DwbParams) -> None:
+        super().__init__(params.scale)
+        self._sum_scores = params.sum_scores
+
+    def scale(self, scene: Scene) -> float:
+        """Per metre of a cell, as Nav2 has it."""
+        return scene.costmap.resolution * self._scale
+
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        """The greatest cost 0..253 under the last outline, or the sum over all poses."""
+        c = scene.costmap
+        result: FloatArray = outline_costs(
+            rollouts.x,
+            rollouts.y,
+            rollouts.yaw,
+            rollouts.lengths,
+            scene.cells,
+            c.data,
+            c.origin_x,
+            c.origin_y,
+            c.resolution,
+            scene.footprint,
+            self._sum_scores,
+        )
+        return result
+
+
+@njit(cache=True)
+def outline_costs(
+    x: FloatArray,
+    y: FloatArray,
+    yaw: FloatArray,
+    lengths: IntArray,
+    cells: CellArray,
+    costs: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    footprint: FloatArray,
+    sum_scores: bool,
+) -> FloatArray:
+    """Greatest cost (K,) under the outline at the last of the poses (K, T), or its sum over all; inf if illegal."""
+    result = np.empty(len(x))
+    for k in range(len(x)):
+        total, last = 0.0, 0.0
+        for t in range(lengths[k]):
+            last = math.inf
+            if cells[k, t] >= 0:
+                cost = outline_cost(costs, origin_x, origin_y, resolution, footprint, x[k, t], y[k, t], yaw[k, t])
+                last = math.inf if cost >= LETHAL_OBSTACLE else float(cost)
+            total += last
+            if total == math.inf:
+                break
+        result[k] = total if sum_scores else last
+    return result

@@ -1,0 +1,84 @@
+"""Forbid turning back before the robot has got somewhere."""
+
+import math
+
+import numpy as np
+
+from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.params.dwb import DwbParams, OscillationParams
+from navstack.types import BoolArray, FloatArray, Pose2D, Twist2D
+
+
+class _CommandTrend:
+    """Signs of the commands of one axis; one change of sign makes the new sign binding."""
+
+    def __init__(self) -> None:
+        self._sign = 0.0
+        self._positive_only = self._negative_only = False
+
+    def update(self, velocity: float) -> bool:
+        """Hear a command; answer whether the sign has just flipped."""
+        if velocity == 0.0:
+            return False
+        flipped = velocity * self._sign < 0.0
+        self._positive_only |= flipped and velocity > 0.0
+        self._negative_only |= flipped and velocity < 0.0
+        self._sign = math.copysign(1.0, velocity)
+        return flipped
+
+    @property
+    def restricts(self) -> bool:
+        """Whether some sign is forbidden."""
+        return self._positive_only or self._negative_only
+
+    def oscillates(self, velocities: FloatArray) -> BoolArray:
+        """Which of the velocities (K,) have a forbidden sign."""
+        forbidden: BoolArray = (self._positive_only & (velocities < 0.0)) | (self._negative_only & (velocities > 0.0))
+        return forbidden
+
+
+class OscillationCritic(Critic):
+    """After ``oscillation.cpp``; the restriction ends by distance, angle or time from where it was last imposed."""
+
+    def __init__(self, params: OscillationParams, dwb: DwbParams) -> None:
+        super().__init__(params.scale)
+        self._params = params
+        self._imposed_pose = Pose2D()
+        self._imposed_at = 0.0  # [s]
+        self.reset()
+
+    def reset(self) -> None:
+        """No restriction."""
+        self._trends = [_CommandTrend() for _ in range(3)]  # x, y, yaw rate
+
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        """0, or inf for a forbidden direction."""
+        costs = np.zeros(len(rollouts.commands))
+        for axis, trend in enumerate(self._trends):
+            if trend.restricts:
+                costs[trend.oscillates(rollouts.commands[:, axis])] = np.inf
+        return costs
+
+    def debrief(self, scene: Scene, command: Twist2D) -> None:
+        """Follow the signs of the commands, sideways and turning only while hardly driving forward."""
+        x, y, theta = self._trends
+        flipped = x.update(command.linear_x)
+        threshold = self._params.x_only_threshold
+        if threshold < 0.0 or abs(command.linear_x) <= threshold:
+            flipped |= y.update(command.linear_y)
+            flipped |= theta.update(command.angular_z)
+        if flipped:
+            self._imposed_pose, self._imposed_at = scene.pose, scene.stamp
+        if any(trend.restricts for trend in self._trends) and self._has_got_somewhere(scene):
+            self.reset()
+
+    def _has_got_somewhere(self, scene: Scene) -> bool:
+        p, origin = self._params, self._imposed_pose
+        squared = (scene.pose.x - origin.x) ** 2 + (scene.pose.y - origin.y) ** 2
+        far = p.oscillation_reset_dist >= 0.0 and squared > p.oscillation_reset_dist**2
+        turn = abs(scene.pose.yaw - origin.yaw)  # not wrapped, as in Nav2
+        turned = p.oscillation_reset_angle >= 0.0 and turn > p.oscillation_reset_angle
+        waited = p.oscillation_reset_time >= 0.0 and scene.stamp - self._imposed_at > p.oscillation_reset_time
+        return far or turned or waited

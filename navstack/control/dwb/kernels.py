@@ -1,0 +1,202 @@
+"""Inner loops of DWB: trajectories, the cells they cross, and what they meet there."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from navstack.control.dwb.velocity_samples import project_velocity
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+
+CellArray = npt.NDArray[np.int32]
+OFF_MAP = -1  # cell index of a pose outside the costmap
+SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
+
+
+@njit(cache=True)
+def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: float) -> IntArray:
+    """Steps (K,) of the commands' (K, 3) trajectories: at most ``linear`` [m] and ``angular`` [rad] each.
+
+    ``StandardTrajectoryGenerator::getTimeSteps``: the command decides, not the speed that the robot reaches.
+    """
+    steps = np.empty(len(commands), dtype=np.int64)
+    for k in range(len(commands)):
+        distance = math.hypot(commands[k, 0], commands[k, 1]) * sim_time
+        turn = abs(commands[k, 2]) * sim_time
+        steps[k] = max(1, int(math.ceil(max(distance / linear, turn / angular))))
+    return steps
+
+
+@njit(cache=True)
+def sine_cosine(angle: float) -> tuple[float, float]:
+    """Sine and cosine; a Taylor series to the ninth and eighth power for the small angles of one step."""
+    if abs(angle) > SMALL_TURN:
+        return math.sin(angle), math.cos(angle)
+    s = angle * angle
+    sine = angle * (1.0 - s * (1.0 / 6.0) * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0)))))
+    cosine = 1.0 - s * 0.5 * (1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0))))
+    return sine, cosine
+
+
+@njit(cache=True)
+def roll_out(
+    start: FloatArray,
+    velocity: FloatArray,
+    commands: FloatArray,
+    limits: FloatArray,
+    steps: IntArray,
+    sim_time: float,
+    x: FloatArray,
+    y: FloatArray,
+    yaw: FloatArray,
+    first: FloatArray,
+) -> None:
+    """Drive every command (K, 3) from ``start`` (3,) at ``velocity`` (3,) and write the poses into x, y, yaw (K, T).
+
+    A trajectory has its start and ``steps[k]`` poses; the rest of its row repeats the last. ``limits`` (3, 2):
+    acceleration and (negative) deceleration per axis. ``first`` (K, 3) receives the velocity of the first step.
+    Each step is a straight line along the heading it begins with (``computeNewPosition``); the heading's cosine and
+    sine follow by rotation.
+    """
+    start_sine, start_cosine = math.sin(start[2]), math.cos(start[2])
+    length = x.shape[1]
+    for k in range(len(commands)):
+        dt = sim_time / steps[k]
+        px, py, angle = start[0], start[1], start[2]
+        sine, cosine = start_sine, start_cosine
+        vx, vy, w = velocity[0], velocity[1], velocity[2]
+        x[k, 0], y[k, 0], yaw[k, 0] = px, py, angle
+        turn_sine, turn_cosine, turned_at = 0.0, 1.0, 0.0
+        for t in range(1, steps[k] + 1):
+            vx = project_velocity(vx, limits[0, 0], limits[0, 1], dt, commands[k, 0])
+            vy = project_velocity(vy, limits[1, 0], limits[1, 1], dt, commands[k, 1])
+            w = project_velocity(w, limits[2, 0], limits[2, 1], dt, commands[k, 2])
+            if t == 1:
+                first[k, 0], first[k, 1], first[k, 2] = vx, vy, w
+            px += (vx * cosine - vy * sine) * dt
+            py += (vx * sine + vy * cosine) * dt
+            angle += w * dt
+            x[k, t], y[k, t], yaw[k, t] = px, py, angle
+            if w != turned_at:
+                turn_sine, turn_cosine = sine_cosine(w * dt)
+                turned_at = w
+            sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
+        for t in range(steps[k] + 1, length):
+            x[k, t], y[k, t], yaw[k, t] = px, py, angle
+
+
+@njit(cache=True)
+def cell_index(x: float, y: float, width: int, height: int, ox: float, oy: float, resolution: float) -> int:
+    """Index of the cell of a point in the flattened costmap; OFF_MAP outside (``Costmap2D::worldToMap``)."""
+    fx = (x - ox) / resolution
+    fy = (y - oy) / resolution
+    if fx >= 0.0 and fy >= 0.0 and fx < width and fy < height:
+        return int(fy) * width + int(fx)
+    return OFF_MAP
+
+
+@njit(cache=True)
+def pose_cells(
+    x: FloatArray,
+    y: FloatArray,
+    lengths: IntArray,
+    width: int,
+    height: int,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    cells: CellArray,
+) -> BoolArray:
+    """Write the cells (K, T) of the poses; the answer (K,) says which trajectories leave the map."""
+    leaves = np.zeros(len(x), dtype=np.bool_)
+    for k in range(len(x)):
+        n = lengths[k]
+        outside = False
+        for t in range(n):
+            cells[k, t] = cell_index(x[k, t], y[k, t], width, height, origin_x, origin_y, resolution)
+            outside |= cells[k, t] < 0
+        cells[k, n:] = cells[k, n - 1]
+        leaves[k] = outside
+    return leaves
+
+
+@njit(cache=True)
+def nose_cells(
+    x: FloatArray,
+    y: FloatArray,
+    yaw: FloatArray,
+    first: int,
+    ahead: float,
+    width: int,
+    height: int,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+) -> CellArray:
+    """Cells (K, T - first) of the points ``ahead`` [m] of the poses (K, T) from column ``first`` on."""
+    count, length = x.shape
+    cells = np.empty((count, length - first), dtype=np.int32)
+    for k in range(count):
+        for t in range(first, length):
+            nose_x = x[k, t] + ahead * math.cos(yaw[k, t])
+            nose_y = y[k, t] + ahead * math.sin(yaw[k, t])
+            cells[k, t - first] = cell_index(nose_x, nose_y, width, height, origin_x, origin_y, resolution)
+    return cells
+
+
+@njit(cache=True)
+def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_scores: bool) -> FloatArray:
+    """Cost (K,) of the last pose, or of all, of trajectories with cells (K, T) in ``costs`` (cells,).
+
+    inf where any pose is off the map, unknown, or at least an inscribed obstacle (``base_obstacle.cpp``).
+    """
+    result = np.empty(len(cells))
+    for k in range(len(cells)):
+        total = 0.0
+        last = 0
+        for t in range(lengths[k]):
+            cell = cells[k, t]
+            last = costs[cell] if cell >= 0 else INSCRIBED_INFLATED_OBSTACLE
+            if last >= INSCRIBED_INFLATED_OBSTACLE:
+                total = math.inf
+                break
+            total += last
+        result[k] = total if sum_scores or total == math.inf else last
+    return result
+
+
+@njit(cache=True)
+def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
+    """Manhattan distance (M,) in [cells] from flat cell indices (M,) to the nearest of the seeds (S, 2) as (mx, my).
+
+    inf for a cell that is off the map. This is what Nav2's ``MapGrid`` holds in that cell: its wave front ignores
+    obstacles, so that every value is a plain L1 distance.
+    """
+    sx = seeds[:, 0].astype(np.int32)
+    sy = seeds[:, 1].astype(np.int32)
+    distances = np.empty(len(cells))
+    for i in range(len(cells)):
+        if cells[i] < 0:
+            distances[i] = math.inf
+            continue
+        mx = np.int32(cells[i] % width)
+        my = np.int32(cells[i] // width)
+        nearest = np.int32(2147483647)
+        for s in range(len(sx)):
+            nearest = min(nearest, np.int32(abs(sx[s] - mx) + abs(sy[s] - my)))
+        distances[i] = nearest
+    return distances
+
+
+@njit(cache=True)
+def add_weighted(raw: FloatArray, scales: Float32Array) -> Float32Array:
+    """Totals (K,) of raw scores (C, K), accumulated in float32 in the critics' order, as ``TrajectoryScore`` does."""
+    totals = np.zeros(raw.shape[1], dtype=np.float32)
+    for c in range(len(raw)):
+        scale = np.float64(scales[c])
+        if scale != 0.0:
+            for k in range(raw.shape[1]):
+                totals[k] = np.float32(np.float64(totals[k]) + raw[c, k] * scale)
+    return totals

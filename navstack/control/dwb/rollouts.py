@@ -1,0 +1,101 @@
+"""The trajectories that DWB compares."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.control.dwb.kernels import roll_out, step_counts
+from navstack.control.dwb.velocity_samples import VelocitySampler, largest_steps
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.dwb import DwbParams
+from navstack.types import FloatArray, IntArray, Pose2D, Twist2D
+
+STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
+LIMITED_ACCEL = "dwb_plugins::LimitedAccelGenerator"
+GENERATORS = (STANDARD, LIMITED_ACCEL)
+
+
+@dataclass(slots=True, eq=False)
+class Rollouts:
+    """K trajectories of at most T poses in the map frame; a shorter one repeats its last pose to the end of its row.
+
+    The arrays are reused: they hold until the next cycle.
+    """
+
+    commands: FloatArray  # (K, 3) vx [m/s], vy [m/s], yaw rate [rad/s]: commanded if the trajectory wins
+    x: FloatArray  # (K, T) [m]
+    y: FloatArray  # (K, T) [m]
+    yaw: FloatArray  # (K, T) [rad], not wrapped
+    lengths: IntArray  # (K,) poses of a trajectory: its start, one per step, and (if so set) the last one again
+    steps: IntArray  # (K,) steps of simulated time
+    sim_time: float  # [s] that each trajectory lasts
+
+    def yaw_at(self, time: float) -> FloatArray:
+        """Heading (K,) in [rad] after ``time`` seconds, interpolated between the poses."""
+        position = np.minimum(time / self.sim_time * self.steps, self.steps)
+        index = np.minimum(position.astype(np.int64), self.steps - 1)
+        rows = np.arange(len(index))
+        before, after = self.yaw[rows, index], self.yaw[rows, index + 1]
+        heading: FloatArray = before + (position - index) * (after - before)
+        return heading
+
+    @property
+    def yaw_rates(self) -> FloatArray:
+        """Yaw rate (K, T - 1) in [rad/s] between consecutive poses; 0 after the end."""
+        rates: FloatArray = np.diff(self.yaw, axis=1) * (self.steps / self.sim_time)[:, None]
+        return rates
+
+
+class RolloutGenerator:
+    """Makes the rollouts of one cycle, after ``StandardTrajectoryGenerator`` and ``LimitedAccelGenerator``.
+
+    The standard one samples what can be reached within ``sim_time`` and ramps up to it; the limited one samples what
+    can be reached within one control period and drives that at once.
+    """
+
+    def __init__(self, params: DwbParams, controller_frequency: float) -> None:
+        """Prepare the sampling.
+
+        Raises:
+            UnknownNameError: ``trajectory_generator_name`` does not exist.
+            ParameterError: the simulated time or a granularity is not positive.
+        """
+        _check(params)
+        name = params.trajectory_generator_name
+        if name not in GENERATORS:
+            raise UnknownNameError("trajectory generator", name, GENERATORS)
+        ramps = name == STANDARD
+        period = params.sim_period or 1.0 / controller_frequency
+        self._sampler = VelocitySampler(params, params.sim_time if ramps else period)
+        self._params = params
+        p = params
+        limits = ((p.acc_lim_x, p.decel_lim_x), (p.acc_lim_y, p.decel_lim_y), (p.acc_lim_theta, p.decel_lim_theta))
+        self._limits = np.array(limits) if ramps else np.tile((math.inf, -math.inf), (3, 1))
+        self._length = largest_steps(params) + 1 + params.include_last_point
+        self._buffer = np.empty((3, 0, self._length))
+
+    def generate(self, pose: Pose2D, velocity: Twist2D) -> Rollouts:
+        """The trajectories from ``pose`` at ``velocity``."""
+        p = self._params
+        samples = self._sampler.sample(velocity)
+        count = len(samples)
+        if count > self._buffer.shape[1]:
+            self._buffer = np.empty((3, count, self._length))
+        x, y, yaw = (self._buffer[i, :count] for i in range(3))
+        if p.discretize_by_time:
+            steps = np.full(count, max(1, math.ceil(p.sim_time / p.time_granularity)))
+        else:
+            steps = step_counts(samples, p.sim_time, p.linear_granularity, p.angular_granularity)
+        first = np.empty((count, 3))
+        start_velocity = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
+        roll_out(pose.as_array(), start_velocity, samples, self._limits, steps, p.sim_time, x, y, yaw, first)
+        commands = first if p.limit_vel_cmd_in_traj else samples
+        return Rollouts(commands, x, y, yaw, steps + 1 + p.include_last_point, steps, p.sim_time)
+
+
+def _check(params: DwbParams) -> None:
+    for name in ("sim_time", "time_granularity", "linear_granularity", "angular_granularity"):
+        value = getattr(params, name)
+        if not value > 0.0:
+            raise ParameterError(f"FollowPath.{name} is {value}; it must be greater than 0")

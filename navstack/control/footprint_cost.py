@@ -1,0 +1,67 @@
+"""The costmap under a footprint's outline, after nav2_costmap_2d's FootprintCollisionChecker."""
+
+import math
+
+from numba import njit
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.types import ByteArray, FloatArray, Pose2D
+
+
+@njit(cache=True)
+def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
+    """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``)."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    step_x = 1 if x1 >= x0 else -1
+    step_y = 1 if y1 >= y0 else -1
+    along, across = max(dx, dy), min(dx, dy)
+    error = along // 2
+    worst = 0
+    x, y = x0, y0
+    for _ in range(along + 1):
+        worst = max(worst, costs[y, x])
+        error += across
+        if error >= along:
+            error -= along
+            x, y = x + step_x, y + step_y
+        elif dx >= dy:
+            x += step_x
+        else:
+            y += step_y
+    return worst
+
+
+@njit(cache=True)
+def outline_cost(
+    costs: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    yaw: float,
+) -> int:
+    """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map."""
+    height, width = costs.shape
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    count = len(footprint)
+    worst = 0
+    last_x = last_y = 0
+    for i in range(count + 1):
+        vx, vy = footprint[i % count, 0], footprint[i % count, 1]
+        fx = (x + vx * cosine - vy * sine - origin_x) / resolution
+        fy = (y + vx * sine + vy * cosine - origin_y) / resolution
+        if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
+            return LETHAL_OBSTACLE
+        mx, my = int(fx), int(fy)
+        if i > 0:
+            worst = max(worst, line_cost(costs, last_x, last_y, mx, my))
+        last_x, last_y = mx, my
+    return worst
+
+
+def footprint_cost(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> int:
+    """The greatest cost under the outline of ``footprint`` (V, 2) in [m] at ``pose``; see :func:`outline_cost`."""
+    origin_x, origin_y, resolution = costmap.origin_x, costmap.origin_y, costmap.resolution
+    return int(outline_cost(costmap.data, origin_x, origin_y, resolution, footprint, pose.x, pose.y, pose.yaw))

@@ -1,0 +1,67 @@
+"""When a goal counts as reached: the goal checkers of nav2_controller."""
+
+import math
+from abc import ABC, abstractmethod
+
+from navstack.geometry import shortest_angular_distance
+from navstack.params.checkers import SimpleGoalCheckerParams, StoppedGoalCheckerParams
+from navstack.types import Pose2D, Twist2D
+
+
+class GoalChecker(ABC):
+    """Decides whether the robot has arrived."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget everything about the previous goal."""
+
+    @abstractmethod
+    def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
+        """Whether the robot at ``pose`` has reached ``goal`` (same frame), moving at ``velocity`` (base frame)."""
+
+
+class SimpleGoalChecker(GoalChecker):
+    """Position and heading within tolerances (``simple_goal_checker.cpp``).
+
+    Stateful: once the position was within its tolerance only the heading is checked, until :meth:`reset`.
+    """
+
+    def __init__(self, params: SimpleGoalCheckerParams) -> None:
+        self._params = params
+        self._must_check_position = True
+
+    def reset(self) -> None:
+        """Check the position again."""
+        self._must_check_position = True
+
+    def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
+        """See the base class; the velocity does not matter."""
+        if self._must_check_position:
+            dx, dy = pose.x - goal.x, pose.y - goal.y
+            if dx * dx + dy * dy > self._params.xy_goal_tolerance**2:
+                return False
+            self._must_check_position = not self._params.stateful
+        return abs(shortest_angular_distance(pose.yaw, goal.yaw)) <= self._params.yaw_goal_tolerance
+
+
+class StoppedGoalChecker(SimpleGoalChecker):
+    """As :class:`SimpleGoalChecker`, and the robot stands (``stopped_goal_checker.cpp``)."""
+
+    def __init__(self, params: StoppedGoalCheckerParams) -> None:
+        super().__init__(params)
+        self._trans_stopped_velocity = params.trans_stopped_velocity
+        self._rot_stopped_velocity = params.rot_stopped_velocity
+
+    def is_goal_reached(self, pose: Pose2D, goal: Pose2D, velocity: Twist2D) -> bool:
+        """See the base class."""
+        return (
+            super().is_goal_reached(pose, goal, velocity)
+            and abs(velocity.angular_z) <= self._rot_stopped_velocity
+            and math.hypot(velocity.linear_x, velocity.linear_y) <= self._trans_stopped_velocity
+        )
+
+
+GOAL_CHECKERS: dict[str, type[SimpleGoalChecker]] = {
+    "nav2_controller::SimpleGoalChecker": SimpleGoalChecker,
+    "nav2_controller::StoppedGoalChecker": StoppedGoalChecker,
+}

@@ -1,0 +1,142 @@
+"""Turn towards a new plan on the spot before another controller follows it."""
+
+import math
+
+import numpy as np
+
+from navstack.control.controller import Controller, Surroundings
+from navstack.control.footprint_cost import footprint_cost
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.geometry import relative_to, shortest_angular_distance
+from navstack.params.rotation_shim import RotationShimParams
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+
+
+class RotationShimController(Controller):
+    """``nav2_rotation_shim_controller::RotationShimController`` of Nav2 Jazzy.
+
+    Each new plan makes it look at the heading once more, until the heading is right or turning would collide; from
+    then on the primary controller drives, until the next plan. (Nav2 main decides in every cycle: the same as a new
+    plan in every cycle here.)
+    """
+
+    def __init__(
+        self,
+        params: RotationShimParams,
+        primary: Controller,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float,
+    ) -> None:
+        """Make the shim.
+
+        Args:
+            params: thresholds and limits of the turn.
+            primary: the controller that follows the path.
+            footprint: padded polygon (V, 2) in [m], base frame.
+            controller_frequency: control cycles per second, in [Hz].
+            xy_goal_tolerance: of the goal checker in [m]; only ``rotate_to_goal_heading`` asks for it.
+        """
+        self._params = params
+        self._primary = primary
+        self._footprint = footprint
+        self._period = 1.0 / controller_frequency  # [s]
+        self._xy_goal_tolerance = xy_goal_tolerance
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the plan, the last command and everything the primary controller remembers."""
+        self._plan: Path | None = None
+        self._heading_is_open = False  # the plan's heading is still to be looked at
+        self._turning = False
+        self._at_goal = False
+        self._last_yaw_rate = 0.0  # [rad/s] commanded
+        self._primary.reset()
+
+    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+        """A turn on the spot, or the primary controller's command.
+
+        Raises:
+            ControlError: the primary controller cannot follow the plan.
+        """
+        if plan is not self._plan:
+            self._begin(plan)
+        command = self._turn_to_goal(state, plan, surroundings) or self._turn_to_plan(state, plan, surroundings)
+        if command is None:
+            self._turning = False
+            command = self._primary.compute_velocity(state, plan, surroundings)
+        self._last_yaw_rate = command.angular_z
+        return command
+
+    def _begin(self, plan: Path) -> None:
+        before = self._plan.poses[-1:] if self._plan is not None else None
+        same_goal = before is not None and np.array_equal(before, plan.poses[-1:])
+        once = self._params.rotate_to_heading_once
+        self._heading_is_open = not (once and same_goal and not self._turning)
+        self._plan = plan
+        self._at_goal = False
+
+    def _turn_to_goal(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D | None:
+        """The turn to the goal's yaw, once within its tolerance (which is remembered until the next plan)."""
+        if not self._params.rotate_to_goal_heading or len(plan) == 0:
+            return None
+        x, y, yaw = map(float, plan.poses[-1])
+        self._at_goal = self._at_goal or math.hypot(x - state.pose.x, y - state.pose.y) <= self._xy_goal_tolerance
+        if not self._at_goal:
+            return None
+        return self._safe_turn(shortest_angular_distance(state.pose.yaw, yaw), state, surroundings.costmap)
+
+    def _turn_to_plan(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D | None:
+        """The turn to the plan's heading, while that is open and off by more than the threshold."""
+        if not self._heading_is_open or len(plan) < 2:
+            return None
+        p = self._params
+        error = self._heading_error(state.pose, plan)
+        threshold = p.angular_disengage_threshold if self._turning else p.angular_dist_threshold
+        if abs(error) > threshold:
+            self._turning = True
+            command = self._safe_turn(error, state, surroundings.costmap)
+            if command is not None:
+                return command
+        self._heading_is_open = False
+        return None
+
+    def _heading_error(self, pose: Pose2D, plan: Path) -> float:
+        """Turn in [rad] to the first plan point ``forward_sampling_distance`` from the plan's start, or to its end."""
+        dx, dy = plan.poses[1:, 0] - plan.poses[0, 0], plan.poses[1:, 1] - plan.poses[0, 1]
+        far = dx * dx + dy * dy >= self._params.forward_sampling_distance**2
+        index = 1 + int(far.argmax()) if far.any() else -1
+        sampled = Pose2D(*map(float, plan.poses[index]))
+        if self._params.use_path_orientations:
+            return shortest_angular_distance(pose.yaw, sampled.yaw)
+        seen = relative_to(pose, sampled)
+        return math.atan2(seen.y, seen.x)
+
+    def _safe_turn(self, error: float, state: RobotState, costmap: Costmap) -> Twist2D | None:
+        """The turn towards ``error`` [rad] within the limits, slow enough to stop in time; None if it would collide."""
+        p = self._params
+        current = state.twist.angular_z if p.closed_loop else self._last_yaw_rate
+        change = p.max_angular_accel * self._period
+        wanted = math.copysign(p.rotate_to_heading_angular_vel, error if error != 0.0 else -1.0)
+        yaw_rate = min(max(wanted, current - change), current + change)
+        stoppable = math.sqrt(2.0 * p.max_angular_accel * abs(error))
+        if abs(yaw_rate) > stoppable:
+            yaw_rate = math.copysign(stoppable, wanted)
+        return None if self._collides(yaw_rate, error, state.pose, costmap) else Twist2D(angular_z=yaw_rate)
+
+    def _collides(self, yaw_rate: float, error: float, pose: Pose2D, costmap: Costmap) -> bool:
+        """Whether the outline meets a lethal or unknown cell on the way to the engaging threshold.
+
+        As upstream, the way is measured from the simulated yaw back to the present one: only a clockwise turn stops
+        looking at the threshold, the other direction looks ``simulate_ahead_time`` ahead whenever there is one.
+        """
+        remaining = abs(error) - self._params.angular_dist_threshold
+        time = 0.0
+        while time < self._params.simulate_ahead_time:
+            time += self._period
+            yaw = pose.yaw + yaw_rate * time
+            if shortest_angular_distance(yaw, pose.yaw) >= remaining:
+                return False
+            if footprint_cost(costmap, self._footprint, Pose2D(pose.x, pose.y, yaw)) >= LETHAL_OBSTACLE:
+                return True
+        return False

@@ -1,0 +1,92 @@
+"""Inflation: costs that fall with the distance from the nearest obstacle (nav2_costmap_2d's ``inflation_layer``).
+
+The costs are those of Nav2 Jazzy: each cell takes the cost of its exact distance to the nearest source. Where Jazzy's
+breadth-first search assigns a cell to a source that is not its nearest (rare, one cell in 3000 of a dense scene), this
+module gives the nearest. Because cost never rises with distance, "cost of the nearest source" equals "highest of all
+sources' costs", so a precomputed kernel is stamped with the maximum on each source: no distance field is needed.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.costmap import inflation_kernels
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.params.costmap import InflationLayerParams
+from navstack.types import ByteArray
+
+
+def cell_distance(distance: float, resolution: float) -> int:
+    """A distance in [m] as a whole number of cells, rounded up (``Costmap2D::cellDistance``)."""
+    return max(0, math.ceil(distance / resolution))
+
+
+def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor: float) -> int:
+    """The cost 0..254 at a ``distance`` [m] from an obstacle (``InflationLayer::computeCost``)."""
+    if distance == 0.0:
+        return LETHAL_OBSTACLE
+    if distance <= inscribed_radius:
+        return INSCRIBED_INFLATED_OBSTACLE
+    factor = math.exp(-cost_scaling_factor * (distance - inscribed_radius))
+    return int((INSCRIBED_INFLATED_OBSTACLE - 1) * factor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InflationKernel:
+    """The costs around one obstacle cell."""
+
+    costs: ByteArray  # (2 radius + 1, w >= 2 radius + 1), zero beyond column 2 radius
+    radius: int  # [cells]
+
+
+def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> InflationKernel:
+    """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m]."""
+    radius = cell_distance(params.inflation_radius, resolution)
+    side = 2 * radius + 1
+    width = -(-side // inflation_kernels.BLOCK) * inflation_kernels.BLOCK
+    costs = np.zeros((side, width), dtype=np.uint8)
+    for dy in range(-radius, radius + 1):
+        for dx in range(-radius, radius + 1):
+            distance = math.hypot(dx, dy)  # [cells]
+            if distance <= radius:
+                cost = inflation_cost(distance * resolution, inscribed_radius, params.cost_scaling_factor)
+                costs[dy + radius, dx + radius] = cost
+    return InflationKernel(costs, radius)
+
+
+class Inflation:
+    """The inflation layer: raises the costs around the lethal cells of a grid."""
+
+    def __init__(self, params: InflationLayerParams, resolution: float, inscribed_radius: float) -> None:
+        """See :func:`make_kernel` for the arguments."""
+        self.params = params
+        self.kernel = make_kernel(params, resolution, inscribed_radius)
+        self._sources = np.empty((4096, 2), dtype=np.int32)
+
+    def apply(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> None:
+        """Inflate in place within [y0:yn, x0:xn]; sources up to the radius outside count too."""
+        kernel = self.kernel
+        if kernel.radius == 0 or x0 >= xn or y0 >= yn:
+            return
+        height, width = costs.shape
+        reach = kernel.radius
+        count = self._find(
+            costs, max(0, x0 - reach), min(width, xn + reach), max(0, y0 - reach), min(height, yn + reach)
+        )
+        if costs[y0:yn, x0:xn].max() != NO_INFORMATION:
+            inflation_kernels.stamp(costs, self._sources, count, kernel.costs, reach, x0, xn, y0, yn)
+            return
+        influence = np.zeros((yn - y0, xn - x0), dtype=np.uint8)
+        relative = self._sources[:count] - np.array((x0, y0), dtype=np.int32)
+        inflation_kernels.stamp(influence, relative, count, kernel.costs, reach, 0, xn - x0, 0, yn - y0)
+        inflation_kernels.merge(costs, influence, x0, xn, y0, yn, self.params.inflate_unknown)
+
+    def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
+        """Put the sources into the buffer, which grows with the need, and count them."""
+        around_unknown = self.params.inflate_around_unknown
+        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
+        if count > len(self._sources):
+            self._sources = np.empty((2 * count, 2), dtype=np.int32)
+            inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
+        return count

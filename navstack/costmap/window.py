@@ -1,0 +1,77 @@
+"""Where a costmap lies: whole cells of a fixed lattice, moved with the robot (``Costmap2D::updateOrigin``)."""
+
+import numpy as np
+
+from navstack.types import ByteArray, FloatArray, IntArray
+
+
+class Window:
+    """A grid of ``size_x`` x ``size_y`` cells on the lattice that has a cell corner at (base_x, base_y)."""
+
+    def __init__(self, base_x: float, base_y: float, resolution: float, size_x: int, size_y: int) -> None:
+        self.base_x = base_x  # [m]
+        self.base_y = base_y  # [m]
+        self.resolution = resolution  # [m/cell]
+        self.size_x = size_x  # [cells]
+        self.size_y = size_y  # [cells]
+        self.cell_x = 0  # lattice x of the first cell
+        self.cell_y = 0  # lattice y of the first cell
+
+    @property
+    def origin_x(self) -> float:
+        """The lower left corner in [m]."""
+        return self.base_x + self.cell_x * self.resolution
+
+    @property
+    def origin_y(self) -> float:
+        """The lower left corner in [m]."""
+        return self.base_y + self.cell_y * self.resolution
+
+    @property
+    def origin(self) -> FloatArray:
+        """The lower left corner (x, y) in [m]."""
+        return np.array((self.origin_x, self.origin_y))
+
+    @property
+    def box(self) -> IntArray:
+        """Lattice x, y of the first cell, width and height."""
+        return np.array((self.cell_x, self.cell_y, self.size_x, self.size_y), dtype=np.int64)
+
+    def centre_on(self, x: float, y: float) -> tuple[int, int]:
+        """Move so that (x, y) [m] is the centre, but for the part of a cell; returns the cells moved.
+
+        The number of cells is truncated towards zero, counted from where the window was.
+        """
+        dx = int((x - self.size_x * self.resolution / 2 - self.origin_x) / self.resolution)
+        dy = int((y - self.size_y * self.resolution / 2 - self.origin_y) / self.resolution)
+        self.cell_x += dx
+        self.cell_y += dy
+        return dx, dy
+
+    def clamped_cell(self, x: float, y: float) -> tuple[int, int]:
+        """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``); takes infinite coordinates."""
+        return self._clamp(x, self.origin_x, self.size_x), self._clamp(y, self.origin_y, self.size_y)
+
+    def _clamp(self, value: float, origin: float, size: int) -> int:
+        if value < origin:
+            return 0
+        if value > self.resolution * size + origin:
+            return size - 1
+        return int((value - origin) / self.resolution)
+
+
+def copy_window(source: ByteArray, x: int, y: int, target: ByteArray, fill: int) -> None:
+    """Copy the part of ``source`` from its cell (x, y) on over all of ``target``; ``fill`` where there is none."""
+    height, width = target.shape
+    x0, xn = max(0, x), min(source.shape[1], x + width)
+    y0, yn = max(0, y), min(source.shape[0], y + height)
+    if (x0, xn, y0, yn) != (x, x + width, y, y + height):
+        target[:] = fill
+    if x0 < xn and y0 < yn:
+        np.copyto(target[y0 - y : yn - y, x0 - x : xn - x], source[y0:yn, x0:xn])
+
+
+def shift(grid: ByteArray, dx: int, dy: int, fill: int) -> None:
+    """Move the content of a grid by (-dx, -dy) cells in place, as its window moves by (dx, dy)."""
+    if dx or dy:
+        copy_window(grid.copy(), dx, dy, grid, fill)

@@ -1,0 +1,55 @@
+"""The plainest honest localizer: the last fix is the position, the inertial unit's heading is the heading."""
+
+import math
+
+from navstack.localization.localizer import Localizer
+from navstack.types import Belief, Health, Observation, Pose2D
+
+DEGRADED_AFTER = 0.5  # [s] without a fix: at 2 m/s the belief is a metre behind
+LOST_AFTER = 3.0  # [s] without a fix: no controller should drive on
+_YAW_STD = math.radians(2.0)  # [rad] of an absolute heading; the Imu message carries none
+
+
+class GpsLocalizer(Localizer):
+    """Believes the last fix and the last absolute heading, with no dead reckoning in between.
+
+    The belief therefore lags by up to one period of the receiver, e.g. 0.2 m at 2 m/s and 10 Hz. The covariance is the
+    receiver's own on the position and a fixed one on the heading. Until the first fix (or heading) the initial belief
+    stands in for it. Health is DEGRADED when the last fix is older than ``DEGRADED_AFTER`` and LOST when it is older
+    than ``LOST_AFTER``; before the first fix the first update counts as one.
+    """
+
+    def __init__(self) -> None:
+        self._belief = Belief(Pose2D())
+        self._fix_stamp: float | None = None
+
+    def reset(self, belief: Belief) -> None:
+        """Start over; the initial belief holds until measurements replace it."""
+        self._belief = belief
+        self._fix_stamp = None
+
+    def update(self, observation: Observation) -> Belief:
+        """The newest fix and heading; a message that did not come leaves the last one standing."""
+        x, y, yaw = self._belief.pose.x, self._belief.pose.y, self._belief.pose.yaw
+        covariance = self._belief.covariance.copy()
+        if self._fix_stamp is None:
+            self._fix_stamp = observation.stamp
+        if observation.gps is not None:
+            x, y = observation.gps.x, observation.gps.y
+            self._fix_stamp = observation.gps.stamp
+            covariance[:2, :] = covariance[:, :2] = 0.0
+            covariance[0, 0] = covariance[1, 1] = observation.gps.position_std**2
+        if observation.imu is not None:
+            yaw = observation.imu.yaw
+            covariance[2, :] = covariance[:, 2] = 0.0
+            covariance[2, 2] = _YAW_STD**2
+        health = _health(observation.stamp - self._fix_stamp)
+        self._belief = Belief(Pose2D(x, y, yaw), covariance, health, observation.stamp)
+        return self._belief
+
+
+def _health(age: float) -> Health:
+    """What the age of the last fix in [s] means."""
+    if age > LOST_AFTER:
+        return Health.LOST
+    return Health.DEGRADED if age > DEGRADED_AFTER else Health.TRACKING

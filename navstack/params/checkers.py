@@ -1,0 +1,28 @@
+"""Parameters of the controller server's goal and progress checkers: names and defaults are those of Nav2 Jazzy."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class SimpleGoalCheckerParams:
+    """``simple_goal_checker.cpp``."""
+
+    xy_goal_tolerance: float = 0.25  # [m]
+    yaw_goal_tolerance: float = 0.25  # [rad]
+    stateful: bool = True  # once the position was reached it counts as reached
+
+
+@dataclass(frozen=True, slots=True)
+class StoppedGoalCheckerParams(SimpleGoalCheckerParams):
+    """``stopped_goal_checker.cpp``."""
+
+    rot_stopped_velocity: float = 0.25  # [rad/s] the robot stands if it turns no faster
+    trans_stopped_velocity: float = 0.25  # [m/s] and drives no faster
+
+
+@dataclass(frozen=True, slots=True)
+class SimpleProgressCheckerParams:
+    """``simple_progress_checker.cpp``."""
+
+    required_movement_radius: float = 0.5  # [m] the robot must get so far
+    movement_time_allowance: float = 10.0  # [s] within this time

@@ -1,0 +1,171 @@
+"""Parameters of a layered costmap: names and defaults are those of Nav2 Jazzy's ``nav2_costmap_2d``.
+
+The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` gives their order. A layer's
+type selects its dataclass in :data:`LAYER_PARAMS`.
+"""
+
+import ast
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from navstack.errors import ParameterError
+from navstack.geometry import make_footprint
+from navstack.types import FloatArray
+
+OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
+CIRCLE_VERTICES = 16  # of a footprint made from robot_radius
+
+
+@dataclass(frozen=True, slots=True)
+class StaticLayerParams:
+    """``static_layer.cpp``; what all layers share (thresholds, unknown cells) stands in :class:`CostmapParams`."""
+
+    enabled: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class ObservationSourceParams:
+    """One of a layer's ``observation_sources``; here each is fed with the robot's one scan."""
+
+    marking: bool = True
+    clearing: bool = False
+    obstacle_max_range: float = 2.5  # [m] farther returns do not mark
+    obstacle_min_range: float = 0.0  # [m] nearer returns do not mark
+    raytrace_max_range: float = 3.0  # [m] beams clear up to here
+    raytrace_min_range: float = 0.0  # [m] beams clear from here
+    inf_is_valid: bool = False  # a beam without return clears (as if it ended at range_max); False: it says nothing
+    observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
+
+    def __post_init__(self) -> None:
+        for name in ("obstacle_max_range", "obstacle_min_range", "raytrace_max_range", "raytrace_min_range"):
+            _require_not_negative(f"observation source: {name}", getattr(self, name))
+        _require_not_negative("observation source: observation_persistence", self.observation_persistence)
+
+
+@dataclass(frozen=True, slots=True)
+class ObstacleLayerParams:
+    """``obstacle_layer.cpp``. A VoxelLayer runs as an obstacle layer on the scan."""
+
+    enabled: bool = True
+    footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
+    min_obstacle_height: float = 0.0  # [m] lower points do not mark; a planar scan has no heights
+    max_obstacle_height: float = 2.0  # [m] higher points do not mark
+    combination_method: int = MAXIMUM  # with the layers below: 0 overwrite, 1 maximum, 2 maximum but unknown stays
+    observation_sources: tuple[str, ...] = ()
+    sources: Mapping[str, ObservationSourceParams] = field(default_factory=dict)  # by the names just above
+
+    def __post_init__(self) -> None:
+        if self.combination_method not in (OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN):
+            raise ParameterError(f"combination_method {self.combination_method} is not 0, 1 or 2")
+
+    @property
+    def active_sources(self) -> tuple[ObservationSourceParams, ...]:
+        """The sources in their order; one that is named but not described has Nav2's defaults."""
+        return tuple(self.sources.get(name, ObservationSourceParams()) for name in self.observation_sources)
+
+
+@dataclass(frozen=True, slots=True)
+class InflationLayerParams:
+    """``inflation_layer.cpp``."""
+
+    enabled: bool = True
+    inflation_radius: float = 0.55  # [m]
+    cost_scaling_factor: float = 10.0  # [1/m] how fast the cost falls beyond the inscribed radius
+    inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
+    inflate_around_unknown: bool = False  # unknown cells inflate as obstacles do
+
+    def __post_init__(self) -> None:
+        _require_not_negative("inflation_radius", self.inflation_radius)
+        _require_not_negative("cost_scaling_factor", self.cost_scaling_factor)
+
+
+LayerParams = StaticLayerParams | ObstacleLayerParams | InflationLayerParams
+
+LAYER_PARAMS: dict[str, type[LayerParams]] = {
+    "nav2_costmap_2d::StaticLayer": StaticLayerParams,
+    "nav2_costmap_2d::ObstacleLayer": ObstacleLayerParams,
+    "nav2_costmap_2d::VoxelLayer": ObstacleLayerParams,
+    "nav2_costmap_2d::InflationLayer": InflationLayerParams,
+}
+
+
+def _default_layers() -> dict[str, LayerParams]:
+    return {
+        "static_layer": StaticLayerParams(),
+        "obstacle_layer": ObstacleLayerParams(),
+        "inflation_layer": InflationLayerParams(),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class CostmapParams:
+    """``local_costmap`` or ``global_costmap`` (``costmap_2d_ros.cpp``)."""
+
+    width: float = 5.0  # [m] of a costmap without a static layer, and of every rolling one
+    height: float = 5.0  # [m]
+    resolution: float = 0.1  # [m/cell]; a fixed costmap with a static layer takes the map's
+    origin_x: float = 0.0  # [m] of the lower left corner while nothing else sets it
+    origin_y: float = 0.0  # [m]
+    rolling_window: bool = False  # the costmap moves with the robot
+    update_frequency: float = 5.0  # [Hz]
+    footprint: str = "[]"  # "[[x, y], ...]" in [m]; "[]": a circle of robot_radius
+    robot_radius: float = 0.1  # [m]
+    footprint_padding: float = 0.01  # [m] added to each vertex
+    track_unknown_space: bool = False  # cells start unknown instead of free
+    lethal_cost_threshold: int = 100  # [%] occupancy from which a cell of the map is lethal
+    trinary_costmap: bool = True  # map cells below the threshold are free; False: scaled
+    use_maximum: bool = False  # the static layer keeps higher costs of the layers before it; False: it overwrites them
+    plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
+    layers: Mapping[str, LayerParams] = field(default_factory=_default_layers)
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "resolution", "update_frequency"):
+            _require_positive(name, getattr(self, name))
+        for name in self.plugins:
+            if name not in self.layers:
+                raise ParameterError(f"costmap plugin '{name}' is not described; described: {', '.join(self.layers)}")
+
+    @property
+    def ordered_layers(self) -> tuple[LayerParams, ...]:
+        """The enabled layers in the order in which they write."""
+        return tuple(layer for layer in (self.layers[name] for name in self.plugins) if layer.enabled)
+
+
+def robot_footprint(params: CostmapParams) -> FloatArray:
+    """The unpadded footprint polygon (N, 2) in [m], base frame (``footprint.cpp``).
+
+    Text is parsed to single precision as Nav2 does; an empty one gives the circle of ``robot_radius``.
+
+    Raises:
+        ParameterError: the text is not a list of at least three pairs.
+    """
+    vertices = _parse_vertices(params.footprint)
+    if vertices:
+        return make_footprint(vertices).astype(np.float32).astype(np.float64)
+    angles = np.arange(CIRCLE_VERTICES) * (2.0 * math.pi / CIRCLE_VERTICES)
+    return params.robot_radius * np.column_stack((np.cos(angles), np.sin(angles)))
+
+
+def _parse_vertices(text: str) -> list[list[float]]:
+    try:
+        vertices = ast.literal_eval(text.strip() or "[]")
+    except (ValueError, SyntaxError, RecursionError, MemoryError):
+        vertices = None
+    if not isinstance(vertices, list):
+        raise ParameterError(
+            f"footprint '{text}' is not a list of [x, y] pairs, e.g. [[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]"
+        )
+    return vertices
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0.0:
+        raise ParameterError(f"costmap {name} {value} is not positive")
+
+
+def _require_not_negative(name: str, value: float) -> None:
+    if not value >= 0.0:
+        raise ParameterError(f"{name} {value} is negative; 0 or more is allowed")

@@ -1,0 +1,92 @@
+"""Nav2's schema joined with what this program reads of it."""
+
+import dataclasses
+import typing
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from navstack.errors import did_you_mean
+from navstack.params import nav2_bindings
+from navstack.params.nav2_bindings import Params
+from navstack.params.schema import nodes
+from navstack.params.schema.block import OPEN, Block
+
+PluginTable = Mapping[str, Mapping[str, Params | None]]  # family -> type -> parameters
+
+
+@dataclass(frozen=True)
+class Catalog:
+    """Blocks by node and by plugin type, and the plugins that are available."""
+
+    families: Mapping[str, Mapping[str, Block]]
+    available: PluginTable
+
+    @staticmethod
+    def build(more: PluginTable | None = None) -> "Catalog":
+        """The catalog of this program's plugins and of ``more``, which other packages bring."""
+        available = {family: dict(types) for family, types in nav2_bindings.PLUGINS.items()}
+        for family, types in (more or {}).items():
+            available.setdefault(family, {}).update(types)
+        families = {family: dict(types) for family, types in nodes.FAMILIES.items()}
+        for family, types in available.items():
+            for name, params in types.items():
+                families.setdefault(family, {}).setdefault(name, _block_of(params))
+        return Catalog(families, available)
+
+    def is_available(self, family: str, plugin: str) -> bool:
+        """Whether a plugin runs here."""
+        return plugin in self.available.get(family, {})
+
+    def refusal(self, family: str, plugin: str) -> str:
+        """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
+        if self.is_available(family, plugin):
+            return ""
+        here = ", ".join(sorted(self.available.get(family, {}))) or "none"
+        if plugin in self.families.get(family, {}):
+            return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
+        hint = did_you_mean(plugin, self.families.get(family, {}))
+        return f"unknown plugin '{plugin}'{hint}; available: {here}"
+
+
+def plugin_type(value: Any) -> str:
+    """A plugin type as Nav2 Jazzy spells it: ``::`` between package and class, today's package name."""
+    package, separator, name = str(value).replace("/", "::").partition("::")
+    return nodes.RENAMED_PACKAGES.get(package, package) + separator + name
+
+
+def critic_type(value: Any) -> str:
+    """The name of a critic without its package: ``dwb_critics::PathAlign`` is ``PathAlign``."""
+    return str(value).replace("/", "::").rpartition("::")[2]
+
+
+def node_block(name: str) -> Block | None:
+    """The block of a node by its name in the file; None for a node Nav2 does not have."""
+    if name in nodes.NODES:
+        return nodes.NODES[name]
+    if name in nodes.FOREIGN_NODES:
+        return OPEN
+    known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]
+    known += [target for end, target in nodes.NODE_SUFFIXES.items() if name.endswith(end)]
+    return nodes.NODES.get(known[0], Block()) if known else None
+
+
+def node_names() -> Iterable[str]:
+    """The nodes a Nav2 file may hold."""
+    return [*nodes.NODES, *nodes.NODE_ALIASES, *nodes.FOREIGN_NODES]
+
+
+def field_names(params: Params | None) -> frozenset[str]:
+    """The parameters that a dataclass reads."""
+    return frozenset(field.name for field in dataclasses.fields(params)) if params is not None else frozenset()
+
+
+def nested_params(params: Params) -> dict[str, Params]:
+    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
+    hints = typing.get_type_hints(params)
+    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
+    return {**nested, **nav2_bindings.NAMED_SECTIONS.get(params, {})}
+
+
+def _block_of(params: Params | None) -> Block:
+    return Block(field_names(params) | {"plugin"})

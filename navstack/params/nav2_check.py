@@ -1,0 +1,244 @@
+"""Holds the parameters of one node against Nav2's schema."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from navstack.errors import did_you_mean
+from navstack.params.nav2_bindings import SUBSTITUTES, Params
+from navstack.params.nav2_catalog import Catalog, critic_type, field_names, nested_params, plugin_type
+from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
+from navstack.params.schema.block import OPEN, Block, PluginList
+from navstack.params.schema.nodes import COMMON
+
+
+class Checker:
+    """Walks the namespaces of one node."""
+
+    def __init__(self, node: str, catalog: Catalog) -> None:
+        self._node = node
+        self._catalog = catalog
+        self.findings = Findings()
+
+    def check_node(self, block: Block, root: Section, params: Params | None) -> Findings:
+        """Check a whole node; ``params`` is what this program reads of it."""
+        if params is None:
+            self.findings.ignored.append(self._node)
+        self._check(_Place(_joined(block, COMMON), root, "", () if params is None else (params,)))
+        return self.findings
+
+    def _check(self, place: "_Place", plugin: str = "") -> None:
+        self._note_renames(place)
+        place = self._with_delegates(place)
+        for params in place.params:
+            self.findings.visits.append(Visit(place.prefix, params, plugin))
+        if place.block.is_open:
+            return
+        for key, entry in place.section.values.items():
+            if key in COMMON.keys:
+                self.findings.ignored.append(key)
+            elif key not in place.block.own_keys:
+                self._unknown(place, key, entry.line)
+            elif place.params and key not in place.used_keys:
+                self.findings.ignored.append(f"{self._node}: {place.prefix}{key}")
+        self._check_sections(place)
+
+    def _check_sections(self, place: "_Place") -> None:
+        listed = set()
+        for key, plugins in place.block.plugins.items():
+            for name in place.listed_names(key):
+                listed.add(name)
+                self._check_plugin(place, key, plugins, name)
+        for key, inner in place.block.named.items():
+            for name in place.listed_names(key):
+                listed.add(name)
+                self._check_named(place, key, inner, name)
+        for name, child in place.section.sections.items():
+            if name not in listed:
+                self._check_unlisted(place, name, child)
+
+    def _check_plugin(self, place: "_Place", key: str, plugins: PluginList, name: str) -> None:
+        """A sub-namespace that a list such as controller_plugins names."""
+        where = f"{place.prefix}{name}"
+        if self._is_misspelt(place, key, name):
+            return
+        child = place.section.sections.get(name, Section())
+        kind = _type_of(plugins, name, child)
+        if kind is None:
+            message = f"'{key}' names it, but its '{plugins.selector}' is missing"
+            self._error("missing-plugin", where, message, child.first_line())
+            return
+        known = self._catalog.families.get(plugins.family, {})
+        if kind not in known:
+            self._error("unknown-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
+            return
+        params = self._params_of(place, plugins, kind, name)
+        if place.params and params is None and name in place.section.sections:
+            self._note_unavailable(plugins, kind, where, child)
+        if params is not None and kind in SUBSTITUTES:
+            self._warn("substitute", where, f"{kind} {SUBSTITUTES[kind]}", child.first_line())
+        inner = _Place(known[kind], child, f"{where}.", () if params is None else (params,))
+        self._check(inner, "" if plugins.name_is_type else kind)
+
+    def _params_of(self, place: "_Place", plugins: PluginList, kind: str, name: str) -> Params | None:
+        """The dataclass of a plugin: from the table, or for a critic the parent's field of that name."""
+        if plugins.name_is_type:
+            return place.nested_params.get(kind) if name == kind else None
+        return self._catalog.available.get(plugins.family, {}).get(kind) if place.params else None
+
+    def _note_unavailable(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
+        if self._catalog.is_available(plugins.family, kind):
+            return
+        if plugins.family in self._catalog.available:
+            self._warn("unavailable-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
+        else:
+            self.findings.ignored.append(f"{self._node}: {where} ({kind})")
+
+    def _check_named(self, place: "_Place", key: str, inner: Block, name: str) -> None:
+        """A sub-namespace that a list such as observation_sources names."""
+        if self._is_misspelt(place, key, name):
+            return
+        child = place.section.sections.get(name, Section())
+        params = place.nested_params.get(key)
+        self._check(_Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,)))
+
+    def _is_misspelt(self, place: "_Place", key: str, name: str) -> bool:
+        """Report a listed name without a section, if a section that no list names looks like it."""
+        if name in place.section.sections:
+            return False
+        hint = did_you_mean(name, place.unlisted_sections())
+        if hint:
+            self._error("missing-section", f"{place.prefix}{name}", f"'{key}' names it, but it has no section{hint}", 0)
+        return bool(hint)
+
+    def _check_unlisted(self, place: "_Place", name: str, child: Section) -> None:
+        """A sub-namespace that no list names: of fixed name, left over from another setup, or unknown."""
+        prefix = f"{place.prefix}{name}."
+        if name in place.block.groups:
+            params = place.nested_params.get(name)
+            self._check(_Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
+            return
+        left_over = self._left_over(place, name, child)
+        if left_over is None:
+            self._unknown(place, name, child.first_line())
+            return
+        if place.params:
+            self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (no list names it)")
+        self._check(_Place(left_over, child, prefix, ()))
+
+    def _left_over(self, place: "_Place", name: str, child: Section) -> Block | None:
+        """The block of a section that Nav2 itself leaves unread because no list names it."""
+        for plugins in place.block.plugins.values():
+            known = self._catalog.families.get(plugins.family, {})
+            kind = _type_of(plugins, name, child)
+            if kind is not None and kind in known:
+                return known[kind]
+        for inner in place.block.named.values():
+            if child.values and child.values.keys() <= inner.own_keys:
+                return inner
+        return None
+
+    def _with_delegates(self, place: "_Place") -> "_Place":
+        """Join the plugin that shares this namespace, such as RotationShim's primary controller."""
+        for key, family in place.block.delegates.items():
+            entry = place.section.values.get(key)
+            if entry is None:
+                continue
+            kind = plugin_type(entry.value)
+            known = self._catalog.families.get(family, {})
+            if kind not in known:
+                self._error("unknown-plugin", f"{place.prefix}{key}", self._catalog.refusal(family, kind), entry.line)
+                return replace(place, block=OPEN)
+            params = self._catalog.available.get(family, {}).get(kind)
+            if place.params and params is not None:
+                place = replace(place, params=(*place.params, params))
+            elif place.params:
+                message = self._catalog.refusal(family, kind)
+                self._warn("unavailable-plugin", f"{place.prefix}{key}", message, entry.line)
+            place = replace(place, block=_joined(place.block, known[kind]))
+        return place
+
+    def _note_renames(self, place: "_Place") -> None:
+        for old, new in place.block.renamed.items():
+            if old in place.section.values and new not in place.section.values:
+                self.findings.renames[f"{place.prefix}{old}"] = f"{place.prefix}{new}"
+                line = place.section.values[old].line
+                self._warn("renamed", f"{place.prefix}{old}", f"is an older name; read as '{new}'", line)
+
+    def _unknown(self, place: "_Place", name: str, line: int) -> None:
+        sibling = self._sibling_with(place, name)
+        if sibling:
+            self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (of {sibling})")
+            return
+        known = place.block.own_keys | set(place.block.groups)
+        hint = did_you_mean(name, sorted(known | COMMON.keys)) or f"; known: {', '.join(sorted(known)) or 'none'}"
+        self._error("unknown-key", f"{place.prefix}{name}", f"unknown to Nav2{hint}", line)
+
+    def _sibling_with(self, place: "_Place", name: str) -> str:
+        """Another plugin of the same family with this parameter, left over from an exchange of the plugin."""
+        entry = place.section.values.get("plugin")
+        kind = plugin_type(entry.value) if entry else ""
+        types = next((types for types in self._catalog.families.values() if kind in types), {})
+        return next((other for other, block in types.items() if name in block.own_keys | set(block.groups)), "")
+
+    def _error(self, kind: str, path: str, message: str, line: int) -> None:
+        self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line, is_error=True))
+
+    def _warn(self, kind: str, path: str, message: str, line: int) -> None:
+        self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line))
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A namespace, what Nav2 declares there, and the dataclasses that read it (none: all of it is ignored)."""
+
+    block: Block
+    section: Section
+    prefix: str
+    params: tuple[Params, ...]
+
+    @property
+    def used_keys(self) -> frozenset[str]:
+        block = self.block
+        structure = {*block.plugins, *block.named, *block.renamed, *block.delegates, "plugin", "class"}
+        return frozenset(structure).union(*(field_names(params) for params in self.params))
+
+    @property
+    def nested_params(self) -> Mapping[str, Params]:
+        merged: dict[str, Params] = {}
+        for params in self.params:
+            merged |= nested_params(params)
+        return merged
+
+    def listed_names(self, key: str) -> tuple[str, ...]:
+        """The names in a list parameter, or Nav2's default names where it is absent."""
+        older = [old for old, new in self.block.renamed.items() if new == key]
+        entries = [self.section.values[name] for name in (key, *older) if name in self.section.values]
+        if entries:
+            return names_in(entries[0].value)
+        plugins = self.block.plugins.get(key)
+        return tuple(plugins.defaults) if plugins is not None and self.params else ()
+
+    def unlisted_sections(self) -> list[str]:
+        """Sub-namespaces that neither a list names nor Nav2 fixes."""
+        listed = {name for key in (*self.block.plugins, *self.block.named) for name in self.listed_names(key)}
+        return [name for name in self.section.sections if name not in listed | set(self.block.groups)]
+
+
+def _type_of(plugins: PluginList, name: str, child: Section) -> str | None:
+    """The type of a plugin: as given, Nav2's default for its name, or None."""
+    entry = child.values.get(plugins.selector)
+    if plugins.name_is_type:
+        return critic_type(entry.value if entry else name)
+    return plugin_type(entry.value) if entry else plugins.defaults.get(name)
+
+
+def _joined(block: Block, other: Block) -> Block:
+    return Block(
+        block.keys | other.keys,
+        {**block.groups, **other.groups},
+        {**block.plugins, **other.plugins},
+        {**block.named, **other.named},
+        {**block.renamed, **other.renamed},
+        {**block.delegates, **other.delegates},
+        block.is_open or other.is_open,
+    )

@@ -1,0 +1,84 @@
+"""Changing single values in the text of a parameter file; everything else stays as it is, comments included."""
+
+import math
+
+from ruamel.yaml.nodes import MappingNode, Node
+
+from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, parse_document
+
+_PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
+
+
+def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
+    """The text with one parameter of the node at ``path`` set: replaced where it stands, else added.
+
+    Args:
+        text: a parameter file.
+        path: namespaces and name of the node, as nested in the file.
+        name: dotted name of the parameter.
+        value: its new value; a whole number stays a decimal where the file has one.
+        where: begins error messages.
+    """
+    document = parse_document(text, where)
+    node = next((node for node in reversed(document.nodes) if node.path == path), None)
+    if node is not None and name in node.entries:
+        entry = node.entries[name]
+        return text[: entry.start] + format_value(_kept_decimal(value, entry.value)) + text[entry.end :]
+    line = f"{name}: {format_value(value)}"
+    if node is not None and node.mapping is not None and node.mapping.value:
+        return _inserted(document, node, name, value)
+    indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
+    separator = "" if not text or text.endswith("\n") else "\n"
+    return f"{text}{separator}\n{indented}{'  ' * (len(path) + 1)}{line}\n"
+
+
+def format_value(value: Value) -> str:
+    """A value as ROS reads it back: decimals keep their point, texts are quoted unless they are plain names."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        if math.isinf(value):
+            return ".inf" if value > 0 else "-.inf"
+        return ".nan" if math.isnan(value) else repr(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return "[" + ", ".join(format_value(item) for item in value) + "]"
+
+
+def _kept_decimal(new: Value, old: Value) -> Value:
+    if isinstance(old, float) and isinstance(new, int) and not isinstance(new, bool):
+        return float(new)
+    if isinstance(old, list) and isinstance(new, list) and any(isinstance(item, float) for item in old):
+        return [_kept_decimal(item, 0.0) for item in new]
+    return new
+
+
+def _inserted(document: Document, node: NodeText, name: str, value: Value) -> str:
+    """Add a line below the last one of the innermost namespace that the file already has for ``name``."""
+    text = document.text
+    assert node.mapping is not None
+    mapping, rest = _innermost(node.mapping, name)
+    line = f"{rest}: {format_value(value)}"
+    if mapping.flow_style:
+        end = mapping.end_mark.index - 1
+        return f"{text[:end].rstrip()}, {line}{text[end:]}"
+    end = text.find("\n", _last_index(mapping))
+    end = len(text) if end < 0 else end
+    indent = " " * mapping.value[0][0].start_mark.column
+    return f"{text[:end]}\n{indent}{line}{text[end:]}"
+
+
+def _innermost(mapping: MappingNode, name: str) -> tuple[MappingNode, str]:
+    for key, child in reversed(mapping.value):
+        if isinstance(child, MappingNode) and child.value and name.startswith(f"{key.value}."):
+            return _innermost(child, name.removeprefix(f"{key.value}."))
+    return mapping, name
+
+
+def _last_index(node: Node) -> int:
+    """Where the last value below a block mapping ends."""
+    if isinstance(node, MappingNode) and not node.flow_style and node.value:
+        return max(_last_index(child) for _, child in node.value)
+    return int(node.end_mark.index) if node.end_mark.index > node.start_mark.index else int(node.start_mark.index)

@@ -1,0 +1,65 @@
+"""Parameters of the global planners, under Nav2's names where Nav2 has them."""
+
+from dataclasses import dataclass
+
+from navstack.errors import ParameterError, UnknownNameError
+
+OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
+
+
+@dataclass(frozen=True, slots=True)
+class NavfnParams:
+    """nav2_navfn_planner::NavfnPlanner; the defaults are Nav2's."""
+
+    tolerance: float = 0.5  # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
+    use_astar: bool = False  # A* explores less and is not optimal; False: Dijkstra
+    allow_unknown: bool = True  # plan through unknown cells, at the highest cost
+    use_final_approach_orientation: bool = False  # the last pose looks along the path instead of along the goal
+
+    def __post_init__(self) -> None:
+        _require_not_negative("tolerance", self.tolerance)
+
+
+@dataclass(frozen=True, slots=True)
+class IncrementalNavfnParams:
+    """navstack::IncrementalNavfn: NavFn's field, kept between plans to the same goal."""
+
+    tolerance: float = 0.5  # [m] as in NavfnParams
+    allow_unknown: bool = True  # as in NavfnParams
+    use_final_approach_orientation: bool = False  # as in NavfnParams
+    change_radius: float = 20.0  # [m] about the robot, per axis, where the costmap may change between two plans
+
+    def __post_init__(self) -> None:
+        _require_not_negative("tolerance", self.tolerance)
+        _require_not_negative("change_radius", self.change_radius)
+
+
+@dataclass(frozen=True, slots=True)
+class OmplParams:
+    """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
+
+    algorithm: str = "RRTConnect"  # one of OMPL_ALGORITHMS
+    max_iterations: int = 20000  # checks of the termination condition; a count, not a time, keeps plans repeatable
+    tolerance: float = 0.5  # [m] an occupied goal may be replaced by a free point this near
+    allow_unknown: bool = True  # plan through unknown cells
+    max_allowed_cost: int = 252  # highest costmap cost the path may touch; 253 and above are contact
+    cost_weight: float = 0.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path
+    range: float = 10.0  # [m] longest extension of the tree in one step
+    simplify: bool = True  # take short cuts along the path found
+
+    def __post_init__(self) -> None:
+        _require_not_negative("tolerance", self.tolerance)
+        _require_not_negative("cost_weight", self.cost_weight)
+        if self.algorithm not in OMPL_ALGORITHMS:
+            raise UnknownNameError("OMPL algorithm", self.algorithm, OMPL_ALGORITHMS)
+        if self.max_iterations < 1:
+            raise ParameterError(f"max_iterations {self.max_iterations} is not at least 1")
+        if self.range <= 0.0:
+            raise ParameterError(f"range {self.range} m is not positive")
+        if not 0 <= self.max_allowed_cost <= 252:
+            raise ParameterError(f"max_allowed_cost {self.max_allowed_cost} is not within 0..252")
+
+
+def _require_not_negative(name: str, value: float) -> None:
+    if not value >= 0.0:
+        raise ParameterError(f"{name} {value} is negative; give 0 or more")

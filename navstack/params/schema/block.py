@@ -1,0 +1,45 @@
+"""What one namespace of parameters may hold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+def words(text: str) -> frozenset[str]:
+    """Names separated by blanks."""
+    return frozenset(text.split())
+
+
+@dataclass(frozen=True)
+class PluginList:
+    """A parameter that names sub-namespaces, each holding one plugin."""
+
+    family: str  # key of FAMILIES
+    defaults: Mapping[str, str] = field(default_factory=dict)  # Nav2's names and types where the list is absent
+    selector: str = "plugin"  # parameter of the sub-namespace that gives the type
+    name_is_type: bool = False  # without the selector, the name itself is the type (critics)
+
+
+@dataclass(frozen=True)
+class Block:
+    """The parameters that Nav2 declares in one namespace, of any release from Foxy to Rolling."""
+
+    keys: frozenset[str] = frozenset()
+    groups: Mapping[str, "Block"] = field(default_factory=dict)  # sub-namespaces of fixed name
+    plugins: Mapping[str, PluginList] = field(default_factory=dict)  # list parameter -> what it names
+    named: Mapping[str, "Block"] = field(default_factory=dict)  # list parameter -> block of each named sub-namespace
+    renamed: Mapping[str, str] = field(default_factory=dict)  # older name -> today's name, same meaning
+    delegates: Mapping[str, str] = field(default_factory=dict)  # parameter naming a plugin that shares this namespace
+    is_open: bool = False  # any parameter is accepted
+
+    @property
+    def own_keys(self) -> frozenset[str]:
+        """Every parameter directly in this namespace."""
+        return self.keys | set(self.plugins) | set(self.named) | set(self.renamed) | set(self.delegates)
+
+
+def keys(text: str, *more: frozenset[str]) -> Block:
+    """A block of plain parameters."""
+    return Block(words(text).union(*more))
+
+
+OPEN = Block(is_open=True)

@@ -1,0 +1,104 @@
+"""NavFn, Nav2's default global planner, after nav2_navfn_planner/navfn_planner.cpp of Jazzy."""
+
+import numpy as np
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.errors import NoPathFoundError
+from navstack.params.planners import NavfnParams
+from navstack.planning.navfn_kernels import round_half_away
+from navstack.planning.placement import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.planner import Planner
+from navstack.planning.potential_field import NOWHERE, PotentialField
+from navstack.types import Float32Array, FloatArray, Path, Pose2D
+
+
+class NavfnPlanner(Planner):
+    """Dijkstra or A* on the grid with a potential that is interpolated between cells, then descent along its gradient.
+
+    The potential spreads from the robot until the goal has one; the descent from the goal is then reversed. The start's
+    own cell never counts as an obstacle. All poses but the last have yaw 0. Grid points stand at
+    origin + cell * resolution, half a cell off the costmap's convention, as upstream.
+
+    Where Jazzy differs: no limit on the length of a path (4 * max(width, height) points there), and a start that rounds
+    to a column or row beyond the map takes the last one (undefined there).
+    """
+
+    def __init__(self, params: NavfnParams, rng: np.random.Generator | None = None) -> None:
+        """Keep the parameters; ``rng`` is not used."""
+        self._params = params
+        self._field = PotentialField(params.allow_unknown)
+
+    @property
+    def potential(self) -> Float32Array:
+        """(height, width) potential of the last plan; 1e10 where the wave has not been."""
+        return self._field.potential
+
+    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+        """A path from ``start`` to ``goal``; see :class:`Planner`.
+
+        Raises:
+            PlanningError: a pose outside the map, a lethal goal with tolerance 0, or no path. A start in an obstacle
+                and a goal in an obstacle with a tolerance end in NoPathFoundError, as upstream.
+        """
+        require_on_map(start, goal, costmap)
+        if self._params.tolerance == 0.0 and costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
+            raise goal_occupied(goal, costmap)
+        if (start.x, start.y) == (goal.x, goal.y):
+            return Path(single_pose(start, goal, self._params.use_final_approach_orientation), stamp)
+        source = clamped_cell(start, costmap)
+        self._field.expand(costmap, source, cell(goal, costmap), self._params.use_astar)
+        poses = self._extract(source, goal, costmap)
+        if poses is None:
+            raise no_path(start, goal, self._params.tolerance)
+        if self._params.use_final_approach_orientation:
+            face_along_last_step(poses, start.yaw)
+        return Path(poses, stamp)
+
+    def _extract(self, source: int, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
+        """The poses (N, 3) from the source to the reached point nearest to the goal; None where there is none."""
+        best = self._field.nearest_reached(goal, costmap, self._params.tolerance)
+        if best is None:
+            return None
+        points = self._field.descend(cell(best, costmap), source)
+        if points is None:
+            return None
+        poses = np.zeros((len(points), 3))
+        poses[:, :2] = (costmap.origin_x, costmap.origin_y) + points[::-1] * costmap.resolution
+        return end_at(poses, best)
+
+
+def cell(pose: Pose2D, costmap: Costmap) -> int:
+    """The number of NavFn's grid point nearest to a pose on the map; NOWHERE beyond the last column or row."""
+    column = round_half_away((pose.x - costmap.origin_x) / costmap.resolution)
+    row = round_half_away((pose.y - costmap.origin_y) / costmap.resolution)
+    return int(row * costmap.size_x + column) if column < costmap.size_x and row < costmap.size_y else NOWHERE
+
+
+def clamped_cell(pose: Pose2D, costmap: Costmap) -> int:
+    """As :func:`cell`, but the last column or row where the nearest grid point is beyond it."""
+    column = round_half_away((pose.x - costmap.origin_x) / costmap.resolution)
+    row = round_half_away((pose.y - costmap.origin_y) / costmap.resolution)
+    return int(min(row, costmap.size_y - 1) * costmap.size_x + min(column, costmap.size_x - 1))
+
+
+def end_at(poses: FloatArray, goal: Pose2D) -> FloatArray:
+    """The path with the goal as its last pose (smoothApproachToGoal).
+
+    In place of the last one if that lies beyond the goal or within 1 mm of it, else after it.
+    """
+    target = goal.as_array()
+    if len(poses) >= 2:
+        last, before = poses[-1, :2], poses[-2, :2]
+        beyond = np.sum((last - before) ** 2) > np.sum((target[:2] - before) ** 2)
+        if beyond or np.sum((last - target[:2]) ** 2) < 1e-6:
+            poses[-1] = target
+            return poses
+    return np.vstack((poses, target))
+
+
+def no_path(start: Pose2D, goal: Pose2D, tolerance: float) -> NoPathFoundError:
+    """The error that nothing connects start and goal."""
+    return NoPathFoundError(
+        f"no path from ({start.x:g}, {start.y:g}) m to within {tolerance:g} m of ({goal.x:g}, {goal.y:g}) m; "
+        "check whether obstacles or their inflation close the way"
+    )

@@ -1,0 +1,244 @@
+"""The hot loops of NavFn: the wavefront and the descent along its gradient (nav2_navfn_planner/navfn.cpp).
+
+Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are flat arrays. Arithmetic is float32 where
+navfn.cpp has float and float64 where it has double, so that potentials agree bit for bit.
+
+While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag costs no memory access of
+its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; it
+is marked as waiting for the time of the wave.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from navstack.types import ByteArray, Float32Array
+
+POT_HIGH = np.float32(1.0e10)  # the potential of a cell that the wave has not reached
+COST_NEUTRAL = np.float32(50.0)  # cost of crossing a free cell
+COST_OBSTACLE = np.float32(254.0)
+PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold rises
+BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
+BLOCK_SHIFT = np.uint64(6)  # cells are marked dirty in blocks of 64
+INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
+
+
+
+def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
+    """Cost of crossing a cell, and the gain that justifies visiting it, for each costmap value 0..255 (setCostmap).
+
+    The gain is infinite for obstacles, so that the wave never enters them.
+    """
+    crossing = np.minimum(np.trunc(50.0 + 0.8 * np.arange(256)), 253.0)
+    crossing[253:255] = 254.0
+    crossing[255] = 253.0 if allow_unknown else 254.0
+    gain = np.where(crossing < 254.0, INV_SQRT2 * crossing, np.inf)
+    return crossing.astype(np.float32), gain.astype(np.float32)
+
+
+@njit(cache=True)
+def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
+    """Set the potential back to POT_HIGH in the dirty blocks only."""
+    block = 1 << BLOCK_SHIFT
+    for i in range(dirty.size):
+        if dirty[i]:
+            dirty[i] = 0
+            potential[i * block : min(potential.size, (i + 1) * block)] = POT_HIGH
+
+
+@njit(cache=True)
+def set_border(potential: Float32Array, width: int, value: float) -> None:
+    """Write ``value`` into the outermost cells."""
+    last_row = potential.size - width
+    potential[:width] = value
+    potential[last_row:] = value
+    for row in range(0, potential.size, width):
+        potential[row] = value
+        potential[row + width - 1] = value
+
+
+@njit(cache=True)
+def planar_wave(left: float, right: float, up: float, down: float, cost: float) -> float:
+    """Potential of a cell of crossing cost ``cost`` from its four neighbours' (updateCell).
+
+    A planar wave through the two lowest neighbours, its square root approximated by a quadratic.
+    """
+    low = min(left, right)
+    other = min(up, down)
+    difference = low - other
+    if difference < np.float32(0.0):
+        difference = -difference
+        other = low
+    if difference >= cost:
+        return np.float32(other + cost)
+    ratio = np.float64(np.float32(difference / cost))
+    factor = np.float32(-0.2301 * ratio * ratio + 0.5307 * ratio + 0.7040)
+    return np.float32(other + np.float32(cost * factor))
+
+
+@njit(cache=True)
+def distance_cost(n: int, width: int, target_x: int, target_y: int) -> float:
+    """A*'s heuristic: the straight line to the target through free cells (updateCellAstar)."""
+    x, y = np.int64(n) % width, np.int64(n) // width
+    return np.float32(math.hypot(x - target_x, y - target_y) * COST_NEUTRAL)
+
+
+@njit(cache=True)
+def unmark(potential: Float32Array, buffer: npt.NDArray[np.uint32], count: int) -> None:
+    """Take the waiting mark off the cells of a buffer."""
+    for i in range(count):
+        n = np.uint64(buffer[np.uint64(i)])
+        potential[n] = -potential[n]
+
+
+@njit(cache=True)
+def seed_wave(
+    potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, source: int, buffer: npt.NDArray[np.uint32]
+) -> int:
+    """Put the source's neighbours into a buffer (initCost); returns how many."""
+    potential[source] = np.float32(0.0)
+    count = 0
+    for n in (source + 1, source - 1, source - width, source + width):
+        if 0 <= n < potential.size and potential[n] > gain[costs[n]]:
+            buffer[count] = n
+            count += 1
+            potential[n] = -potential[n]
+    return count
+
+
+@njit(cache=True)
+def push(
+    potential: Float32Array, buffer: npt.NDArray[np.uint32], count: int, n: int, value: float, lowest: float
+) -> int:
+    """Let cell ``n`` of potential ``value`` wait in a buffer if it could be lowered; returns the new count."""
+    if value > lowest and count < buffer.size:
+        buffer[count] = n
+        potential[n] = -value
+        return count + 1
+    return count
+
+
+@njit(cache=True)
+def push_neighbours(
+    potential: Float32Array,
+    costs: ByteArray,
+    gain: Float32Array,
+    buffer: npt.NDArray[np.uint32],
+    count: int,
+    n: int,
+    row: int,
+    new: float,
+) -> int:
+    """Let the four neighbours of a cell wait whose potential ``new`` could lower theirs; returns the new count."""
+    one = np.uint64(1)
+    count = push(potential, buffer, count, n - one, potential[n - one], new + gain[costs[n - one]])
+    count = push(potential, buffer, count, n + one, potential[n + one], new + gain[costs[n + one]])
+    count = push(potential, buffer, count, n - row, potential[n - row], new + gain[costs[n - row]])
+    return push(potential, buffer, count, n + row, potential[n + row], new + gain[costs[n + row]])
+
+
+@njit(cache=True)
+def propagate(
+    potential: Float32Array,  # (height * width,) POT_HIGH where the wave has not been
+    dirty: ByteArray,  # (blocks,) set where the wave writes
+    costs: ByteArray,  # (height * width,) of the costmap
+    crossing: Float32Array,  # (256,) from cost_tables
+    gain: Float32Array,  # (256,) from cost_tables
+    width: int,
+    source: int,  # cell where the potential is 0
+    target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
+    use_astar: bool,
+    buffers: npt.NDArray[np.uint32],  # (3, BUFFER_SIZE)
+) -> None:
+    """Spread the potential from ``source`` until ``target`` has one (propNavFnDijkstra, propNavFnAstar).
+
+    Cells below the threshold are visited now, the others wait for the next threshold: buckets, not a heap. Upstream's
+    limit of cycles is left out; it only makes small mazes fail.
+    """
+    set_border(potential, width, -POT_HIGH)
+    current, following, overflow = buffers[0], buffers[1], buffers[2]
+    n_current, n_following, n_overflow = seed_wave(potential, costs, gain, width, source, current), 0, 0
+    dirty[source >> BLOCK_SHIFT] = 1
+    target_x, target_y = target % width, target // width
+    threshold = COST_OBSTACLE
+    if use_astar:
+        threshold = np.float32(threshold + distance_cost(source, width, target_x, target_y))
+    one, row = np.uint64(1), np.uint64(width)
+    while n_current > 0:
+        unmark(potential, current, n_current)
+        for i in range(n_current):
+            n = np.uint64(current[np.uint64(i)])
+            left, right, up, down = potential[n - one], potential[n + one], potential[n - row], potential[n + row]
+            new = planar_wave(abs(left), abs(right), abs(up), abs(down), crossing[costs[n]])
+            if new >= abs(potential[n]):
+                continue
+            potential[n] = math.copysign(new, potential[n])
+            dirty[n >> BLOCK_SHIFT] = 1
+            if use_astar:
+                new = np.float32(new + distance_cost(n, width, target_x, target_y))
+            if new < threshold:
+                n_following = push_neighbours(potential, costs, gain, following, n_following, n, row, new)
+            else:
+                n_overflow = push_neighbours(potential, costs, gain, overflow, n_overflow, n, row, new)
+        current, following = following, current
+        n_current, n_following = n_following, 0
+        if n_current == 0:
+            threshold = np.float32(threshold + PRIORITY_STEP)
+            current, overflow = overflow, current
+            n_current, n_overflow = n_overflow, 0
+        if target >= 0 and abs(potential[target]) < POT_HIGH:
+            break
+    unmark(potential, current, n_current)
+    unmark(potential, overflow, n_overflow)
+    set_border(potential, width, POT_HIGH)
+    potential[source] = 0.0
+
+
+@njit(cache=True)
+def nearest_reachable(
+    potential: Float32Array,
+    width: int,
+    goal_x: float,  # [m]
+    goal_y: float,  # [m]
+    tolerance: float,  # [m]
+    resolution: float,  # [m/cell]
+    origin_x: float,  # [m]
+    origin_y: float,  # [m]
+) -> tuple[float, float]:
+    """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
+
+    The goal itself where it is reached; NaN where nothing is.
+    """
+    if potential_at(potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution) < POT_HIGH:
+        return goal_x, goal_y
+    best, best_x, best_y = np.inf, np.nan, np.nan
+    y = goal_y - tolerance
+    while y <= goal_y + tolerance:
+        x = goal_x - tolerance
+        while x <= goal_x + tolerance:
+            squared = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
+            value = potential_at(potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution)
+            if value < POT_HIGH and squared < best:
+                best, best_x, best_y = squared, x, y
+            x += resolution
+        y += resolution
+    return best_x, best_y
+
+
+@njit(cache=True)
+def potential_at(potential: Float32Array, width: int, x: float, y: float) -> float:
+    """Potential of the grid point nearest to a point in [cells]; POT_HIGH off the map."""
+    if x < 0.0 or y < 0.0:
+        return POT_HIGH
+    column, row = round_half_away(x), round_half_away(y)
+    if column >= width or row >= potential.size // width:
+        return POT_HIGH
+    return potential[row * width + column]
+
+
+@njit(cache=True)
+def round_half_away(value: float) -> int:
+    """C's round(): halves go away from zero."""
+    return int(math.copysign(math.floor(abs(value) + 0.5), value))

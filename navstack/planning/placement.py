@@ -1,0 +1,74 @@
+"""Checks of start and goal that every planner makes, and the poses of a path."""
+
+import math
+
+import numpy as np
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
+from navstack.errors import GoalOccupiedError, GoalOutsideMapError, StartOutsideMapError
+from navstack.types import FloatArray, Pose2D
+
+NEAREST_FREE_RADIUS = 5.0  # [m] per axis, how far an error message looks for a free cell
+
+
+def require_on_map(start: Pose2D, goal: Pose2D, costmap: Costmap) -> None:
+    """Check that both poses lie on the costmap.
+
+    Raises:
+        StartOutsideMapError, GoalOutsideMapError: one does not.
+    """
+    for name, pose, error in (("start", start, StartOutsideMapError), ("goal", goal, GoalOutsideMapError)):
+        finite = math.isfinite(pose.x) and math.isfinite(pose.y)
+        if not finite or not costmap.contains(*costmap.world_to_map(pose.x, pose.y)):
+            right = costmap.origin_x + costmap.size_x * costmap.resolution
+            top = costmap.origin_y + costmap.size_y * costmap.resolution
+            raise error(
+                f"{name} ({pose.x:g}, {pose.y:g}) m lies outside the costmap; give a point within "
+                f"x {costmap.origin_x:g} to {right:g} m, y {costmap.origin_y:g} to {top:g} m"
+            )
+
+
+def occupied(name: str, pose: Pose2D, costmap: Costmap) -> str:
+    """The message that a pose lies in an occupied cell, with the distance to the nearest free one."""
+    distance = nearest_free_distance(pose, costmap)
+    hint = (
+        f"nearest free cell is {distance:.2f} m away"
+        if distance < math.inf
+        else f"no free cell within {NEAREST_FREE_RADIUS:g} m"
+    )
+    return f"{name} ({pose.x:g}, {pose.y:g}) m lies in an occupied cell; {hint}"
+
+
+def goal_occupied(goal: Pose2D, costmap: Costmap) -> GoalOccupiedError:
+    """The error for a goal in an obstacle."""
+    return GoalOccupiedError(occupied("goal", goal, costmap))
+
+
+def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
+    """Distance to the nearest cell centre of cost below 253 within a 10 m square, in [m]; inf: none."""
+    mx, my = costmap.world_to_map(pose.x, pose.y)
+    reach = math.ceil(NEAREST_FREE_RADIUS / costmap.resolution)
+    x0, y0 = max(0, mx - reach), max(0, my - reach)
+    window = costmap.data[y0 : my + reach + 1, x0 : mx + reach + 1]
+    rows, columns = np.nonzero(window < INSCRIBED_INFLATED_OBSTACLE)
+    if not len(rows):
+        return math.inf
+    x = costmap.origin_x + (x0 + columns + 0.5) * costmap.resolution - pose.x
+    y = costmap.origin_y + (y0 + rows + 0.5) * costmap.resolution - pose.y
+    return float(np.sqrt((x * x + y * y).min()))
+
+
+def single_pose(start: Pose2D, goal: Pose2D, use_final_approach_orientation: bool) -> FloatArray:
+    """The plan where start and goal are one point: turn to the goal's heading, or stay as the robot stands (NavFn)."""
+    return np.array([[start.x, start.y, start.yaw if use_final_approach_orientation else goal.yaw]])
+
+
+def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:
+    """Turn the last pose along the final approach, in place (use_final_approach_orientation of NavFn)."""
+    if len(poses) == 1:
+        poses[0, 2] = start_yaw
+        return
+    step = poses[-1, :2] - poses[-2, :2]
+    if len(poses) > 2 and np.all(np.abs(step) < 1e-4):  # two equal last poses
+        step = poses[-1, :2] - poses[-3, :2]
+    poses[-1, 2] = math.atan2(step[1], step[0])

@@ -1,0 +1,257 @@
+"""DWB's kernels against slow twins in plain Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+from navstack.control.dwb import kernels, velocity_samples
+from navstack.control.footprint_cost import footprint_cost, line_cost
+from navstack.control.plan_handling import cells_of_points, densify, window_bounds
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.types import Pose2D
+
+ORIGIN = (-1.0, -0.5)
+RESOLUTION = 0.05
+SHAPE = (40, 60)  # cells [y, x]
+
+
+def random_poses(rng: np.random.Generator, count: int, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Poses of which about one in ten lies off the map of SHAPE."""
+    x = rng.uniform(ORIGIN[0] - 0.1, ORIGIN[0] + SHAPE[1] * RESOLUTION + 0.1, (count, length))
+    y = rng.uniform(ORIGIN[1] - 0.1, ORIGIN[1] + SHAPE[0] * RESOLUTION + 0.1, (count, length))
+    return x, y
+
+
+def axis_twin(current: float, limits: tuple[float, ...], count: int, time: float) -> list[float]:
+    """OneDVelocityIterator, as the state machine that Nav2 describes."""
+    least, most, acceleration, deceleration = limits
+    current = least if current < least else most if current > most else current
+
+    def project(target: float) -> float:
+        if current < target:
+            return min(target, current + acceleration * time)
+        return max(target, current + deceleration * time)
+
+    high, low = project(most), project(least)
+    increment = 1.0 if abs(low - high) < 1e-5 else (high - low) / (max(2, count) - 1)
+    value, zero_left, zero_now, out = low, True, False, []
+    while not value > high + 1e-5:
+        out.append(0.0 if zero_now else value)
+        if zero_left and value < 0.0 < value + increment <= high + 1e-5:
+            zero_now, zero_left = True, False
+        else:
+            value, zero_now = value + increment, False
+    return out
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 20])
+@pytest.mark.parametrize("current", [-2.0, -0.3, 0.0, 0.4, 5.0])
+@pytest.mark.parametrize(
+    "limits",
+    [
+        (-0.5, 1.0, 2.5, -2.5),
+        (0.0, 3.0, 4.0, -1.0),
+        (0.0, 0.0, 0.0, 0.0),
+        (-6e-6, 6e-6, 1.0, -1.0),
+        (1.0, 0.5, 2.0, -2.0),
+    ],
+)
+def test_axis_samples_equal_the_twin(count: int, current: float, limits: tuple[float, ...]) -> None:
+    ours = velocity_samples.axis_samples(current, np.array(limits), count, 0.2)
+    assert ours.tolist() == axis_twin(current, limits, count, 0.2)
+
+
+def roll_out_twin(start, velocity, command, limits, steps, sim_time):
+    """StandardTrajectoryGenerator::generateTrajectory with a fresh sine and cosine in every step."""
+    x, y, yaw = start
+    v = list(velocity)
+    dt = sim_time / steps
+    poses = [(x, y, yaw)]
+    for _ in range(steps):
+        for axis in range(3):
+            a, d = limits[axis]
+            if v[axis] < command[axis]:
+                v[axis] = min(command[axis], v[axis] + a * dt)
+            else:
+                v[axis] = max(command[axis], v[axis] + d * dt)
+        x += (v[0] * math.cos(yaw) + v[1] * math.cos(math.pi / 2 + yaw)) * dt
+        y += (v[0] * math.sin(yaw) + v[1] * math.sin(math.pi / 2 + yaw)) * dt
+        yaw += v[2] * dt
+        poses.append((x, y, yaw))
+    return np.array(poses)
+
+
+def test_rollouts_agree_with_the_direct_formula_and_repeat_the_last_pose() -> None:
+    rng = np.random.default_rng(1)
+    commands = rng.uniform((-1.0, -0.5, -2.0), (3.0, 0.5, 2.0), (50, 3))
+    limits = np.array(((4.0, -3.0), (2.0, -2.0), (3.5, -3.0)))
+    start, velocity, sim_time = np.array((0.3, -0.2, 2.9)), np.array((1.0, 0.1, -1.5)), 1.3
+    steps = kernels.step_counts(commands, sim_time, 0.05, 0.025)
+    x, y, yaw = (np.full((50, steps.max() + 2), np.nan) for _ in range(3))
+    first = np.empty((50, 3))
+    kernels.roll_out(start, velocity, commands, limits, steps, sim_time, x, y, yaw, first)
+    for k in range(50):
+        twin = roll_out_twin(start, velocity, commands[k], limits, int(steps[k]), sim_time)
+        n = len(twin)
+        ours = np.stack((x[k], y[k], yaw[k]), axis=1)
+        np.testing.assert_allclose(ours[:n], twin, atol=1e-12)
+        np.testing.assert_array_equal(ours[n:], np.broadcast_to(ours[n - 1], ours[n:].shape))
+    compiled = x.copy(), y.copy(), yaw.copy(), first.copy()
+    kernels.roll_out.py_func(start, velocity, commands, limits, steps, sim_time, x, y, yaw, first)
+    for before, after in zip(compiled, (x, y, yaw, first), strict=True):
+        np.testing.assert_array_equal(before, after)  # the compiler changes no bit
+
+
+def test_a_large_turn_per_step_is_exact_too() -> None:
+    for angle in (-1.0, -0.100001, -0.1, -0.03, 0.0, 1e-9, 0.05, 0.0999, 0.1001, 2.0):
+        sine, cosine = kernels.sine_cosine(angle)
+        assert sine == pytest.approx(math.sin(angle), abs=1e-16)
+        assert cosine == pytest.approx(math.cos(angle), abs=2.3e-16)
+
+
+def test_step_counts_follow_the_command() -> None:
+    commands = np.array(((0.0, 0.0, 0.01), (3.0, 0.0, 0.0), (3.0 + 4e-16, 0.0, 0.0), (0.3, 0.4, 0.0), (0.0, 0.0, -1.2)))
+    assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]
+
+
+def test_pose_cells_equal_the_costmaps_own_rule() -> None:
+    rng = np.random.default_rng(2)
+    x, y = random_poses(rng, 30, 12)
+    lengths = rng.integers(1, 13, 30)
+    cells = np.empty(x.shape, dtype=np.int32)
+    leaves = kernels.pose_cells(x, y, lengths, SHAPE[1], SHAPE[0], *ORIGIN, RESOLUTION, cells)
+    costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
+    for k in range(30):
+        expected = []
+        for t in range(12):
+            mx, my = costmap.world_to_map(x[k, min(t, lengths[k] - 1)], y[k, min(t, lengths[k] - 1)])
+            expected.append(my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
+        assert cells[k].tolist() == expected
+        assert leaves[k] == (-1 in expected)
+
+
+@pytest.mark.parametrize("first", [0, 11])
+def test_nose_cells_equal_the_cells_of_the_moved_poses(first: int) -> None:
+    rng = np.random.default_rng(7)
+    x, y = random_poses(rng, 30, 12)
+    yaw = rng.uniform(-4.0, 4.0, x.shape)
+    ours = kernels.nose_cells(x, y, yaw, first, 0.3, SHAPE[1], SHAPE[0], *ORIGIN, RESOLUTION)
+    costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
+    for k in range(30):
+        for t in range(first, 12):
+            mx, my = costmap.world_to_map(x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t]))
+            assert ours[k, t - first] == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
+
+
+@pytest.mark.parametrize("sum_scores", [False, True])
+def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
+    rng = np.random.default_rng(3)
+    costs = rng.choice(
+        np.array((0, 10, 100, 252, 253, 254, 255), dtype=np.uint8), 200, p=(0.4, 0.3, 0.2, 0.07, 0.01, 0.01, 0.01)
+    )
+    cells = rng.integers(0, 200, (80, 10)).astype(np.int32)
+    cells[rng.random(cells.shape) < 0.01] = -1
+    lengths = rng.integers(1, 11, 80)
+    ours = kernels.obstacle_costs(cells, lengths, costs, sum_scores)
+    for k in range(80):
+        seen = [int(costs[c]) if c >= 0 else 255 for c in cells[k, : lengths[k]]]
+        expected = math.inf if max(seen) >= 253 else sum(seen) if sum_scores else seen[-1]
+        assert ours[k] == expected
+    assert 10 < np.isinf(ours).sum() < 70
+
+
+def test_nearest_seed_equals_the_breadth_first_wave_front() -> None:
+    rng = np.random.default_rng(4)
+    seeds = np.stack((rng.integers(0, SHAPE[1], 9), rng.integers(0, SHAPE[0], 9)), axis=1)
+    grid = np.full(SHAPE, -1)
+    front = [(int(mx), int(my)) for mx, my in seeds]
+    for mx, my in front:
+        grid[my, mx] = 0
+    while front:
+        following = []
+        for mx, my in front:
+            for nx, ny in ((mx + 1, my), (mx - 1, my), (mx, my + 1), (mx, my - 1)):
+                if 0 <= nx < SHAPE[1] and 0 <= ny < SHAPE[0] and grid[ny, nx] < 0:
+                    grid[ny, nx] = grid[my, mx] + 1
+                    following.append((nx, ny))
+        front = following
+    cells = np.arange(grid.size, dtype=np.int32)
+    np.testing.assert_array_equal(kernels.nearest_seed(cells, SHAPE[1], seeds).reshape(SHAPE), grid)
+    assert kernels.nearest_seed(np.array((-1,), dtype=np.int32), SHAPE[1], seeds)[0] == math.inf
+
+
+def test_totals_accumulate_in_float32_in_order() -> None:
+    rng = np.random.default_rng(5)
+    raw = rng.uniform(0.0, 1e4, (6, 40))
+    raw[2, 7] = math.inf
+    scales = rng.uniform(0.0, 3.0, 6).astype(np.float32)
+    scales[4] = 0.0
+    raw[4, 3] = math.inf  # of a critic that is left out
+    ours = kernels.add_weighted(raw, scales)
+    for k in range(40):
+        total = np.float32(0.0)
+        for c in (0, 1, 2, 3, 5):
+            total = np.float32(float(total) + raw[c, k] * float(scales[c]))
+        assert ours[k] == total
+    assert ours.dtype == np.float32
+    assert np.flatnonzero(np.isinf(ours)).tolist() == [7]
+
+
+def bresenham_twin(x0: int, y0: int, x1: int, y1: int) -> list[tuple[int, int]]:
+    """LineIterator of nav2_util, with its own variables."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    inc1, inc2 = [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1], [1 if x1 >= x0 else -1, 1 if y1 >= y0 else -1]
+    if dx >= dy:
+        inc1[0], inc2[1], den, add, pixels = 0, 0, dx, dy, dx
+    else:
+        inc2[0], inc1[1], den, add, pixels = 0, 0, dy, dx, dy
+    num, x, y, cells = den // 2, x0, y0, []
+    for _ in range(pixels + 1):
+        cells.append((x, y))
+        num += add
+        if num >= den:
+            num -= den
+            x, y = x + inc1[0], y + inc1[1]
+        x, y = x + inc2[0], y + inc2[1]
+    return cells
+
+
+def test_line_cost_sees_exactly_the_cells_of_nav2s_line() -> None:
+    rng = np.random.default_rng(6)
+    costs = rng.integers(0, 256, (25, 25)).astype(np.uint8)
+    for _ in range(300):
+        x0, y0, x1, y1 = (int(v) for v in rng.integers(0, 25, 4))
+        expected = max(int(costs[y, x]) for x, y in bresenham_twin(x0, y0, x1, y1))
+        assert line_cost(costs, x0, y0, x1, y1) == expected
+    assert line_cost(costs, 3, 4, 3, 4) == costs[4, 3]
+
+
+def test_footprint_cost_turns_with_the_robot_and_ends_at_the_map() -> None:
+    costs = np.zeros((100, 100), dtype=np.uint8)
+    costs[49, 69] = LETHAL_OBSTACLE  # 1 m ahead of the centre
+    costmap = Costmap(costs, 0.05, -2.475, -2.475)
+    bar = np.array(((1.0, 0.1), (1.0, -0.1), (-0.2, -0.1), (-0.2, 0.1)))
+    assert footprint_cost(costmap, bar, Pose2D()) == LETHAL_OBSTACLE
+    assert footprint_cost(costmap, bar, Pose2D(yaw=0.5)) == 0
+    assert footprint_cost(costmap, bar, Pose2D(x=1.6)) == LETHAL_OBSTACLE  # off the map
+
+
+def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:
+    poses = np.zeros((101, 3))
+    poses[:, 0] = np.linspace(0.0, 10.0, 101)
+    assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, math.inf) == (31, 81)
+    assert window_bounds(poses, 0, 5.0, 0.0, 2.0, 3.0, 2.05) == (21, 81)  # nothing near within 2.05 m of plan
+    assert window_bounds(poses, 0, 50.0, 0.0, 2.0, 3.0, math.inf) == (101, 101)
+    assert window_bounds(poses, 40, 5.0, 0.0, 2.0, 3.0, math.inf) == (40, 81)
+
+
+def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
+    costs = np.zeros((20, 20), dtype=np.uint8)
+    costs[:, 12:14] = 255
+    plan = np.array(((-1.0, 0.5), (2.0, 0.5)))
+    cells = cells_of_points(densify(plan, 0.05), costs, 0.0, 0.0, 0.05)
+    assert cells[:, 1].tolist() == [10] * len(cells)
+    assert cells[0, 0] <= 1
+    assert cells[-1, 0] in (10, 11)
+    assert (np.diff(cells[:, 0]) > 0).all()

@@ -1,0 +1,174 @@
+"""The rotation shim against Nav2's own C++, and its other branches."""
+
+import json
+import math
+import os
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+
+from navstack.control.controller import Controller, Surroundings
+from navstack.control.rotation_shim import RotationShimController
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.params.rotation_shim import RotationShimParams
+from navstack.types import Path, Pose2D, RobotState, Twist2D
+
+GOLDEN = FilePath(os.environ.get("NAVSTACK_GOLDEN", FilePath(__file__).parents[1] / "golden"))
+FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+PRIMARY = Twist2D(99.0, 0.0, 0.25)
+PARAMS = RotationShimParams(
+    angular_dist_threshold=1.0472,
+    angular_disengage_threshold=0.1745,
+    forward_sampling_distance=1.0,
+    rotate_to_heading_angular_vel=1.0,
+    max_angular_accel=2.5,
+    simulate_ahead_time=1.5,
+    closed_loop=False,
+)
+
+
+class Primary(Controller):
+    """Always the same command."""
+
+    def __init__(self) -> None:
+        self.resets = 0
+
+    def reset(self) -> None:
+        self.resets += 1
+
+    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+        return PRIMARY
+
+
+def make(params: RotationShimParams = PARAMS, frequency: float = 30.0) -> RotationShimController:
+    return RotationShimController(params, Primary(), FOOTPRINT, frequency, xy_goal_tolerance=0.25)
+
+
+def surroundings(obstacle: tuple[float, float] | None = None) -> Surroundings:
+    costmap = Costmap(np.zeros((120, 120), dtype=np.uint8), 0.05, -3.0, -3.0)
+    if obstacle is not None:
+        mx, my = costmap.world_to_map(*obstacle)
+        costmap.data[my, mx] = LETHAL_OBSTACLE
+    return Surroundings(costmap)
+
+
+def ahead(length: float = 3.0) -> Path:
+    poses = np.zeros((61, 3))
+    poses[:, 0] = np.linspace(0.0, length, 61)
+    return Path(poses)
+
+
+def params_of(meta: dict) -> tuple[RotationShimParams, float]:
+    names = RotationShimParams.__dataclass_fields__
+    values = {k.removeprefix("FollowPath."): v for k, v in meta.items()}
+    return RotationShimParams(**{k: v for k, v in values.items() if k in names}), values["controller_frequency"]
+
+
+def jazzy_cases() -> list[str]:
+    arrays = np.load(GOLDEN / "rotation_shim_jazzy.npz")
+    return [n.removeprefix("rsj_") for n in arrays.files if n.startswith("rsj_") and f"{n}_path" in arrays]
+
+
+def main_cases() -> list[str]:
+    arrays = np.load(GOLDEN / "smoother_velocity_collision_shim.npz")
+    return [
+        n.removeprefix("rs_").removesuffix("_cmd") for n in arrays.files if n.startswith("rs_") and n.endswith("_cmd")
+    ]
+
+
+@pytest.mark.parametrize("name", jazzy_cases())
+def test_jazzy(name: str) -> None:
+    arrays = np.load(GOLDEN / "rotation_shim_jazzy.npz")
+    params, frequency = params_of(json.loads(str(arrays["meta_json"]))[name]["params"])
+    shim, poses = make(params, frequency), arrays[f"rsj_{name}_path"]
+    for x, y, yaw, v, w, *expected, replanned in arrays[f"rsj_{name}"]:
+        if replanned:
+            plan = Path(poses)
+        command = shim.compute_velocity(RobotState(Pose2D(x, y, yaw), Twist2D(v, 0.0, w)), plan, surroundings())
+        ours = (command.linear_x, command.linear_y, command.angular_z)
+        np.testing.assert_allclose(ours, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", main_cases())
+def test_main_equals_jazzy_with_a_new_plan_in_every_cycle(name: str) -> None:
+    arrays = np.load(GOLDEN / "smoother_velocity_collision_shim.npz")
+    meta = json.loads(str(arrays["meta_json"]))["rotation_shim"][name]
+    shim = make(*params_of(meta["params"]))
+    rows = zip(arrays[f"rs_{name}_poses"], arrays[f"rs_{name}_vels"], arrays[f"rs_{name}_cmd"], strict=True)
+    for pose, velocity, expected in rows:
+        plan = Path(arrays[f"rs_{name}_path"])
+        command = shim.compute_velocity(RobotState(Pose2D(*pose), Twist2D(*velocity)), plan, surroundings())
+        ours = (command.linear_x, command.linear_y, command.angular_z)
+        np.testing.assert_allclose(ours, expected, atol=1e-9)
+
+
+def test_golden_cases_were_found() -> None:
+    assert len(jazzy_cases()) >= 5
+    assert len(main_cases()) >= 5
+
+
+def test_a_predicted_collision_hands_over_until_the_next_plan() -> None:
+    shim, state = make(), RobotState(Pose2D(yaw=-2.0), Twist2D())
+    blocked = surroundings(obstacle=(0.42, 0.57))  # the tail sweeps over it
+    plan = ahead()
+    assert shim.compute_velocity(state, plan, surroundings()).linear_x == 0.0
+    shim.reset()
+    assert shim.compute_velocity(state, plan, surroundings(obstacle=(0.5, 2.0))).linear_x == 0.0
+    shim.reset()
+    turning = RobotState(Pose2D(yaw=-2.0), Twist2D(angular_z=1.0))
+    closed = make(replace(PARAMS, closed_loop=True))
+    assert closed.compute_velocity(turning, plan, blocked) == PRIMARY
+    assert closed.compute_velocity(turning, plan, surroundings()) == PRIMARY  # the same plan is not looked at again
+    assert closed.compute_velocity(turning, ahead(), surroundings()).angular_z == 1.0
+
+
+def test_open_loop_accelerates_from_its_last_command_and_closed_loop_from_the_measurement() -> None:
+    still = RobotState(Pose2D(yaw=2.0), Twist2D())
+    step = 2.5 / 30.0
+    for closed_loop, expected in ((False, [-step, -2 * step, -3 * step]), (True, [-step, -step, -step])):
+        shim, plan = make(replace(PARAMS, closed_loop=closed_loop)), ahead()
+        rates = [shim.compute_velocity(still, plan, surroundings()).angular_z for _ in range(3)]
+        assert rates == pytest.approx(expected)
+
+
+def test_it_turns_to_the_goals_heading_within_the_tolerance_and_stays_at_it() -> None:
+    poses = ahead(1.0).poses.copy()
+    poses[-1, 2] = 1.5
+    shim, plan = make(replace(PARAMS, rotate_to_goal_heading=True)), Path(poses)
+    far, near = Pose2D(0.7, 0.0, 0.0), Pose2D(0.8, 0.0, 0.0)
+    assert shim.compute_velocity(RobotState(far, Twist2D()), plan, surroundings()) == PRIMARY
+    turn = shim.compute_velocity(RobotState(near, Twist2D()), plan, surroundings())
+    assert (turn.linear_x, turn.angular_z > 0.0) == (0.0, True)
+    drifted = shim.compute_velocity(RobotState(far, Twist2D()), plan, surroundings())
+    assert drifted.linear_x == 0.0
+    assert make().compute_velocity(RobotState(near, Twist2D()), plan, surroundings()) == PRIMARY  # not asked for
+
+
+def test_rotate_to_heading_once_looks_again_only_for_another_goal() -> None:
+    once = make(replace(PARAMS, rotate_to_heading_once=True))
+    along, across = RobotState(Pose2D(), Twist2D()), RobotState(Pose2D(yaw=2.0), Twist2D())
+    assert once.compute_velocity(along, ahead(), surroundings()) == PRIMARY
+    assert once.compute_velocity(across, ahead(), surroundings()) == PRIMARY
+    assert once.compute_velocity(across, ahead(2.0), surroundings()).linear_x == 0.0
+    assert make().compute_velocity(across, ahead(), surroundings()).linear_x == 0.0
+
+
+def test_path_orientations_may_give_the_heading() -> None:
+    poses = ahead().poses.copy()
+    poses[:, 2] = math.pi / 2.0
+    state, plan = RobotState(Pose2D(), Twist2D()), Path(poses)
+    assert make().compute_velocity(state, plan, surroundings()) == PRIMARY
+    by_orientation = make(replace(PARAMS, use_path_orientations=True))
+    assert by_orientation.compute_velocity(state, plan, surroundings()).angular_z > 0.0
+
+
+def test_a_plan_of_one_pose_and_reset_reach_the_primary() -> None:
+    primary = Primary()
+    shim = RotationShimController(PARAMS, primary, FOOTPRINT, 30.0, 0.25)
+    state = RobotState(Pose2D(yaw=2.0), Twist2D())
+    assert shim.compute_velocity(state, Path(np.zeros((1, 3))), surroundings()) == PRIMARY
+    before = primary.resets
+    shim.reset()
+    assert primary.resets == before + 1
