@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.economics.cost_model import Economics, price
-from harness.economics.prices import Prices, load_prices
-from harness.episode import Delivery, nav2_parameters, run_episode, scene_of
+from harness.economics.cost_model import Economics, Measured, price
+from harness.economics.prices import Prices
+from harness.episode import Delivery, run_episode
 from harness.execution import Finished, run_tasks
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row, measured, summarize
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row, summarize
 from harness.runs import RunFolder
+from harness.setup import nav2_parameters, prices_of, scene_of
 from harness.stack import Stack
 from harness.statistics import Interval, bootstrap_mean, wilson_interval
 from harness.study import EpisodeTask, Study
@@ -73,7 +74,7 @@ def _record(finished: Finished[EpisodeTask, Delivery]) -> Row:
 
 def summarize_study(study: Study, records: Sequence[Row]) -> list[StackResult]:
     """One result per stack that finished at least one episode."""
-    prices = load_prices(study.template.prices)
+    prices = prices_of(study.template.prices)
     results = [_summarize_stack(study, stack, records, prices) for stack in study.stacks]
     return [result for result in results if result is not None]
 
@@ -84,7 +85,7 @@ def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices:
     if not rows:
         return None
     summary = summarize(rows, prices.rolling_resistance_force)
-    economics = price(measured(summary), stack.carries, False, prices)
+    economics = price(Measured(**summary), stack.carries, False, prices)
     wall = sum(r["timing"]["wall_s"] for r in own if r["row"].get("error") is None)
     simulated = sum(row["duration_s"] for row in rows)
     return StackResult(
@@ -109,7 +110,7 @@ def _intervals(rows: Sequence[Row], stack: Stack, prices: Prices, seed: int) -> 
     means = [key for key in per_episode[0] if key not in OUTCOMES]
     for key in means:
         intervals[key] = _bootstrap([summary[key] for summary in per_episode], seed)
-    priced = [price(measured(summary), stack.carries, False, prices) for summary in per_episode]
+    priced = [price(Measured(**summary), stack.carries, False, prices) for summary in per_episode]
     for term in ("pedestrian_safety", "property_damage", "repair", "service_compensation", "opex", "revenue"):
         intervals[term] = _bootstrap([getattr(p, term) for p in priced], seed)
     intervals["contribution_margin"] = _bootstrap([p.contribution_margin for p in priced], seed)

@@ -19,10 +19,12 @@ from harness.benchmark import (
     run_study,
     summarize_study,
 )
-from harness.episode import Delivery, check
+from harness.episode import Delivery
 from harness.execution import Finished
 from harness.report.run_tables import print_results
+from harness.report.tables import report_console
 from harness.runs import RunFolder, default_folder
+from harness.setup import check, prices_of
 from harness.study import EpisodeTask, Study
 
 LINE_PERIOD = 10.0  # [s] between progress lines where there is no terminal
@@ -154,4 +156,4 @@ def _print(results: list[StackResult], study: Study, path: Path, wall_s: float, 
         document = {"schema": 1, "runs": [run_document(result, study, path, wall_s) for result in results]}
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
         return
-    print_results(results, study, path, wall_s, Console())
+    print_results(results, study, prices_of(study.template.prices), path, report_console(sys.stdout))

@@ -4,59 +4,104 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from harness.economics.prices import Prices, load_prices
+from harness.economics.prices import Prices
 from harness.injury import injury_cost
 from harness.metrics import DeliveryLog, Row, event_rows
-from harness.mission import Mission, MissionSampler
-from harness.outcome import Rules, Verdict
-from harness.stack import Stack
-from harness.study import EpisodeTask, Study
+from harness.mission import Mission
+from harness.outcome import Verdict
+from harness.setup import Brain, build_brain, build_world, mission_of, prices_of, rules_of
+from harness.study import EpisodeTask
 from harness.truth import Partner, Truth
-from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.pybullet_world import PyBulletWorld, build_world
-from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
-from harness.world.world import World
-from navstack.behavior_tree import Counts, Status
-from navstack.build import build_localizer, build_navigator
-from navstack.costmap.occupancy_grid import FREE
-from navstack.errors import NavstackError
-from navstack.navigator import Navigator
-from navstack.params.nav2_file import Nav2File, load_nav2
-from navstack.params.strict import load_dataclass
-from navstack.types import Belief, BoolArray, Observation, Pose2D, Twist2D
-
-PARKED_TICK = 0.05  # [s] of a robot that does not drive
+from navstack.types import Belief
 
 
-class Brain(Protocol):
-    """What drives: a navigator, or nobody."""
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What is kept of one delivery."""
 
-    belief: Belief
-
-    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
-        """Start a delivery."""
-
-    def tick(self, observation: Observation) -> Twist2D:
-        """The command until the next tick."""
+    row: Row  # everything that the seed determines
+    events: list[Row]
+    timing: Row  # what the machine determines
+    recording: Mapping[str, Any] | None  # arrays; None: not asked for
 
 
-class Parked:
-    """Never moves: what other people's walking costs."""
+def run_episode(task: EpisodeTask) -> Delivery:
+    """Simulate one delivery.
 
-    def __init__(self) -> None:
-        self.belief = Belief(Pose2D())
+    Raises:
+        NavstackError: the task cannot be set up.
+    """
+    began = time.perf_counter()
+    generators = task.generators()
+    mission = mission_of(task, generators["mission"])
+    rules = rules_of(task.rules)
+    world = build_world(task)
+    brain = build_brain(task, world, generators["planner"])
+    log = DeliveryLog(keep_trace=task.keep_trace)
 
-    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
-        """Stay where the delivery starts."""
-        self.belief = initial_belief
+    observation = world.reset(mission, generators)
+    brain.reset(mission.goal, Belief(mission.start))
+    while (verdict := rules.judge(world.truth, mission.goal)) is None:
+        command = brain.tick(observation)
+        observation = world.step(command)
+        log.record(world.truth, brain.belief, command)
 
-    def tick(self, observation: Observation) -> Twist2D:
-        """Standstill."""
-        return Twist2D()
+    truth = world.close_episode()
+    return Delivery(
+        row=_row(task, mission, verdict, truth, brain, log),
+        events=[{"stack": task.stack.name, "episode": task.episode, **event} for event in event_rows(truth)],
+        timing=_timing(task, truth, time.perf_counter() - began),
+        recording=log.recording() if task.keep_trace else None,
+    )
+
+
+def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, log: DeliveryLog) -> Row:
+    """The episode's row; :data:`harness.metrics.EPISODE_COLUMNS` gives its order."""
+    start, goal = mission.start, mission.goal
+    return {
+        "stack": task.stack.name,
+        "stack_number": task.stack_number,
+        "map": task.map_name,
+        "seed": task.seed,
+        "episode": task.episode,
+        "start_x_m": start.x,
+        "start_y_m": start.y,
+        "start_yaw_rad": start.yaw,
+        "goal_x_m": goal.x,
+        "goal_y_m": goal.y,
+        "shortest_path_m": mission.shortest_path,
+        "outcome": verdict.outcome.value,
+        "reason": verdict.reason,
+        "navigator_status": brain.status.value,
+        "navigator_error": brain.last_error,
+        "goal_distance_m": math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y),
+        **log.measurements(truth),
+        **_injury(truth, prices_of(task.prices)),
+        "plans": brain.counts.plans,
+        "failed_plans": brain.counts.failed_plans,
+        "failed_controls": brain.counts.failed_controls,
+        "recoveries": brain.counts.recoveries,
+    }
+
+
+def _injury(truth: Truth, prices: Prices) -> Row:
+    """Injury cost of the counted contacts with people; delta_v is impulse over the robot's mass, as published."""
+    impulses = [c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN]
+    delta_v = np.array(impulses) / prices.robot_mass.value  # [m/s]
+    return {
+        "collision_delta_v_mps": float(delta_v.mean()) if len(delta_v) else 0.0,
+        "pedestrian_injury_usd": float(injury_cost(delta_v, prices).sum()),
+    }
+
+
+def _timing(task: EpisodeTask, truth: Truth, wall_s: float) -> Row:
+    return {
+        "stack": task.stack.name,
+        "episode": task.episode,
+        "wall_s": wall_s,
+        "real_time_factor": truth.stamp / wall_s,
+    }

@@ -52,10 +52,12 @@ def mais_probabilities(delta_v: npt.ArrayLike, model: InjuryRisk) -> FloatArray:
     at_least = expit(np.asarray(model.mais_intercepts) + np.asarray(model.mais_slopes) * (MPH_PER_MPS * speed))
     at_least = np.where(speed <= 0.0, 0.0, np.minimum.accumulate(at_least, axis=-1))
     bounds = np.concatenate((np.ones_like(speed), at_least, np.zeros_like(speed)), axis=-1)
-    return bounds[..., :-1] - bounds[..., 1:]
+    probabilities: FloatArray = bounds[..., :-1] - bounds[..., 1:]
+    return probabilities
 
 
 def injury_cost(delta_v: npt.ArrayLike, model: InjuryModel) -> FloatArray:
     """Expected cost [USD] of one counted contact per entry of ``delta_v`` [m/s]; same shape (paper, eq. pedestrian)."""
     costs = np.asarray(model.mais_costs)
-    return model.injury_mass_factor * (mais_probabilities(delta_v, model)[..., : costs.size] @ costs)
+    expected: FloatArray = model.injury_mass_factor * (mais_probabilities(delta_v, model)[..., : costs.size] @ costs)
+    return expected

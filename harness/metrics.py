@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 
 from harness.truth import Contact, CountedContact, Partner, Truth
-from navstack.types import Belief, Twist2D
+from navstack.types import Belief, FloatArray, Twist2D
 
 PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
 PRICED_PROPERTY = ("mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
 TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
+TRACE_COLUMNS = (
+    *("stamp_s", "x_m", "y_m", "yaw_rad", "linear_x_mps", "angular_z_radps"),
+    *("believed_x_m", "believed_y_m", "believed_yaw_rad", "command_linear_x_mps", "command_angular_z_radps"),
+)
 
 Row = dict[str, Any]
 
@@ -50,9 +54,9 @@ TIMING_COLUMNS = {"stack": "string", "episode": "int64", "wall_s": "double", "re
 class DeliveryLog:
     """Watches one delivery, tick by tick."""
 
-    trace: list[tuple[float, ...]] = field(default_factory=list)  # stamp, x, y, yaw, v, w, believed x, y, yaw
-    crowd: list[Any] = field(default_factory=list)  # (n, 2) positions at the same stamps
     keep_trace: bool = False
+    _rows: list[tuple[float, ...]] = field(default_factory=list)  # of TRACE_COLUMNS
+    _crowd: list[FloatArray] = field(default_factory=list)  # (n, 2) positions of people at the same stamps
     _distance: float = 0.0  # [m]
     _last: tuple[float, float] | None = None
     _max_tilt: float = 0.0  # [rad]
@@ -71,19 +75,23 @@ class DeliveryLog:
         self._error_sum += error
         self._error_max = max(self._error_max, error)
         self._records += 1
-        if self.keep_trace and truth.stamp >= len(self.trace) * TRACE_PERIOD - 1e-6:
+        if self.keep_trace and truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
             self._trace(truth, belief, command)
 
     def _trace(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
         pose, believed = truth.pose, belief.pose
-        self.trace.append(
+        self._rows.append(
             (
                 truth.stamp,
                 *(pose.x, pose.y, pose.yaw, truth.twist.linear_x, truth.twist.angular_z),
                 *(believed.x, believed.y, believed.yaw, command.linear_x, command.angular_z),
             )
         )
-        self.crowd.append(truth.pedestrians[:, :2].copy())
+        self._crowd.append(truth.pedestrians[:, :2].copy())
+
+    def recording(self) -> dict[str, Any]:
+        """The trajectory as arrays: ``trace`` (T, 11) and ``crowd`` (T, n, 2)."""
+        return {"trace": np.array(self._rows), "trace_columns": np.array(TRACE_COLUMNS), "crowd": np.array(self._crowd)}
 
     def measurements(self, truth: Truth) -> Row:
         """The measured part of the episode's row; keys carry their units."""

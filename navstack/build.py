@@ -15,14 +15,11 @@ from navstack.control.rotation_shim import RotationShimController
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import UnknownNameError
-from navstack.geometry import pad_footprint
 from navstack.localization.gps import GpsLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
-from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_views import (
-    Plugin,
     read_controller,
     read_controller_server,
     read_costmap,
@@ -72,13 +69,12 @@ def build_navigator(
         ParameterError: the file asks for something that does not exist here or cannot work.
     """
     local_params, global_params = read_costmap(nav2, "local_costmap"), read_costmap(nav2, "global_costmap")
-    local_costmap = LayeredCostmap(local_params, static_map, keepout)
-    global_costmap = LayeredCostmap(global_params, static_map, keepout)
+    local_costmap = LayeredCostmap(local_params, static_map, keepout=keepout)
+    global_costmap = LayeredCostmap(global_params, static_map, keepout=keepout)
     server_params = read_controller_server(nav2)
-    footprint = pad_footprint(robot_footprint(local_params), local_params.footprint_padding)
     goal_checker, progress_checker = read_goal_checker(nav2), read_progress_checker(nav2)
     controller = _build_controller(
-        nav2, footprint, server_params.controller_frequency, goal_checker.params.xy_goal_tolerance
+        nav2, local_costmap.footprint, server_params.controller_frequency, goal_checker.params.xy_goal_tolerance
     )
     controller_server = ControllerServer(
         server_params,
@@ -87,7 +83,6 @@ def build_navigator(
         PROGRESS_CHECKERS[progress_checker.type](progress_checker.params),
     )
     planner = read_planner(nav2)
-    smoother_params = read_velocity_smoother(nav2)
     return Navigator(
         localizer,
         local_costmap,
@@ -95,13 +90,18 @@ def build_navigator(
         NavigateToPose(
             PLANNERS[planner.type](planner.params, planner_rng), controller_server, global_costmap, local_costmap
         ),
-        VelocitySmoother(smoother_params),
-        Frequencies(
-            local_costmap=local_params.update_frequency,
-            global_costmap=global_params.update_frequency,
-            controller=server_params.controller_frequency,
-            smoother=smoother_params.smoothing_frequency,
-        ),
+        VelocitySmoother(read_velocity_smoother(nav2)),
+        read_frequencies(nav2),
+    )
+
+
+def read_frequencies(nav2: Nav2File) -> Frequencies:
+    """How often each part of the navigator runs."""
+    return Frequencies(
+        local_costmap=read_costmap(nav2, "local_costmap").update_frequency,
+        global_costmap=read_costmap(nav2, "global_costmap").update_frequency,
+        controller=read_controller_server(nav2).controller_frequency,
+        smoother=read_velocity_smoother(nav2).smoothing_frequency,
     )
 
 

@@ -1,13 +1,13 @@
 """The brain's tick: from an observation to a command."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from navstack.behavior_tree import NavigateToPose, Status
+from navstack.behavior_tree import Counts, NavigateToPose, Status
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.safety.velocity_smoother import VelocitySmoother
-from navstack.types import Belief, Observation, Pose2D, RobotState, Twist2D
+from navstack.types import Belief, Observation, Path, Pose2D, RobotState, Twist2D
 
 
 class Rate:
@@ -30,8 +30,7 @@ class Rate:
         return True
 
 
-@dataclass(frozen=True, slots=True)
-class Frequencies:
+class Frequencies(NamedTuple):
     """How often each part runs, in [Hz]."""
 
     local_costmap: float
@@ -57,7 +56,6 @@ class Navigator:
         self._global_costmap = global_costmap
         self._tree = tree
         self._smoother = smoother
-        self.frequencies = frequencies
         self._local_rate = Rate(frequencies.local_costmap)
         self._global_rate = Rate(frequencies.global_costmap)
         self._control_rate = Rate(frequencies.controller)
@@ -82,9 +80,19 @@ class Navigator:
         return self._tree.status
 
     @property
-    def tree(self) -> NavigateToPose:
-        """The behavior tree, for whoever wants to see plans and counts."""
-        return self._tree
+    def counts(self) -> Counts:
+        """Plans, failures and recoveries since the goal was given."""
+        return self._tree.counts
+
+    @property
+    def last_error(self) -> str:
+        """Nav2's name of the last failure that called for a recovery; empty: none."""
+        return self._tree.last_error
+
+    @property
+    def plan(self) -> Path | None:
+        """The plan being followed."""
+        return self._tree.plan
 
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""

@@ -102,7 +102,7 @@ def _sensors_cost(sensors: Collection[str], prices: Prices) -> float:
     for sensor in sensors:
         if sensor not in priced:
             raise UnknownNameError("priced sensor", sensor, priced)
-    return sum(priced[sensor] for sensor in sensors)
+    return sum(priced[sensor] for sensor in set(sensors))
 
 
 def _service_compensation(measured: Measured, prices: Prices) -> float | None:

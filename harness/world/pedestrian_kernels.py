@@ -8,49 +8,75 @@ from numba import njit
 
 from harness.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
 
+_WEIGHT = 1.01  # [-] of the heuristic
+
 
 @njit(cache=True)
-def field_towards(free, landmarks, goal_y, goal_x, start_y, start_x):
-    """A distance field towards a goal that is exact along the shortest path from one start, and no wider than needed.
+def find_path(free, landmarks, start, goal, length, arrival, closed):
+    """The cells of a path at most 1 % longer than the shortest: weighted A* with the landmark heuristic.
 
-    A* from the goal with the landmark heuristic: |d(l, cell) - d(l, start)| never exceeds d(cell, start) by the triangle
-    inequality (Goldberg & Harrelson 2005). Start and goal must be connected.
+    By the triangle inequality |d(l, cell) - d(l, goal)| <= d(cell, goal) for every landmark l (Goldberg & Harrelson
+    2005). The weight bounds the excess even though no cell is expanded twice (Likhachev et al. 2003), and it decides
+    between the many equally long paths of a wide street, which makes the search ten times faster.
+
+    Start and goal must be connected.
 
     Args:
-        free: (H, W) bool with a border of two closed cells.
+        free: (H * W,) bool, with a border of two closed cells.
         landmarks: (H, W, L) float32 lengths from each landmark in cells.
-        goal_y: row of the goal.
-        goal_x: its column.
-        start_y: row of the start.
-        start_x: its column.
+        start: flat index.
+        goal: flat index.
+        length: (H * W,) float64 work space full of inf, and so again afterwards.
+        arrival: (H * W,) uint8 work space.
+        closed: (H * W,) bool work space full of False, and so again afterwards.
 
     Returns:
-        (H, W) float32 in cells, inf where the search did not come: for :func:`harness.shortest_paths.descend`.
+        (N, 2) cells, ends included.
     """
-    field = np.full(free.shape, np.inf, np.float32)
-    done = np.zeros(free.shape, np.bool_)
-    field[goal_y, goal_x] = 0.0
-    queue = [(0.0, goal_y, goal_x)]
-    while queue:
-        _, y, x = heapq.heappop(queue)
-        if done[y, x]:
+    width = landmarks.shape[1]
+    table = landmarks.reshape(-1, landmarks.shape[2])
+    moves = _MOVES[:, 0] * width + _MOVES[:, 1]
+    between = _BETWEEN[:, :, 0] * width + _BETWEEN[:, :, 1]
+    length[start] = 0.0
+    touched = [start]
+    queue = [(0.0, start)]
+    cell = start
+    while cell != goal:
+        _, cell = heapq.heappop(queue)
+        if closed[cell]:
             continue
-        done[y, x] = True
-        if y == start_y and x == start_x:
-            break
-        for m in range(len(_LENGTHS)):
-            ty, tx = y + _MOVES[m, 0], x + _MOVES[m, 1]
-            length = np.float32(field[y, x] + _LENGTHS[m])
-            if not free[ty, tx] or done[ty, tx] or length >= field[ty, tx]:
+        closed[cell] = True
+        for m in range(len(moves)):
+            target = cell + moves[m]
+            total = length[cell] + _LENGTHS[m]
+            if not free[target] or closed[target] or total >= length[target]:
                 continue
-            if (
-                free[y + _BETWEEN[m, 0, 0], x + _BETWEEN[m, 0, 1]]
-                and free[y + _BETWEEN[m, 1, 0], x + _BETWEEN[m, 1, 1]]
-            ):
-                field[ty, tx] = length
-                estimate = length + _least_length(landmarks[ty, tx], landmarks[start_y, start_x])
-                heapq.heappush(queue, (estimate, ty, tx))
-    return field
+            if free[cell + between[m, 0]] and free[cell + between[m, 1]]:
+                if length[target] == np.inf:
+                    touched.append(target)
+                length[target] = total
+                arrival[target] = m
+                heapq.heappush(queue, (total + _WEIGHT * _least_length(table[target], table[goal]), target))
+    for k in touched:
+        length[k] = np.inf
+        closed[k] = False
+    return _trace(moves, width, start, goal, arrival)
+
+
+@njit(cache=True)
+def _trace(moves, width, start, goal, arrival):
+    """The cells (N, 2) from ``start`` to ``goal``, found by undoing the move that led to each."""
+    number, cell = 1, goal
+    while cell != start:
+        cell -= moves[arrival[cell]]
+        number += 1
+    cells = np.empty((number, 2), np.int64)
+    cell = goal
+    for k in range(number - 1, 0, -1):
+        cells[k, 0], cells[k, 1] = cell // width, cell % width
+        cell -= moves[arrival[cell]]
+    cells[0, 0], cells[0, 1] = start // width, start % width
+    return cells
 
 
 @njit(cache=True)

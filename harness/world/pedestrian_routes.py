@@ -5,8 +5,8 @@ import math
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
-from harness.shortest_paths import descend, distance_field, string_pull
-from harness.world.pedestrian_kernels import field_towards
+from harness.shortest_paths import distance_field, string_pull
+from harness.world.pedestrian_kernels import find_path
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import MapError
 from navstack.geometry import transform_points
@@ -49,15 +49,20 @@ class WalkingNetwork:
                 break
         self.cells: IntArray = np.argwhere(self._free)  # (N, 2) all cells, row by row
         self._landmarks = _landmark_lengths(self._free, self.cells)
+        self._length = np.full(self._free.size, np.inf)  # work space of the search
+        self._arrival = np.zeros(self._free.size, dtype=np.uint8)
+        self._closed = np.zeros(self._free.size, dtype=np.bool_)
 
     def positions(self, cells: IntArray) -> FloatArray:
         """Centres (N, 2) of cells (N, 2), in [m] in the map frame."""
         return transform_points(self._origin, (cells[:, ::-1] - _BORDER + 0.5) * self._cell)
 
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
-        """Corners (M, 2) of a shortest path between two of :attr:`cells`, in [m] in the map frame, ends included."""
-        field = field_towards(self._free, self._landmarks, goal[0], goal[1], start[0], start[1])
-        return self.positions(string_pull(self._free, descend(field, (start[0], start[1]))))
+        """Corners (M, 2) of a shortest path (within 1 %) between two of :attr:`cells`, in [m] in the map frame, ends included."""
+        width = self._free.shape[1]
+        first, last = int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1])
+        cells = find_path(self._free.ravel(), self._landmarks, first, last, self._length, self._arrival, self._closed)
+        return self.positions(string_pull(self._free, cells))
 
 
 def _coarsen(free: BoolArray, factor: int) -> BoolArray:

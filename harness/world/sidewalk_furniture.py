@@ -43,8 +43,8 @@ _CURB_MIX = {
     "mailbox": 7,
     "plant": 24,
     "tree_pit": 12,
-    "bollard": 10,
-    "hydrant": 6,
+    "bollard": 13,
+    "hydrant": 7,
     "lamp": 13,
     "newspaper_box": 9,
     "bus_stop": 5,
@@ -58,9 +58,11 @@ _FACADE_GAP = (0.1, 0.3)  # [m]
 _CURB_SPACING = (5.3, 0.36)  # median [m] and log standard deviation of the distance along the curb, between groups
 _GROUP_SHARE = 0.32  # of the pieces stand close to the previous one
 _GROUP_SPACING = (1.4, 3.0)  # [m]
-_BARE_SHARE = 0.28  # of the curbs have no furniture
+_BARE_SHARE = 0.32  # of the curbs have no furniture
 _FACADE_SPACING = (13.0, 0.8)
 _FACADE_LEAST_WIDTH = 3.7  # [m] narrower sidewalks have nothing along the facades
+_PANEL_LENGTH = 3.0  # [m] of fence around a building site, about
+_PANEL_INSET = 0.1  # [m] inside the site's edge, so that the way beside it keeps its width
 _APPROACH = 1.2  # [m] kept free around crosswalks
 
 
@@ -148,20 +150,23 @@ class Furnisher:
                 self._add("traffic_light", self._draw({"traffic_light": 1})[1], x, y, 0.0)
 
     def _fence_in(self, area: Rect) -> None:
-        """Panels along the sides of a building site that face a sidewalk."""
-        walks = [block.strip(side) for block in self._streets.blocks for side in range(4)]
-        for side, yaw in ((0, math.pi / 2.0), (1, 0.0), (2, math.pi / 2.0), (3, 0.0)):
-            length = area.depth if side % 2 == 0 else area.width
-            count = max(int(length / 3.0), 1)
+        """Panels just inside those sides of a building site that do not lean on a building."""
+        walls = [bounds(building.polygon) for building in self._streets.buildings]
+        line = area.inset(*([_PANEL_INSET] * 4))
+        for side in range(4):
+            length = line.depth if side % 2 == 0 else line.width
+            count = max(round(length / _PANEL_LENGTH), 1)
             for k in range(count):
                 along = (k + 0.5) * length / count
                 x, y = (
-                    (area.x0 - 0.1, area.y0 + along),
-                    (area.x0 + along, area.y0 - 0.1),
-                    (area.x1 + 0.1, area.y0 + along),
-                    (area.x0 + along, area.y1 + 0.1),
+                    (line.x0, line.y0 + along),
+                    (line.x0 + along, line.y0),
+                    (line.x1, line.y0 + along),
+                    (line.x0 + along, line.y1),
                 )[side]
-                if any(walk.contains(Rect(x, y, x, y)) for walk in walks):
+                reach = Rect(x, y, x, y).inset(*([-2.0 * _PANEL_INSET] * 4))
+                if not any(wall.overlaps(reach) for wall in walls):
+                    yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
                     self._add("fence", np.array((length / count - 0.15, 0.14, 1.2)), x, y, yaw)
 
     def _dig_work_areas(self, count: int) -> None:

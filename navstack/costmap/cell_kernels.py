@@ -1,0 +1,254 @@
+"""Numba kernels of the obstacle layer as a list of its lethal cells, with the results of the dense ``kernels``.
+
+Lattice cells are counted from a fixed corner; ``window`` (4,) is the grid's x, y of the first cell, width and height.
+The first ``count`` rows of ``cells`` (n, 2) are the lethal cells, as lattice x, y. ``present`` (height, width) holds a
+1 for each, wrapped around (x modulo width, y modulo height), so that a moving window copies nothing. ``changed`` (4,)
+grows to the box x0, xn, y0, yn (ends exclusive) of all cells that came or went.
+
+A dense grid visits each cell of each beam. Here each lethal cell looks for a beam that passes through it: only beams
+with a bearing near its own come into question, and whether a Bresenham line holds a cell is one division.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.kernels import clip_to_grid, is_in_range, ray, to_cell
+from navstack.types import ByteArray, FloatArray, IntArray
+
+CellArray = npt.NDArray[np.int32]
+
+_LETHAL = np.uint8(LETHAL_OBSTACLE)
+_LATERAL = 3.0  # [cells] a line's cells lie no farther from the beam: cell corners 0.7 + 0.7, start 1, rounding 0.5
+
+
+@njit(cache=True)
+def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, order: IntArray) -> None:
+    """Sort points (n, 2) into sectors around (ox, oy): sector k holds ``order[starts[k]:starts[k + 1]]``."""
+    sectors = starts.shape[0] - 1
+    sector_of = np.empty(points.shape[0], dtype=np.int64)
+    starts[:] = 0
+    for i in range(points.shape[0]):
+        share = (math.atan2(points[i, 1] - oy, points[i, 0] - ox) + math.pi) / (2.0 * math.pi)
+        sector_of[i] = min(int(share * sectors), sectors - 1)
+        starts[sector_of[i] + 1] += 1
+    for k in range(sectors):
+        starts[k + 1] += starts[k]
+    place = starts[:sectors].copy()
+    for i in range(points.shape[0]):
+        order[place[sector_of[i]]] = i
+        place[sector_of[i]] += 1
+
+
+@njit(cache=True)
+def trace_rays(
+    points: FloatArray,
+    ox: float,
+    oy: float,
+    origin: FloatArray,
+    resolution: float,
+    window: IntArray,
+    limits: FloatArray,
+) -> IntArray:
+    """The lines (n, 5) that clear: first lattice cell x, y, differences x, y, number of steps or -1.
+
+    ``limits`` are the raytrace ranges min, max [m]; ``origin`` [m] is the window's corner.
+    """
+    lines = np.full((points.shape[0], 5), -1, dtype=np.int64)
+    size_x, size_y = window[2], window[3]
+    x0, y0 = to_cell(ox, oy, origin[0], origin[1], resolution, size_x, size_y)
+    if x0 < 0:
+        return lines
+    end_x, end_y = origin[0] + size_x * resolution, origin[1] + size_y * resolution
+    min_cells, max_cells = math.ceil(limits[0] / resolution), math.ceil(limits[1] / resolution)
+    for i in range(points.shape[0]):
+        wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin[0], origin[1], end_x, end_y)
+        x1, y1 = to_cell(wx, wy, origin[0], origin[1], resolution, size_x, size_y)
+        if x1 < 0:
+            continue
+        x, y, dx, dy, steps = ray(x0, y0, x1, y1, max_cells, min_cells)
+        lines[i, 0], lines[i, 1] = x + window[0], y + window[1]
+        lines[i, 2], lines[i, 3], lines[i, 4] = dx, dy, steps
+    return lines
+
+
+@njit(cache=True)
+def _holds(line: IntArray, x: int, y: int) -> bool:
+    """Whether a line passes through a cell.
+
+    After i steps a Bresenham line has moved (longer // 2 + i * shorter) // longer cells across.
+    """
+    dx, dy, steps = line[2], line[3], line[4]
+    along_x, along_y = (x - line[0]) * (1 if dx > 0 else -1), (y - line[1]) * (1 if dy > 0 else -1)
+    longer, shorter, along, across = abs(dx), abs(dy), along_x, along_y
+    if longer < shorter:
+        longer, shorter, along, across = shorter, longer, along_y, along_x
+    if along < 0 or along > steps:
+        return False
+    if longer == 0:
+        return bool(across == 0)
+    return bool((longer // 2 + along * shorter) // longer == across)
+
+
+@njit(cache=True)
+def _is_hit(x: int, y: int, sensor: FloatArray, lines: IntArray, starts: IntArray, order: IntArray) -> bool:
+    """Whether any line passes through a cell; ``sensor`` is its lattice position [cells] and its reach [cells]."""
+    dx, dy = x + 0.5 - sensor[0], y + 0.5 - sensor[1]
+    distance = math.hypot(dx, dy)
+    if distance > sensor[2]:
+        return False
+    sectors = starts.shape[0] - 1
+    first, last = 0, sectors - 1
+    if distance > _LATERAL:
+        half = math.asin(_LATERAL / distance)
+        bearing = math.atan2(dy, dx) + math.pi
+        first = math.floor((bearing - half) / (2.0 * math.pi) * sectors)
+        last = min(math.floor((bearing + half) / (2.0 * math.pi) * sectors), first + sectors - 1)
+    for k in range(first, last + 1):
+        sector = k % sectors
+        for j in range(starts[sector], starts[sector + 1]):
+            if _holds(lines[order[j]], x, y):
+                return True
+    return False
+
+
+@njit(cache=True)
+def grow(changed: IntArray, x: int, y: int) -> None:
+    """Grow a box to hold a cell."""
+    changed[0] = min(changed[0], x)
+    changed[1] = max(changed[1], x + 1)
+    changed[2] = min(changed[2], y)
+    changed[3] = max(changed[3], y + 1)
+
+
+@njit(cache=True)
+def drop_hit(
+    cells: CellArray,
+    count: int,
+    present: ByteArray,
+    sensor: FloatArray,
+    lines: IntArray,
+    starts: IntArray,
+    order: IntArray,
+    changed: IntArray,
+) -> int:
+    """Drop the cells that a line passes through; returns how many remain. See :func:`_is_hit`."""
+    height, width = present.shape
+    kept = 0
+    for i in range(count):
+        x, y = cells[i, 0], cells[i, 1]
+        if _is_hit(x, y, sensor, lines, starts, order):
+            present[y % height, x % width] = 0
+            grow(changed, x, y)
+        else:
+            cells[kept, 0], cells[kept, 1] = x, y
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def drop_box(
+    cells: CellArray, count: int, present: ByteArray, box: IntArray, drop_inside: bool, changed: IntArray
+) -> int:
+    """Drop the cells inside (or outside) the box x0, xn, y0, yn (ends exclusive); returns how many remain."""
+    height, width = present.shape
+    kept = 0
+    for i in range(count):
+        x, y = cells[i, 0], cells[i, 1]
+        inside = box[0] <= x < box[1] and box[2] <= y < box[3]
+        if inside == drop_inside:
+            present[y % height, x % width] = 0
+            grow(changed, x, y)
+        else:
+            cells[kept, 0], cells[kept, 1] = x, y
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def drop_columns(
+    cells: CellArray,
+    count: int,
+    present: ByteArray,
+    window: IntArray,
+    span: tuple[int, int],
+    lowest: IntArray,
+    highest: IntArray,
+    changed: IntArray,
+) -> int:
+    """Drop the cells of a polygon given by ``kernels.polygon_columns``; returns how many remain."""
+    height, width = present.shape
+    kept = 0
+    for i in range(count):
+        x, y = cells[i, 0], cells[i, 1]
+        column, row = x - window[0], y - window[1]
+        if span[0] <= column <= span[1] and lowest[column] <= row <= highest[column]:
+            present[y % height, x % width] = 0
+            grow(changed, x, y)
+        else:
+            cells[kept, 0], cells[kept, 1] = x, y
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def mark_cells(
+    cells: CellArray,
+    count: int,
+    present: ByteArray,
+    points: FloatArray,
+    ox: float,
+    oy: float,
+    origin: FloatArray,
+    resolution: float,
+    window: IntArray,
+    limits: FloatArray,
+    changed: IntArray,
+) -> int:
+    """Add the cells of points within the obstacle ranges ``limits`` min, max [m]; returns how many there are then."""
+    height, width = present.shape
+    x0 = math.floor((ox - origin[0]) / resolution)
+    y0 = math.floor((oy - origin[1]) / resolution)
+    min_cells, max_cells = math.ceil(limits[0] / resolution), math.ceil(limits[1] / resolution)
+    for i in range(points.shape[0]):
+        px, py = points[i, 0], points[i, 1]
+        if not is_in_range(px, py, ox, oy, limits):
+            continue
+        mx, my = to_cell(px, py, origin[0], origin[1], resolution, window[2], window[3])
+        if mx < 0:
+            continue
+        distance = int(math.hypot(mx - x0, my - y0))
+        if distance < min_cells or distance > max_cells:
+            continue
+        x, y = mx + window[0], my + window[1]
+        if present[y % height, x % width] == 0:
+            present[y % height, x % width] = 1
+            cells[count, 0], cells[count, 1] = x, y
+            count += 1
+            grow(changed, x, y)
+    return count
+
+
+@njit(cache=True)
+def cells_to_stamp(
+    cells: CellArray, count: int, background: ByteArray, shift_x: int, shift_y: int, box: IntArray, chosen: CellArray
+) -> int:
+    """Those cells in the box x0, xn, y0, yn that are not lethal in ``background`` anyway, into ``chosen``.
+
+    ``background`` at [y + shift_y, x + shift_x] is the lattice cell (x, y), free outside; ``chosen`` are lattice cells.
+    """
+    height, width = background.shape
+    number = 0
+    for i in range(count):
+        x, y = cells[i, 0], cells[i, 1]
+        if x < box[0] or x >= box[1] or y < box[2] or y >= box[3]:
+            continue
+        bx, by = x + shift_x, y + shift_y
+        if 0 <= bx < width and 0 <= by < height and background[by, bx] == _LETHAL:
+            continue
+        chosen[number, 0], chosen[number, 1] = x, y
+        number += 1
+    return number

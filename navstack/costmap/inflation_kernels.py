@@ -1,9 +1,13 @@
 """Numba kernels of the inflation: finding sources and stamping cost kernels with the maximum."""
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.types import ByteArray
+
+CellArray = npt.NDArray[np.int32]
 
 BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector instructions
 
@@ -14,22 +18,22 @@ _u = np.uint64  # unsigned indices: numba then omits the treatment of negative o
 
 
 @njit(cache=True, inline="always")
-def _is_source(cost, around_unknown):
+def _is_source(cost: np.uint8, around_unknown: bool) -> bool:
     return cost == _LETHAL or (around_unknown and cost == _UNKNOWN)
 
 
 @njit(cache=True)
-def _holds_source(flat, start, length):
+def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
     """Whether one of ``length`` costs from ``start`` on is lethal or unknown; compiles to vector instructions."""
     found = np.uint8(0)
     first = _u(start)
     for j in range(_u(length)):
         found |= np.uint8(flat[first + j] >= _LETHAL)
-    return found != 0
+    return bool(found != 0)
 
 
 @njit(cache=True)
-def _spreads(flat, at, x, y, width, height, around_unknown):
+def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool) -> bool:
     """Whether the cell (x, y) at index ``at`` is a source that some other cell may be nearest to."""
     if flat[at] != _LETHAL:
         return around_unknown
@@ -42,7 +46,7 @@ def _spreads(flat, at, x, y, width, height, around_unknown):
 
 
 @njit(cache=True)
-def find_sources(costs, x0, xn, y0, yn, around_unknown, cells):
+def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, into ``cells`` (n, 2) as (x, y).
 
     Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
@@ -71,7 +75,17 @@ def find_sources(costs, x0, xn, y0, yn, around_unknown, cells):
 
 
 @njit(cache=True)
-def stamp(target, cells, count, kernel, radius, x0, xn, y0, yn):
+def stamp(
+    target: ByteArray,
+    cells: CellArray,
+    count: int,
+    kernel: ByteArray,
+    radius: int,
+    x0: int,
+    xn: int,
+    y0: int,
+    yn: int,
+) -> None:
     """Raise ``target`` to ``kernel``, centred on each of the first ``count`` cells (x, y), within [y0:yn, x0:xn].
 
     ``kernel`` is (2 radius + 1, w), w a multiple of BLOCK, zero beyond column 2 radius; cells may lie outside.
@@ -107,7 +121,7 @@ def stamp(target, cells, count, kernel, radius, x0, xn, y0, yn):
 
 
 @njit(cache=True)
-def merge(costs, influence, x0, xn, y0, yn, inflate_unknown):
+def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn: int, inflate_unknown: bool) -> None:
     """Merge inflated costs into ``costs`` [y0:yn, x0:xn]; ``influence`` is (yn - y0, xn - x0).
 
     An unknown cell takes costs of 253 and more, or any above 0 with ``inflate_unknown``; others take the maximum.

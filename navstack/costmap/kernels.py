@@ -244,7 +244,7 @@ def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highe
 
 @njit(cache=True)
 def combine_maximum(master: ByteArray, layer: ByteArray, keep_unknown: bool) -> None:
-    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax``, ``updateWithMaxWithoutUnknownOverwrite``)."""
+    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax`` and ``...WithoutUnknownOverwrite``)."""
     for y in range(master.shape[0]):
         row, own = master[y], layer[y]
         for x in range(master.shape[1]):

@@ -28,7 +28,8 @@ class Observation:
     """The points of one scan in the map frame, with the place of the sensor."""
 
     stamp: float  # [s]
-    points: FloatArray  # (n, 2) [m]
+    points: FloatArray  # (n, 2) [m]; beams clear on the way to them
+    marking: FloatArray  # (m, 2) [m] those that may mark
     origin_x: float  # [m] of the sensor
     origin_y: float  # [m]
     _bearings: Bearings | None = field(default=None, repr=False)
@@ -69,7 +70,7 @@ class ScanProjector:
         moved = np.empty_like(points)
         moved[:, 0] = cos * points[:, 0] - sin * points[:, 1] + sensor.x
         moved[:, 1] = sin * points[:, 0] + cos * points[:, 1] + sensor.y
-        return Observation(scan.stamp, moved, sensor.x, sensor.y)
+        return Observation(scan.stamp, moved, moved, sensor.x, sensor.y)
 
 
 class ObservationBuffer:

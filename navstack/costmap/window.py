@@ -9,23 +9,17 @@ class Window:
     """A grid of ``size_x`` x ``size_y`` cells on the lattice that has a cell corner at (base_x, base_y)."""
 
     def __init__(self, base_x: float, base_y: float, resolution: float, size_x: int, size_y: int) -> None:
-        self.base_x = base_x  # [m]
-        self.base_y = base_y  # [m]
         self.resolution = resolution  # [m/cell]
         self.size_x = size_x  # [cells]
         self.size_y = size_y  # [cells]
+        self._base = (base_x, base_y)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the lattice's corner."""
+        self.origin_x, self.origin_y = self._base  # [m] lower left corner, summed up move by move as Nav2 does
         self.cell_x = 0  # lattice x of the first cell
         self.cell_y = 0  # lattice y of the first cell
-
-    @property
-    def origin_x(self) -> float:
-        """The lower left corner in [m]."""
-        return self.base_x + self.cell_x * self.resolution
-
-    @property
-    def origin_y(self) -> float:
-        """The lower left corner in [m]."""
-        return self.base_y + self.cell_y * self.resolution
 
     @property
     def origin(self) -> FloatArray:
@@ -44,6 +38,8 @@ class Window:
         """
         dx = int((x - self.size_x * self.resolution / 2 - self.origin_x) / self.resolution)
         dy = int((y - self.size_y * self.resolution / 2 - self.origin_y) / self.resolution)
+        self.origin_x += dx * self.resolution
+        self.origin_y += dy * self.resolution
         self.cell_x += dx
         self.cell_y += dy
         return dx, dy

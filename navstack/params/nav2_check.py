@@ -1,5 +1,6 @@
 """Holds the parameters of one node against Nav2's schema."""
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -9,6 +10,8 @@ from navstack.params.nav2_catalog import Catalog, critic_type, field_names, nest
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
 from navstack.params.schema.block import OPEN, Block, PluginList
 from navstack.params.schema.nodes import COMMON
+
+NEARLY_EQUAL = 0.85  # similarity from which a section is taken for a misspelt one
 
 
 class Checker:
@@ -59,8 +62,6 @@ class Checker:
     def _check_plugin(self, place: "_Place", key: str, plugins: PluginList, name: str) -> None:
         """A sub-namespace that a list such as controller_plugins names."""
         where = f"{place.prefix}{name}"
-        if self._is_misspelt(place, key, name):
-            return
         child = place.section.sections.get(name, Section())
         kind = _type_of(plugins, name, child)
         if kind is None:
@@ -95,20 +96,9 @@ class Checker:
 
     def _check_named(self, place: "_Place", key: str, inner: Block, name: str) -> None:
         """A sub-namespace that a list such as observation_sources names."""
-        if self._is_misspelt(place, key, name):
-            return
         child = place.section.sections.get(name, Section())
         params = place.nested_params.get(key)
         self._check(_Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,)))
-
-    def _is_misspelt(self, place: "_Place", key: str, name: str) -> bool:
-        """Report a listed name without a section, if a section that no list names looks like it."""
-        if name in place.section.sections:
-            return False
-        hint = did_you_mean(name, place.unlisted_sections())
-        if hint:
-            self._error("missing-section", f"{place.prefix}{name}", f"'{key}' names it, but it has no section{hint}", 0)
-        return bool(hint)
 
     def _check_unlisted(self, place: "_Place", name: str, child: Section) -> None:
         """A sub-namespace that no list names: of fixed name, left over from another setup, or unknown."""
@@ -118,7 +108,7 @@ class Checker:
             self._check(_Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
             return
         left_over = self._left_over(place, name, child)
-        if left_over is None:
+        if left_over is None or place.misspells(name):
             self._unknown(place, name, child.first_line())
             return
         if place.params:
@@ -169,9 +159,16 @@ class Checker:
         if sibling:
             self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (of {sibling})")
             return
-        known = place.block.own_keys | set(place.block.groups)
-        hint = did_you_mean(name, sorted(known | COMMON.keys)) or f"; known: {', '.join(sorted(known)) or 'none'}"
+        missing = place.misspells(name)
+        known = place.block.own_keys | set(place.block.groups) | self._critics(place)
+        hint = did_you_mean(name, missing or sorted(known | COMMON.keys))
+        hint = hint or f"; known: {', '.join(sorted(place.block.own_keys)) or 'none'}"
         self._error("unknown-key", f"{place.prefix}{name}", f"unknown to Nav2{hint}", line)
+
+    def _critics(self, place: "_Place") -> set[str]:
+        """Names of the sub-namespaces whose name alone gives their type."""
+        families = [plugins.family for plugins in place.block.plugins.values() if plugins.name_is_type]
+        return {name for family in families for name in self._catalog.families[family]}
 
     def _sibling_with(self, place: "_Place", name: str) -> str:
         """Another plugin of the same family with this parameter, left over from an exchange of the plugin."""
@@ -218,10 +215,15 @@ class _Place:
         plugins = self.block.plugins.get(key)
         return tuple(plugins.defaults) if plugins is not None and self.params else ()
 
-    def unlisted_sections(self) -> list[str]:
-        """Sub-namespaces that neither a list names nor Nav2 fixes."""
-        listed = {name for key in (*self.block.plugins, *self.block.named) for name in self.listed_names(key)}
-        return [name for name in self.section.sections if name not in listed | set(self.block.groups)]
+    def misspells(self, name: str) -> list[str]:
+        """The names that a list gives, that have no section, and that ``name`` all but spells."""
+        sections = self.section.sections
+        missing = [each for key in self._lists() for each in self.listed_names(key) if each not in sections]
+        return difflib.get_close_matches(name, missing, n=1, cutoff=NEARLY_EQUAL)
+
+    def _lists(self) -> list[str]:
+        """The list parameters whose names need a section; a critic needs none."""
+        return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [*self.block.named]
 
 
 def _type_of(plugins: PluginList, name: str, child: Section) -> str | None:

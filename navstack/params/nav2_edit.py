@@ -23,7 +23,8 @@ def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: 
     node = next((node for node in reversed(document.nodes) if node.path == path), None)
     if node is not None and name in node.entries:
         entry = node.entries[name]
-        return text[: entry.start] + format_value(_kept_decimal(value, entry.value)) + text[entry.end :]
+        blank = " " if text[entry.start - 1] == ":" else ""
+        return text[: entry.start] + blank + format_value(_kept_decimal(value, entry.value)) + text[entry.end :]
     line = f"{name}: {format_value(value)}"
     if node is not None and node.mapping is not None and node.mapping.value:
         return _inserted(document, node, name, value)
@@ -63,7 +64,8 @@ def _inserted(document: Document, node: NodeText, name: str, value: Value) -> st
     line = f"{rest}: {format_value(value)}"
     if mapping.flow_style:
         end = mapping.end_mark.index - 1
-        return f"{text[:end].rstrip()}, {line}{text[end:]}"
+        before = text[:end].rstrip().rstrip(",")
+        return f"{before}, {line}{text[end:]}"
     end = text.find("\n", _last_index(mapping))
     end = len(text) if end < 0 else end
     indent = " " * mapping.value[0][0].start_mark.column

@@ -9,6 +9,7 @@ from navstack.params.nav2_catalog import node_block, node_names
 from navstack.params.nav2_findings import Findings, Notice
 from navstack.params.ros_yaml import Document, Entry, NodeText
 from navstack.params.schema import nodes
+from navstack.params.schema.block import OPEN
 
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
 DEFAULT_TREES = ("navigate_to_pose_w_replanning_and_recovery.xml", "navigate_w_replanning_and_recovery.xml")
@@ -113,11 +114,18 @@ def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[No
 
 
 def _matched(document: Document, text: NodeText, found: Iterable[str]) -> list[str]:
-    return [node for node in found if any(text is section for section in sections_of(document, node))]
+    """The nodes that a wildcard stands for and whose parameters are known."""
+    known = [node for node in found if not (node_block(node) or OPEN).is_open]
+    return [node for node in known if any(text is section for section in sections_of(document, node))]
 
 
 def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
-    return all(any((each.id, each.line) == (notice.id, notice.line) for each in some.notices) for some in findings)
+    return all(any(_same(notice, each) for each in some.notices) for some in findings)
+
+
+def _same(one: Notice, other: Notice) -> bool:
+    """Whether two findings are the same but for their node."""
+    return (one.id, one.line, one.path.partition(":")[2]) == (other.id, other.line, other.path.partition(":")[2])
 
 
 def _stands_for(text: NodeText, full_name: str) -> bool:

@@ -7,7 +7,7 @@ import typing
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar, Union, get_args, get_origin
 
-from navstack.errors import ParameterError
+from navstack.errors import InputError, ParameterError
 from navstack.params.costmap import CostmapParams
 from navstack.params.nav2_catalog import plugin_type
 from navstack.params.nav2_findings import Notice, Visit
@@ -41,7 +41,7 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
             values[name] = _convert(kind, value, f"{prefix}{name}", entry.line)
     try:
         return cls(**values)
-    except ParameterError as error:
+    except InputError as error:
         raise ParameterError(f"{prefix.rstrip('.')}: {error}" if prefix else str(error)) from None
 
 

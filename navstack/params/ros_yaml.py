@@ -58,7 +58,7 @@ class Entry:
 
     value: Value
     line: int  # counted from 1
-    start: int  # [characters] where the value's text begins
+    start: int  # [characters] where the value's text begins; of a block list, behind the colon
     end: int  # [characters] one past the value's text
 
 
@@ -166,8 +166,9 @@ class _Reader:
             else:
                 if dotted in entries:
                     self._duplicate(f"{node}: {dotted}", line, entries.pop(dotted).line)
-                start, end = value.start_mark.index, value.end_mark.index
-                entries[dotted] = Entry(self._value(value, f"{node}: {dotted}"), line, start, end)
+                is_block_list = isinstance(value, SequenceNode) and not value.flow_style
+                start = key.end_mark.index + 1 if is_block_list else value.start_mark.index
+                entries[dotted] = Entry(self._value(value, f"{node}: {dotted}"), line, start, _end_index(value))
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
         """The last occurrence of each key of a mapping, merge keys resolved; ``prefix`` begins the names in remarks."""
@@ -219,6 +220,13 @@ class _Reader:
     def _remark(self, kind: str, line: int, text: str) -> None:
         if (kind, line, text) not in self._document.remarks:
             self._document.remarks.append((kind, line, text))
+
+
+def _end_index(node: Node) -> int:
+    """One past the text of a value; a block list's own mark lies behind the blank lines and comments after it."""
+    if isinstance(node, SequenceNode) and not node.flow_style and node.value:
+        return _end_index(node.value[-1])
+    return int(node.end_mark.index)
 
 
 def _is_empty(node: Node) -> bool:

@@ -1,0 +1,212 @@
+"""Pictures of a world: ground by use, buildings, street furniture by type, scale bar and legend."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.shapes import Rect
+from navstack.costmap.occupancy_grid import FREE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_GROUND = "#e9e7e2"  # where a zone says nothing
+_GROUND_COLOURS = {
+    "road": "#d3d5d8",
+    "sidewalk": "#f6f3ea",
+    "crosswalk": "#fbfaf5",
+    "plaza": "#f0e4cf",
+    "construction": "#e6cfae",
+    "work_area": "#eed9b5",
+}
+_BUILDING = ("#aab4c0", "#8f9aa8")  # face, edge
+_UNKNOWN = ("#6d6f73", "#6d6f73")
+# Priced property in strong colours, the rest in quiet ones.
+_FURNITURE_COLOURS = {
+    "mailbox": "#1f5fa8",
+    "trash_bin": "#6b4a2f",
+    "bollard": "#c2410c",
+    "plant": "#3f8f4f",
+    "fence": "#a21caf",
+    "hydrant": "#dc2626",
+    "lamp": "#d4a017",
+    "traffic_light": "#111827",
+    "newspaper_box": "#0f9b8e",
+    "bus_stop": "#4f6fd8",
+    "barrier": "#f08c2e",
+}
+_OTHER_FURNITURE = "#7c7f85"
+_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # [m] lengths of a scale bar
+
+
+def draw_map(scene: Scene, path: Path, width_px: int = 1600) -> None:
+    """Write a picture of a scene as PNG (or PDF, SVG by the suffix), ``width_px`` wide."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    extent = _extent(scene)
+    width, left, bottom = 8.0, 0.6, 0.5  # [inch]
+    inner = 5.85  # [inch] width of the map; the legend takes the rest
+    height = inner * min(extent.depth / extent.width, 3.0)
+    total = max(height + bottom + 0.15, 3.2)
+    figure = Figure(figsize=(width, total), dpi=width_px / width)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((left / width, 1.0 - (height + 0.15) / total, inner / width, height / total))
+    draw_scene(axes, scene)
+    draw_legend(axes, scene)
+    figure.savefig(path, facecolor="white")
+
+
+def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
+    """Draw a scene on axes in metres, map frame; overlays belong above z-order 4.
+
+    Args:
+        axes: matplotlib axes.
+        scene: what to draw; a map without zones shows its walkable cells instead.
+        bounds: the part to show; None: everything.
+    """
+    area = bounds or _extent(scene)
+    axes.set_facecolor(_GROUND)
+    if scene.zones:
+        _draw_zones(axes, scene.zones)
+    else:
+        _draw_walkable(axes, scene)
+    _draw_obstacles(axes, scene.obstacles, area)
+    axes.set_xlim(area.x0, area.x1)
+    axes.set_ylim(area.y0, area.y1)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x (east) [m]", fontsize=8)
+    axes.set_ylabel("y (north) [m]", fontsize=8)
+    axes.tick_params(labelsize=7, length=2.5)
+    for spine in axes.spines.values():
+        spine.set_linewidth(0.6)
+    _draw_scale_bar(axes, area)
+
+
+def draw_legend(axes: "Axes", scene: Scene) -> None:
+    """What the colours mean, with the number of pieces, right of the axes."""
+    from matplotlib.patches import Patch
+
+    zones = {zone.kind for zone in scene.zones}
+    counts: dict[str, int] = {}
+    for obstacle in scene.obstacles:
+        counts[obstacle.kind] = counts.get(obstacle.kind, 0) + 1
+    handles = [
+        Patch(facecolor=colour, edgecolor="#9a9a9a", linewidth=0.4, label=_label(kind))
+        for kind, colour in _GROUND_COLOURS.items()
+        if kind in zones
+    ]
+    for kind in sorted(counts, key=lambda name: (_is_furniture(name), -counts[name])):
+        face, edge = _colours(kind)
+        handles.append(Patch(facecolor=face, edgecolor=edge, linewidth=0.4, label=f"{_label(kind)} ({counts[kind]})"))
+    axes.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1.0),
+        fontsize=7.5,
+        frameon=False,
+        handlelength=1.3,
+        borderaxespad=0.0,
+    )
+
+
+def _draw_zones(axes: "Axes", zones: Sequence[Zone]) -> None:
+    from matplotlib.collections import PolyCollection
+
+    for kind in dict.fromkeys(zone.kind for zone in zones):
+        polygons = [zone.polygon for zone in zones if zone.kind == kind]
+        is_site = kind in ("construction", "work_area")
+        axes.add_collection(
+            PolyCollection(
+                polygons,
+                facecolors=_GROUND_COLOURS.get(kind, _GROUND),
+                edgecolors="#b98f4f" if is_site else "#c3c0b6",
+                linewidths=0.3,
+                hatch="////" if is_site else None,
+                zorder=1.0,
+            )
+        )
+        if kind == "crosswalk":
+            axes.add_collection(PolyCollection(_stripes(polygons), facecolors="#b9bcc1", linewidths=0.0, zorder=1.1))
+
+
+def _stripes(crosswalks: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The dark gaps between the bars of zebra crossings, half a metre wide, along the direction of traffic."""
+    stripes = []
+    for polygon in crosswalks:
+        (x0, y0), (x1, y1) = polygon.min(axis=0), polygon.max(axis=0)
+        if x1 - x0 > y1 - y0:  # walked along x
+            stripes += [Rect(x, y0, min(x + 0.5, x1), y1).polygon for x in np.arange(x0 + 0.5, x1, 1.0)]
+        else:
+            stripes += [Rect(x0, y, x1, min(y + 0.5, y1)).polygon for y in np.arange(y0 + 0.5, y1, 1.0)]
+    return stripes
+
+
+def _draw_walkable(axes: "Axes", scene: Scene) -> None:
+    from matplotlib.colors import ListedColormap
+
+    extent = _extent(scene)
+    axes.imshow(
+        scene.walkable.data == FREE,
+        cmap=ListedColormap([_GROUND_COLOURS["road"], _GROUND_COLOURS["sidewalk"]]),
+        extent=(extent.x0, extent.x1, extent.y0, extent.y1),
+        origin="lower",
+        interpolation="nearest",
+        vmin=0,
+        vmax=1,
+        zorder=1.0,
+    )
+
+
+def _draw_obstacles(axes: "Axes", obstacles: Sequence[Obstacle], area: Rect) -> None:
+    from matplotlib.collections import PolyCollection
+
+    outline = 90.0 / max(area.width, area.depth)  # [pt] so that posts of 0.3 m stay visible on a map of 200 m
+    for kind in dict.fromkeys(obstacle.kind for obstacle in obstacles):
+        face, edge = _colours(kind)
+        axes.add_collection(
+            PolyCollection(
+                [obstacle.polygon for obstacle in obstacles if obstacle.kind == kind],
+                facecolors=face,
+                edgecolors=edge,
+                linewidths=min(outline, 1.0) if _is_furniture(kind) else 0.4,
+                joinstyle="round",
+                zorder=3.0 if _is_furniture(kind) else 2.0,
+            )
+        )
+
+
+def _draw_scale_bar(axes: "Axes", area: Rect) -> None:
+    length = max((step for step in _STEPS if step <= 0.25 * area.width), default=_STEPS[0])
+    x, y = area.x0 + 0.03 * area.width, area.y0 + 0.02 * area.width
+    box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+    axes.plot((x, x + length), (y, y), color="white", linewidth=5.0, solid_capstyle="butt", zorder=9.0)
+    axes.plot((x, x + length), (y, y), color="black", linewidth=2.2, solid_capstyle="butt", zorder=9.1)
+    text_x = x + length + 0.01 * area.width
+    axes.text(text_x, y, f"{length} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.1)
+
+
+def _extent(scene: Scene) -> Rect:
+    grid = scene.geometry
+    x0, y0 = grid.origin.x, grid.origin.y
+    return Rect(x0, y0, x0 + grid.width * grid.resolution, y0 + grid.height * grid.resolution)
+
+
+def _is_furniture(kind: str) -> bool:
+    return not kind.startswith("building") and kind != "unknown"
+
+
+def _colours(kind: str) -> tuple[str, str]:
+    if kind == "unknown":
+        return _UNKNOWN
+    if not _is_furniture(kind):
+        return _BUILDING
+    colour = _FURNITURE_COLOURS.get(kind, _OTHER_FURNITURE)
+    return colour, colour
+
+
+def _label(kind: str) -> str:
+    return {"building_glass": "building", "unknown": "occupied"}.get(kind, kind.replace("_", " "))

@@ -1,0 +1,42 @@
+"""The printed result of ``navbench run``: both tables with the paper's column beside, and where the run is."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from harness.benchmark import StackResult
+from harness.economics.cost_model import Measured
+from harness.economics.prices import Prices
+from harness.report.published import load_published, published_columns
+from harness.report.tables import Column, render_tables
+from harness.study import Study
+
+PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
+
+
+def print_results(results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console) -> None:
+    """Print the tables of a run and what its figures rest on."""
+    if not results:
+        console.print(f"no delivery finished; the run folder is {folder}", markup=False)
+        return
+    columns = [
+        Column(result.stack.name, Measured(**result.measured), result.economics, result.episodes, result.intervals)
+        for result in results
+    ]
+    published = [column for column in published_columns(load_published(), prices) if column.title == PUBLISHED_BESIDE]
+    render_tables([*columns, *published], console)
+    console.print()
+    template = study.template
+    console.print(
+        f"map {template.map_name}, seed {template.seed}; [low, high] are 95 % intervals over n deliveries: Wilson for "
+        "shares, bootstrap for means.",
+        soft_wrap=True,
+        markup=False,
+    )
+    for result in results:
+        errors = f", {result.errors} ended in an error" if result.errors else ""
+        console.print(
+            f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}", markup=False
+        )
+    console.print(f"run folder: {folder}", markup=False, soft_wrap=True)

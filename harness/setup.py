@@ -1,0 +1,203 @@
+"""From a task to a world and a brain; what belongs to a map is made once per process."""
+
+import dataclasses
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from harness.economics.prices import Prices, load_prices
+from harness.mission import Mission, MissionSampler
+from harness.outcome import Rules
+from harness.study import EpisodeTask, Study
+from harness.world.ground_truth import GroundTruthLocalizer
+from harness.world.pedestrians import RandomWalkPedestrians
+from harness.world.pybullet_world import PyBulletWorld
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.scene_io import load_scene
+from harness.world.sensors import SensorParams, SensorSuite
+from harness.world.world import World
+from harness.world.world_params import WorldParams
+from navstack.behavior_tree import Counts, Status
+from navstack.build import build_localizer, build_navigator, read_frequencies
+from navstack.costmap.occupancy_grid import FREE
+from navstack.localization.localizer import Localizer
+from navstack.params.nav2_file import Nav2File, load_nav2
+from navstack.params.strict import load_dataclass
+from navstack.types import Belief, Observation, Pose2D, Twist2D
+
+PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
+
+
+class Brain(Protocol):
+    """What drives: a navigator, or nobody."""
+
+    belief: Belief
+
+    @property
+    def status(self) -> Status:
+        """How the navigation stands."""
+
+    @property
+    def counts(self) -> Counts:
+        """Plans, failures and recoveries so far."""
+
+    @property
+    def last_error(self) -> str:
+        """Nav2's name of the last failure that called for a recovery; empty: none."""
+
+    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
+        """Start a delivery."""
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """The command until the next tick."""
+
+
+class Parked:
+    """Never moves: what other people's walking costs."""
+
+    status = Status.RUNNING
+    last_error = ""
+
+    def __init__(self) -> None:
+        self.belief = Belief(Pose2D())
+        self.counts = Counts()
+
+    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
+        """Stay where the delivery starts."""
+        self.belief = initial_belief
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """Standstill."""
+        return Twist2D()
+
+
+@lru_cache(maxsize=2)
+def scene_of(map_name: str) -> Scene:
+    """The scene of a map."""
+    return load_scene(map_name)
+
+
+@lru_cache(maxsize=2)
+def _missions_on(map_name: str) -> MissionSampler:
+    return MissionSampler(scene_of(map_name).walkable)
+
+
+@lru_cache(maxsize=8)
+def nav2_parameters(path: str, allow_unknown: bool) -> Nav2File:
+    """A Nav2 parameter file, read and checked."""
+    return load_nav2(Path(path), allow_unknown)
+
+
+@lru_cache(maxsize=2)
+def prices_of(path: str) -> Prices:
+    """The prices of a study."""
+    return load_prices(path)
+
+
+@lru_cache(maxsize=2)
+def rules_of(path: str) -> Rules:
+    """The rules by which deliveries end."""
+    return load_dataclass(Rules, Path(path))
+
+
+def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
+    """The delivery to make: drawn, with the poses that the user gave put in their place.
+
+    Raises:
+        InputError: a given pose is not on walkable ground, or no path connects start and goal.
+    """
+    sampler = _missions_on(task.map_name)
+    if task.start is not None and task.goal is not None:
+        return sampler.mission(task.start, task.goal)
+    drawn = sampler.sample(rng)
+    if task.start is None and task.goal is None:
+        return drawn
+    return sampler.mission(task.start or drawn.start, task.goal or drawn.goal)
+
+
+def build_world(task: EpisodeTask) -> PyBulletWorld:
+    """The world of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
+    return _world(
+        task.map_name,
+        task.world,
+        task.stack.robot,
+        task.stack.sensors,
+        task.pedestrians,
+        _steps_per_tick(task),
+    )
+
+
+@lru_cache(maxsize=2)
+def _world(
+    map_name: str, world: str, robot: str, sensors: str, pedestrians: int | None, steps_per_tick: int
+) -> PyBulletWorld:
+    scene, params = scene_of(map_name), _world_params(world)
+    people = params.people if pedestrians is None else dataclasses.replace(params.people, count=pedestrians)
+    return PyBulletWorld(
+        scene,
+        load_dataclass(RobotParams, Path(robot)),
+        params,
+        RandomWalkPedestrians(people, scene.walkable),
+        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene.geometry, people.radius),
+        steps_per_tick,
+    )
+
+
+@lru_cache(maxsize=2)
+def _world_params(path: str) -> WorldParams:
+    return load_dataclass(WorldParams, Path(path))
+
+
+def _steps_per_tick(task: EpisodeTask) -> int:
+    """The longest tick, in physics steps, at whose end every part of the brain can run when it is due."""
+    if not task.stack.nav2_file:
+        return PARKED_STEPS
+    rate = _world_params(task.world).physics.rate
+    periods = [rate / frequency for frequency in read_frequencies(nav2_of(task))]
+    if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
+        return 1  # some part fits no whole number of steps: it runs at the first step after it is due
+    return math.gcd(*(round(period) for period in periods))
+
+
+def build_brain(task: EpisodeTask, world: World, planner_rng: np.random.Generator) -> Brain:
+    """The brain of a task, made anew: nothing of an earlier delivery is left in it."""
+    if not task.stack.nav2_file:
+        return Parked()
+    scene = scene_of(task.map_name)
+    if task.stack.localizer == "ground_truth":
+        localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
+    else:
+        localizer = build_localizer(task.stack.localizer)
+    if task.stack.planning_map == "navigation_mesh":
+        return build_navigator(nav2_of(task), localizer, scene.walkable, None, planner_rng)
+    keepout = scene.walkable.data != FREE
+    return build_navigator(nav2_of(task), localizer, scene.geometry, keepout, planner_rng)
+
+
+def nav2_of(task: EpisodeTask) -> Nav2File:
+    """The parameter file of a task's stack."""
+    return nav2_parameters(task.stack.nav2_file, task.allow_unknown)
+
+
+def check(study: Study) -> list[str]:
+    """Set up the first delivery of every stack, so that bad input is found before anything runs; returns notes.
+
+    Raises:
+        InputError: something that the user gave cannot be used.
+    """
+    notes: list[str] = []
+    for number, stack in enumerate(study.stacks):
+        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        generators = task.generators()
+        mission_of(task, generators["mission"])
+        build_brain(task, build_world(task), generators["planner"])
+        if stack.nav2_file:
+            nav2 = nav2_of(task)
+            notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
+            if nav2.ignored:
+                notes.append(f"{stack.name}: without effect here: {', '.join(nav2.ignored)}")
+    return notes

@@ -1,0 +1,143 @@
+"""The quick way to update a costmap of the usual layers: map, obstacles by maximum, inflation.
+
+The map is inflated once as a whole. An update copies what it needs of that and stamps the inflation kernel on the few
+cells that only the scans know to be occupied. The result equals that of :mod:`~navstack.costmap.full_update`.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from navstack.costmap import cell_kernels, inflation_kernels
+from navstack.costmap.cell_kernels import CellArray
+from navstack.costmap.costmap import Costmap
+from navstack.costmap.inflation import InflationKernel
+from navstack.costmap.obstacle_cells import ObstacleCells
+from navstack.costmap.window import Window, copy_window
+from navstack.types import ByteArray, FloatArray, IntArray
+
+
+class FastUpdate:
+    """Keeps the master equal to the inflated map with the obstacles' kernels stamped on.
+
+    Args:
+        obstacles: the obstacle layers.
+        inflated: the inflated costs of the map (height, width), with ``margin`` more cells on each side.
+        kernel: what to stamp.
+        master: the costmap to write.
+        window: where it lies; cell (0, 0) of its lattice is the map's first.
+        rolling: the window moves; every update then writes all of it, otherwise only what changed.
+    """
+
+    def __init__(
+        self,
+        obstacles: Sequence[ObstacleCells],
+        inflated: ByteArray,
+        margin: int,
+        kernel: InflationKernel,
+        master: Costmap,
+        window: Window,
+        rolling: bool,
+        fill: int,
+    ) -> None:
+        self._obstacles = obstacles
+        self._inflated = inflated
+        self._margin = margin
+        self._kernel = kernel
+        self._master = master
+        self._window = window
+        self._rolling = rolling
+        self._fill = fill
+        self._chosen: CellArray = np.empty((1024, 2), dtype=np.int32)
+        if not rolling:
+            self._restore(self._whole())
+
+    def moved(self, dx: int, dy: int) -> None:
+        """The window has moved by so many cells."""
+        for obstacles in self._obstacles:
+            obstacles.drop_outside(self._window)
+
+    def update(self, footprint: FloatArray) -> None:
+        """Take in the newest observations; ``footprint`` is the padded one in the map frame."""
+        for obstacles in self._obstacles:
+            obstacles.update(self._window, footprint)
+        self._write()
+
+    def clear(self) -> None:
+        """Forget all obstacles; the map remains."""
+        for obstacles in self._obstacles:
+            obstacles.clear()
+        self._write()
+
+    def clear_box(self, x0: int, xn: int, y0: int, yn: int) -> None:
+        """Forget the obstacles in cells of the window (ends exclusive)."""
+        left, low = self._window.cell_x, self._window.cell_y
+        for obstacles in self._obstacles:
+            obstacles.drop_box(np.array((x0 + left, xn + left, y0 + low, yn + low), dtype=np.int64))
+        self._write()
+
+    @property
+    def obstacle_costs(self) -> list[ByteArray]:
+        """The obstacle layers as grids."""
+        return [obstacles.as_grid(self._window) for obstacles in self._obstacles]
+
+    def _write(self) -> None:
+        """Write the window, or where it stands still the cells that a changed obstacle can reach."""
+        whole = self._whole()
+        changed = [obstacles.take_changed() for obstacles in self._obstacles]
+        if self._rolling:
+            region = whole
+        else:
+            region = _around(changed, self._kernel.radius, whole)
+            if region[0] >= region[1] or region[2] >= region[3]:
+                return
+        self._restore(region)
+        for obstacles in self._obstacles:
+            self._stamp(obstacles, region)
+
+    def _whole(self) -> IntArray:
+        """The window as lattice cells x0, xn, y0, yn (ends exclusive)."""
+        x, y, width, height = self._window.box
+        return np.array((x, x + width, y, y + height), dtype=np.int64)
+
+    def _restore(self, region: IntArray) -> None:
+        """Write the inflated map over lattice cells x0, xn, y0, yn of the master."""
+        x0, xn, y0, yn = region
+        left, low = self._window.cell_x, self._window.cell_y
+        target = self._master.data[y0 - low : yn - low, x0 - left : xn - left]
+        copy_window(self._inflated, int(x0) + self._margin, int(y0) + self._margin, target, self._fill)
+
+    def _stamp(self, obstacles: ObstacleCells, region: IntArray) -> None:
+        """Stamp the obstacles that reach into the region, within it."""
+        radius, count = self._kernel.radius, obstacles.count
+        if count > len(self._chosen):
+            self._chosen = np.empty((2 * count, 2), dtype=np.int32)
+        reach = region + np.array((-radius, radius, -radius, radius))
+        number = cell_kernels.cells_to_stamp(
+            obstacles.cells, count, self._inflated, self._margin, self._margin, reach, self._chosen
+        )
+        left, low = self._window.cell_x, self._window.cell_y
+        self._chosen[:number] -= np.array((left, low), dtype=np.int32)
+        x0, xn, y0, yn = (int(v) for v in region)
+        inflation_kernels.stamp(
+            self._master.data,
+            self._chosen,
+            number,
+            self._kernel.costs,
+            radius,
+            x0 - left,
+            xn - left,
+            y0 - low,
+            yn - low,
+        )
+
+
+def _around(changed: Sequence[IntArray], radius: int, whole: IntArray) -> IntArray:
+    """The box of all changed cells with ``radius`` cells around it, cut to ``whole``; empty if nothing changed."""
+    boxes = np.array(changed)
+    lower, upper = boxes[:, ::2].min(axis=0), boxes[:, 1::2].max(axis=0)
+    if (lower >= upper).any():
+        return np.zeros(4, dtype=np.int64)
+    lower = np.maximum(lower - radius, whole[::2])
+    upper = np.minimum(upper + radius, whole[1::2])
+    return np.array((lower[0], upper[0], lower[1], upper[1]), dtype=np.int64)

@@ -1,0 +1,245 @@
+"""The layers of a costmap, each as nav2_costmap_2d has it: what it knows, and how it writes it into the master.
+
+An update has two passes over the layers in their order. In the first each takes in what is new and grows the bounds
+of what may have changed; in the second each writes within them (``LayeredCostmap::updateMap``).
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.costmap import kernels
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.inflation import Inflation
+from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
+from navstack.costmap.window import Window, shift
+from navstack.errors import MapError
+from navstack.params.costmap import OVERWRITE, CostmapParams, ObservationSourceParams, ObstacleLayerParams
+from navstack.types import BoolArray, ByteArray, FloatArray
+
+SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
+
+
+def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray | None = None) -> ByteArray:
+    """The costs of a map's cells (``StaticLayer::interpretValue``); cells of ``keepout`` are lethal.
+
+    Raises:
+        MapError: the map is rotated, or ``keepout`` has another shape.
+    """
+    if abs(math.sin(grid.origin.yaw)) > 1e-9 or math.cos(grid.origin.yaw) < 0.0:
+        raise MapError(f"the map is rotated by {grid.origin.yaw} rad; costmaps need maps with an origin yaw of 0")
+    occupancy = np.arange(256, dtype=np.uint8).view(np.int8).astype(np.int64)  # of each bit pattern
+    threshold = min(max(params.lethal_cost_threshold, 0), 100)
+    scaled = 0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
+    table = np.where((occupancy >= threshold) | (occupancy < UNKNOWN), LETHAL_OBSTACLE, scaled).astype(np.uint8)
+    table[occupancy == UNKNOWN] = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+    costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]
+    if keepout is not None:
+        if keepout.shape != costs.shape:
+            raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {costs.shape}; they must be equal")
+        costs[keepout] = LETHAL_OBSTACLE
+    return costs
+
+
+def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
+    """Costs on a grid of another resolution with the same corner: each cell takes the one below its centre."""
+    if abs(resolution - wanted) < SAME_RESOLUTION:
+        return costs
+    rows, columns = (
+        np.minimum(
+            ((np.arange(math.ceil(size * resolution / wanted)) + 0.5) * wanted / resolution).astype(int), size - 1
+        )
+        for size in costs.shape
+    )
+    return np.ascontiguousarray(costs[rows[:, None], columns])
+
+
+@dataclass(slots=True)
+class Bounds:
+    """What may have changed, in [m]; empty at first."""
+
+    values: FloatArray  # (4,) min x, max x, min y, max y
+
+    @classmethod
+    def empty(cls) -> "Bounds":
+        """Bounds that hold nothing."""
+        return cls(np.array((math.inf, -math.inf, math.inf, -math.inf)))
+
+    def hold_everything(self) -> None:
+        """Grow without limit."""
+        self.values[:] = (-math.inf, math.inf, -math.inf, math.inf)
+
+    def join(self, other: FloatArray) -> None:
+        """Grow to hold other bounds."""
+        self.values[::2] = np.minimum(self.values[::2], other[::2])
+        self.values[1::2] = np.maximum(self.values[1::2], other[1::2])
+
+    def region(self, window: Window) -> tuple[int, int, int, int]:
+        """The window's cells x0, xn, y0, yn (ends exclusive) that the bounds hold."""
+        x0, y0 = window.clamped_cell(self.values[0], self.values[2])
+        xn, yn = window.clamped_cell(self.values[1], self.values[3])
+        return x0, min(xn + 1, window.size_x), y0, min(yn + 1, window.size_y)
+
+
+class Layer(ABC):
+    """One layer."""
+
+    @abstractmethod
+    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+        """Take in what is new; ``footprint`` (N, 2) [m] is the padded footprint in the map frame."""
+
+    @abstractmethod
+    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+        """Write into ``master`` within the region x0, xn, y0, yn of its cells.
+
+        The window begins at the master's cell (margin, margin): see :class:`~navstack.costmap.full_update.FullUpdate`.
+        """
+
+    def clear(self) -> None:  # noqa: B027 - most layers keep nothing
+        """Forget what sensors saw; the whole costmap is written anew afterwards."""
+
+    def moved(self, dx: int, dy: int) -> None:  # noqa: B027 - most layers keep nothing
+        """The window has moved by so many cells."""
+
+    def clear_box(self, x0: int, xn: int, y0: int, yn: int, window: Window) -> None:  # noqa: B027 - most layers keep nothing
+        """Forget what sensors saw in cells of the window (ends exclusive)."""
+
+
+class StaticLayer(Layer):
+    """The map (``static_layer.cpp``)."""
+
+    def __init__(self, costs: ByteArray, params: CostmapParams, window: Window) -> None:
+        self._costs = costs  # on the window's lattice
+        self._params = params
+        self._window = window
+        self._is_new = True
+
+    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+        """Everything, whenever the window moves with the robot, otherwise at first."""
+        if self._params.rolling_window or self._is_new:
+            bounds.hold_everything()
+        self._is_new = False
+
+    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+        """Overwrite all, unknown included, or with ``use_maximum`` raise; nothing beyond the map's edges."""
+        x0, xn, y0, yn = region
+        left, low = self._window.cell_x - margin, self._window.cell_y - margin
+        height, width = self._costs.shape
+        x0, xn = max(x0, -left), min(xn, width - left)
+        y0, yn = max(y0, -low), min(yn, height - low)
+        if x0 >= xn or y0 >= yn:
+            return
+        own = self._costs[y0 + low : yn + low, x0 + left : xn + left]
+        if self._params.use_maximum:
+            kernels.combine_maximum(master[y0:yn, x0:xn], own, False)
+        else:
+            np.copyto(master[y0:yn, x0:xn], own)
+
+
+class ObstacleLayer(Layer):
+    """What the scans show, on a dense grid (``obstacle_layer.cpp``)."""
+
+    def __init__(
+        self, params: ObstacleLayerParams, sources: Sequence[ObservationBuffer], window: Window, fill: int
+    ) -> None:
+        self._params = params
+        self._sources = sources
+        self._fill = fill  # cost of cells that were never seen
+        self.grid: ByteArray = np.full((window.size_y, window.size_x), fill, dtype=np.uint8)
+        self._lowest = np.empty(window.size_x, dtype=np.int64)
+        self._highest = np.empty(window.size_x, dtype=np.int64)
+        self._columns = (0, -1)  # of the footprint
+        self._extra = Bounds.empty()  # of what was cleared
+
+    def moved(self, dx: int, dy: int) -> None:
+        """Move the content with the window."""
+        shift(self.grid, dx, dy, self._fill)
+
+    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+        """Clear along all beams, then mark all returns."""
+        bounds.join(self._extra.values)
+        self._extra = Bounds.empty()
+        origin = window.origin
+        for source, seen in each_observation(self._sources, clearing=True):
+            limits = np.array((source.raytrace_min_range, source.raytrace_max_range))
+            kernels.clear_rays(
+                self.grid, seen.points, seen.origin_x, seen.origin_y, origin, window.resolution, limits, bounds.values
+            )
+        for source, seen in each_observation(self._sources, clearing=False):
+            limits = np.array((source.obstacle_min_range, source.obstacle_max_range))
+            kernels.mark_points(
+                self.grid, seen.marking, seen.origin_x, seen.origin_y, origin, window.resolution, limits, bounds.values
+            )
+        if self._params.footprint_clearing_enabled:
+            bounds.join(np.column_stack((footprint.min(axis=0), footprint.max(axis=0))).reshape(-1))
+            self._columns = kernels.polygon_columns(
+                footprint, origin, window.resolution, window.size_x, window.size_y, self._lowest, self._highest
+            )
+
+    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+        """Free the cells under the robot in this layer, then combine."""
+        kernels.free_columns(self.grid, self._columns[0], self._columns[1], self._lowest, self._highest)
+        x0, xn, y0, yn = region
+        height, width = self.grid.shape
+        x0, xn = max(x0 - margin, 0), min(xn - margin, width)
+        y0, yn = max(y0 - margin, 0), min(yn - margin, height)
+        own = self.grid[y0:yn, x0:xn]
+        target = master[y0 + margin : yn + margin, x0 + margin : xn + margin]
+        if self._params.combination_method == OVERWRITE:
+            np.copyto(target, own, where=own != NO_INFORMATION)
+        else:
+            kernels.combine_maximum(target, own, self._params.combination_method != 1)
+
+    def clear(self) -> None:
+        """Back to what was never seen."""
+        self.grid[:] = self._fill
+
+    def clear_box(self, x0: int, xn: int, y0: int, yn: int, window: Window) -> None:
+        """Make the cells unknown (``CostmapLayer::clearArea``)."""
+        x0, y0 = max(x0, 0), max(y0, 0)
+        self.grid[y0 : max(yn, 0), x0 : max(xn, 0)] = NO_INFORMATION
+        corner, step = window.origin, window.resolution
+        self._extra.join(
+            np.array((corner[0] + x0 * step, corner[0] + xn * step, corner[1] + y0 * step, corner[1] + yn * step))
+        )
+
+
+class InflationLayer(Layer):
+    """Costs around obstacles (``inflation_layer.cpp``)."""
+
+    def __init__(self, inflation: Inflation) -> None:
+        self.inflation = inflation
+        self._previous = Bounds.empty()
+        self._is_new = True
+
+    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+        """The bounds of this and the previous update and an inflation radius around them; everything at first."""
+        current = bounds.values.copy()
+        if self._is_new:
+            bounds.hold_everything()
+            self._is_new = False
+        else:
+            bounds.join(self._previous.values)
+            radius = self.inflation.params.inflation_radius
+            bounds.values += (-radius, radius, -radius, radius)
+        self._previous = Bounds(current)
+
+    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+        """Inflate what the layers before have written."""
+        self.inflation.apply(master, *region)
+
+
+def each_observation(
+    sources: Sequence[ObservationBuffer], clearing: bool
+) -> list[tuple[ObservationSourceParams, Observation]]:
+    """The observations of all sources that clear, or of all that mark."""
+    return [
+        (source.params, observation)
+        for source in sources
+        if (source.params.clearing if clearing else source.params.marking)
+        for observation in source.observations
+    ]

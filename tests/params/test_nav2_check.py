@@ -1,0 +1,194 @@
+import pytest
+
+from navstack.errors import ParameterError
+from navstack.params.nav2_file import load_nav2
+
+DWB = """
+controller_server:
+  ros__parameters:
+    controller_plugins: ["FollowPath"]
+    FollowPath:
+      plugin: "dwb_core::DWBLocalPlanner"
+      max_vel_x: 1.0
+      critics: ["PathAlign", "GoalDist"]
+      PathAlign.scale: 8.0
+      GoalDist:
+        scale: 4.0
+"""
+
+
+def costmap(body):
+    return "local_costmap:\n  local_costmap:\n    ros__parameters:\n" + body
+
+
+SOURCES = """
+      plugins: ["obstacle_layer"]
+      obstacle_layer:
+        plugin: "nav2_costmap_2d::ObstacleLayer"
+        observation_sources: scan base_scan
+        scan: {topic: /scan, clearing: true}
+        base_scan: {topic: /base_scan}
+"""
+
+
+def only_error(file):
+    assert len(file.errors) == 1, file.errors
+    return file.errors[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "nearest"),
+    [
+        (DWB.replace("max_vel_x", "max_vel_xx"), "controller_server: FollowPath.max_vel_xx", "max_vel_x"),
+        (DWB.replace("PathAlign.scale", "PathAlign.scal"), "FollowPath.PathAlign.scal", "scale"),
+        (DWB.replace("PathAlign.scale", "PathAlgn.scale"), "FollowPath.PathAlgn", "PathAlign"),
+        (DWB.replace("controller_server:", "controler_server:"), "controler_server", "controller_server"),
+        (DWB.replace("controller_plugins", "controller_plugin"), "controller_plugin", "controller_plugins"),
+        (DWB.replace("    FollowPath:", "    FollowPth:"), "controller_server: FollowPth", "FollowPath"),
+        (costmap("      robot_radus: 0.3\n"), "local_costmap: robot_radus", "robot_radius"),
+        (costmap(SOURCES.replace("clearing", "claering")), "obstacle_layer.scan.claering", "clearing"),
+        (costmap(SOURCES.replace("        scan:", "        scann:")), "obstacle_layer.scann", "scan"),
+        ("amcl: {ros__parameters: {initial_pose: {yaww: 0.0}}}", "amcl: initial_pose.yaww", "yaw"),
+        ("amcl: {ros__parameters: {use_sim_tme: true}}", "amcl: use_sim_tme", "use_sim_time"),
+        ("planner_server: {ros__parameters: {GridBased: {toleranc: 0.1}}}", "GridBased.toleranc", "tolerance"),
+    ],
+)
+def test_misspelt_names_offer_the_nearest(inspect, text, where, nearest):
+    message = only_error(inspect(text))
+    assert where in message
+    assert f"did you mean '{nearest}'?" in message
+
+
+def test_errors_raise_with_file_and_line_and_soften_on_request(inspect, tmp_path):
+    inspect(DWB.replace("max_vel_x", "max_vel_xx").replace("scale: 4.0", "sale: 4.0"))
+    path = tmp_path / "robot.yaml"
+    with pytest.raises(ParameterError, match=r"robot.yaml: line 7: .*max_vel_xx.*\(and 1 more"):
+        load_nav2(path)
+    file = load_nav2(path, allow_unknown=True)
+    assert any("max_vel_xx" in warning for warning in file.warnings)
+    assert not file.errors
+
+
+def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
+    message = only_error(inspect(DWB.replace("DWBLocalPlanner", "DWBLocalPlaner")))
+    assert "unknown plugin 'dwb_core::DWBLocalPlaner'; did you mean 'dwb_core::DWBLocalPlanner'?" in message
+    assert "available: dwb_core::DWBLocalPlanner" in message
+
+
+def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
+    text = DWB.replace("dwb_core::DWBLocalPlanner", "nav2_graceful_controller/GracefulController")
+    text = text.replace("max_vel_x", "v_linear_max")
+    file = inspect(text[: text.index("      critics")])
+    expected = "nav2_graceful_controller::GracefulController is a Nav2 plugin that is not available here; available: "
+    assert not file.errors
+    assert any(expected in warning for warning in file.warnings)
+    with pytest.raises(ParameterError, match="is a Nav2 plugin that is not available here"):
+        file.plugin("controller_server", "FollowPath", "controllers")
+
+
+def test_both_spellings_and_older_packages_of_plugins(inspect):
+    text = "recoveries_server: {ros__parameters: {recovery_plugins: [spin], spin: {plugin: nav2_recoveries/Spin}}}\n"
+    file = inspect(text + "planner_server: {ros__parameters: {GridBased: {plugin: nav2_navfn_planner/NavfnPlanner}}}")
+    assert not file.errors
+    assert file.plugin("planner_server", "GridBased", "planners") == "nav2_navfn_planner::NavfnPlanner"
+    assert file.value("behavior_server", "behavior_plugins") == ["spin"]
+    assert any("recoveries_server: is an older name" in warning for warning in file.warnings)
+
+
+def test_a_missing_type_is_an_error_but_for_nav2s_own_names(inspect):
+    assert not inspect("planner_server: {ros__parameters: {GridBased: {tolerance: 1.0}}}").errors
+    text = "planner_server: {ros__parameters: {planner_plugins: [Mine], Mine: {tolerance: 1.0}}}"
+    assert "'planner_plugins' names it, but its 'plugin' is missing" in only_error(inspect(text))
+
+
+def test_rotation_shim_shares_its_namespace_with_the_primary_controller(inspect):
+    shim = "nav2_rotation_shim_controller::RotationShimController"
+    text = DWB.replace('"dwb_core::DWBLocalPlanner"', f"{shim}\n      primary_controller: dwb_core::DWBLocalPlanner")
+    assert not inspect(text).errors
+    assert "did you mean 'max_vel_x'" in only_error(inspect(text.replace("max_vel_x", "max_vel_xx")))
+    assert "unknown plugin" in only_error(inspect(text.replace("r: dwb_core", "r: dwc_core")))
+
+
+def test_parameters_of_an_exchanged_plugin_are_ignored_not_unknown(inspect):
+    file = inspect(DWB.replace("max_vel_x: 1.0", "forward_sampling_distance: 0.5"))
+    assert not file.errors
+    assert any("FollowPath.forward_sampling_distance (of nav2_rotation_shim" in name for name in file.ignored)
+
+
+def test_sections_that_no_list_names_are_ignored(inspect):
+    file = inspect(
+        "collision_monitor:\n  ros__parameters:\n    polygons: [Stop]\n    Stop: {type: circle, radius: 0.3}\n"
+        "    Limit: {type: polygon, linear_limit: 0.4}\n"
+        + costmap("      plugins: [inflation_layer]\n      static_layer: {map_subscribe_transient_local: true}\n")
+    )
+    assert not file.errors
+    assert "local_costmap: static_layer (no list names it)" in file.ignored
+
+
+def test_what_has_no_effect_is_listed_once(inspect):
+    file = inspect(
+        DWB + "    use_sim_time: true\n    odom_topic: odom\namcl: {ros__parameters: {use_sim_time: true}}\n"
+    )
+    assert file.ignored.count("use_sim_time") == 1
+    assert "controller_server: odom_topic" in file.ignored
+    assert not any("max_vel_x" in name or "scale" in name for name in file.ignored)
+
+
+def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
+    file = inspect(costmap(SOURCES.replace("ObstacleLayer", "VoxelLayer") + "        z_voxels: 16\n"))
+    assert not file.errors
+    assert any("VoxelLayer runs as an obstacle layer" in warning for warning in file.warnings)
+    assert "local_costmap: obstacle_layer.z_voxels" in file.ignored
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (DWB.replace("1.0", "fast"), "controller_server: FollowPath.max_vel_x: 'fast' is not a number (line 7)"),
+        (DWB.replace('["PathAlign", "GoalDist"]', "3"), "controller_server: FollowPath.critics: 3 is not a list"),
+        (DWB.replace("1.0", "1.0\n      vx_samples: 2.5"), "FollowPath.vx_samples: 2.5 is not a whole number"),
+        (DWB.replace("1.0", "1.0\n      prune_plan: 1"), "FollowPath.prune_plan: 1 is not true or false"),
+        (DWB.replace("8.0", "[8.0]"), "controller_server: FollowPath.PathAlign.scale: [8.0] is not a number"),
+        (DWB.replace("8.0", ".nan"), "FollowPath.PathAlign.scale: nan is not a number"),
+        ("velocity_smoother: {ros__parameters: {max_accel: [1.0, 0.0]}}", "max_accel: [1.0, 0.0] has 2 entries"),
+        ("planner_server: {ros__parameters: {GridBased: {tolerance: -1.0}}}", "GridBased: tolerance -1.0 is negative"),
+        (
+            costmap("      footprint: [[0.1, 0.1], [0.1, -0.1]]\n"),
+            "local_costmap: footprint: [[0.1, 0.1], [0.1, -0.1]]",
+        ),
+    ],
+)
+def test_values_of_the_wrong_kind_are_one_clear_line(inspect, text, message):
+    errors = [error for error in inspect(text).errors if message in error]
+    assert len(errors) == 1
+    assert "\n" not in errors[0]
+
+
+def test_whole_numbers_where_nav2_insists_on_decimals_are_warned_of(inspect):
+    file = inspect(DWB.replace("max_vel_x: 1.0", "max_vel_x: 1") + costmap("      width: 3\n"))
+    assert [notice.path for notice in file.notices if notice.id == "whole-number"] == [
+        "controller_server: FollowPath.max_vel_x"
+    ]
+
+
+def test_another_behavior_tree_is_warned_of(inspect):
+    text = 'bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: "$(find-pkg-share x)/trees/mine.xml"}}'
+    assert any("'mine.xml' is not read" in warning for warning in inspect(text).warnings)
+    assert not inspect(text.replace("mine", "navigate_to_pose_w_replanning_and_recovery")).warnings
+
+
+def test_plugins_of_other_packages_can_be_brought(inspect):
+    from navstack.params.planners import NavfnParams
+
+    text = "planner_server: {ros__parameters: {GridBased: {plugin: mine::Planner, tolerance: 0.2}}}"
+    assert "unknown plugin" in only_error(inspect(text))
+    file = inspect(text, more={"planners": {"mine::Planner": NavfnParams}})
+    assert not file.errors
+    assert file.read(NavfnParams, "planner_server", "GridBased").tolerance == 0.2
+
+
+def test_own_planner_keys_are_known(inspect):
+    text = "planner_server: {ros__parameters: {GridBased: {plugin: navstack::OmplPlanner, algorithm: RRTstar}}}"
+    assert not inspect(text).errors
+    assert "did you mean 'algorithm'" in only_error(inspect(text.replace("algorithm", "algoritm")))
+    assert "unknown OMPL algorithm 'RRTsta'" in only_error(inspect(text.replace("RRTstar", "RRTsta")))

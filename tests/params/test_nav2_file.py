@@ -1,0 +1,175 @@
+import os
+from pathlib import Path
+
+import pytest
+
+from navstack.errors import ParameterError
+from navstack.params.costmap import CostmapParams, robot_footprint
+from navstack.params.dwb import DwbParams
+from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import (
+    read_controller,
+    read_controller_server,
+    read_costmap,
+    read_dwb,
+    read_goal_checker,
+    read_planner,
+    read_primary_controller,
+    read_progress_checker,
+    read_rotation_shim,
+    read_velocity_smoother,
+)
+
+SHIPPED = Path(__file__).parents[2] / "params" / "nav2"
+FOLDER = os.environ.get("NAVSTACK_DATA")
+REAL = sorted((Path(FOLDER) / "nav2_params").glob("*.yaml")) if FOLDER else []
+real_files = pytest.mark.parametrize("path", REAL or [None], ids=lambda path: path.name if path else "none")
+
+
+def views(nav2):
+    parts = (read_controller_server, read_controller, read_planner, read_goal_checker, read_progress_checker)
+    costmaps = [read_costmap(nav2, node) for node in ("local_costmap", "global_costmap")]
+    return [*(part(nav2) for part in parts), read_velocity_smoother(nav2), *costmaps]
+
+
+def written(nav2, folder):
+    nav2.dump(folder / "written.yaml")
+    return (folder / "written.yaml").read_text()
+
+
+@real_files
+def test_real_files_load_and_survive(path, tmp_path):
+    if path is None:
+        pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
+    nav2 = load_nav2(path)
+    assert written(nav2, tmp_path) == path.read_text()
+    (tmp_path / "merged.yaml").write_text(nav2.dump_merged())
+    assert views(load_nav2(tmp_path / "merged.yaml")) == views(nav2)
+
+
+@pytest.mark.parametrize("name", ["stock", "tuned"])
+def test_shipped_files_have_nothing_unknown(name, tmp_path):
+    nav2 = load_nav2(SHIPPED / f"{name}.yaml")
+    assert not nav2.errors
+    assert not [notice for notice in nav2.notices if notice.id != "substitute"]
+    (tmp_path / "merged.yaml").write_text(nav2.dump_merged())
+    assert views(load_nav2(tmp_path / "merged.yaml")) == views(nav2)
+
+
+def test_tuned_file_has_the_published_values():
+    nav2 = load_nav2(SHIPPED / "tuned.yaml")
+    shim, dwb = read_rotation_shim(nav2), read_dwb(nav2)
+    assert read_controller(nav2).params == shim
+    assert read_primary_controller(nav2, read_controller(nav2)).params == dwb
+    assert (shim.angular_dist_threshold, shim.angular_disengage_threshold, shim.closed_loop) == (1.0472, 0.1745, False)
+    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.min_speed_theta, dwb.sim_time) == (3.0, 1.2, 0.3, 1.0)
+    scales = (dwb.BaseObstacle, dwb.PathAlign, dwb.GoalAlign, dwb.PathDist, dwb.GoalDist, dwb.RotateToGoal)
+    assert [critic.scale for critic in scales] == [0.05, 16.0, 12.0, 16.0, 12.0, 32.0]
+    assert dwb.PathAlign.forward_point_distance == 0.1
+    local, world = read_costmap(nav2, "local_costmap"), read_costmap(nav2, "global_costmap")
+    assert (local.width, local.resolution, local.update_frequency, local.footprint_padding) == (24.0, 0.05, 30.0, 0.05)
+    assert local.plugins == ("static_layer", "obstacle_layer", "inflation_layer")
+    assert local.layers["inflation_layer"].inflation_radius == 1.5
+    assert (world.footprint_padding, world.layers["inflation_layer"].cost_scaling_factor) == (0.25, 0.3)
+    assert robot_footprint(local).min() == pytest.approx(-0.607, abs=1e-7)
+    assert read_velocity_smoother(nav2).max_velocity == (3.0, 0.0, 1.2)
+    assert read_goal_checker(nav2).params.xy_goal_tolerance == 1.8
+    assert read_planner(nav2).params.use_astar is False
+
+
+def test_stock_file_has_the_published_values():
+    nav2 = load_nav2(SHIPPED / "stock.yaml")
+    dwb, local = read_dwb(nav2), read_costmap(nav2, "local_costmap")
+    assert read_controller(nav2).type == "dwb_core::DWBLocalPlanner"
+    assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.acc_lim_x, dwb.decel_lim_x, dwb.sim_time) == (
+        2.0,
+        1.5,
+        2.5,
+        -2.5,
+        1.7,
+    )
+    assert local.plugins[1:] == ("inflation_layer", "static_layer")
+    (source,) = local.layers["voxel_layer"].active_sources
+    assert (source.marking, source.clearing, source.obstacle_max_range) == (True, False, 3.0)
+
+
+def test_dotted_and_nested_files_are_equal(inspect):
+    head = "controller_server:\n  ros__parameters:\n"
+    nested = "    FollowPath:\n      max_vel_x: 0.7\n      PathAlign:\n        scale: 9.0\n"
+    dotted = "    FollowPath.max_vel_x: 0.7\n    FollowPath.PathAlign.scale: 9.0\n"
+    assert read_dwb(inspect(head + nested)) == read_dwb(inspect(head + dotted)) != DwbParams()
+
+
+def test_namespaces_and_single_nesting(inspect):
+    body = "ros__parameters: {robot_radius: 0.4}"
+    for text in (
+        f"local_costmap: {{local_costmap: {{{body}}}}}",
+        f"/local_costmap/local_costmap: {{{body}}}",
+        f"robot1: {{local_costmap: {{local_costmap: {{{body}}}}}}}",
+        f"local_costmap: {{{body}}}",
+    ):
+        assert read_costmap(inspect(text), "local_costmap").robot_radius == 0.4, text
+
+
+def test_wildcards_apply_in_the_order_of_the_file(inspect):
+    star = '"/**": {ros__parameters: {use_sim_time: true, update_frequency: 7.0, controller_frequency: 15.0}}\n'
+    own = "controller_server: {ros__parameters: {controller_frequency: 25.0}}\n"
+    nav2 = inspect(star + own)
+    assert not nav2.errors
+    assert read_controller_server(nav2).controller_frequency == 25.0
+    assert read_costmap(nav2, "local_costmap").update_frequency == 7.0
+    assert read_controller_server(inspect(own + star)).controller_frequency == 15.0
+
+
+def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
+    (error,) = inspect('"/**": {ros__parameters: {controler_frequency: 15.0}}').errors
+    assert error.startswith("line 1: /**: controler_frequency: unknown to Nav2")
+    assert not inspect('"/**/local_costmap": {ros__parameters: {width: 3}}').errors
+
+
+def test_absent_nodes_have_nav2s_defaults(inspect):
+    nav2 = inspect("amcl: {ros__parameters: {max_beams: 60}}")
+    assert read_costmap(nav2, "global_costmap") == CostmapParams()
+    assert read_dwb(nav2) == DwbParams()
+    assert read_planner(nav2).type == "nav2_navfn_planner::NavfnPlanner"
+    merged = nav2.merged()
+    assert merged["local_costmap"]["local_costmap"]["ros__parameters"]["resolution"] == 0.1
+    assert merged["controller_server"]["ros__parameters"]["FollowPath"]["plugin"] == "dwb_core::DWBLocalPlanner"
+    assert merged["amcl"]["ros__parameters"] == {"max_beams": 60}
+
+
+def test_older_names_are_read(inspect):
+    nav2 = inspect(
+        "controller_server:\n  ros__parameters:\n    goal_checker_plugin: mine\n"
+        "    mine: {plugin: nav2_controller::SimpleGoalChecker, xy_goal_tolerance: 0.7}\n"
+        "local_costmap:\n  local_costmap:\n    ros__parameters:\n      plugins: [obstacle_layer]\n"
+        "      obstacle_layer: {observation_sources: scan, scan: {obstacle_range: 4.5}}\n"
+    )
+    assert not nav2.errors
+    assert read_goal_checker(nav2).params.xy_goal_tolerance == 0.7
+    (source,) = read_costmap(nav2, "local_costmap").layers["obstacle_layer"].active_sources
+    assert source.obstacle_max_range == 4.5
+
+
+def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
+    layer = "{plugin: spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer, voxel_decay: 3.0}"
+    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [stvl], stvl: {layer}}}}}}}")
+    assert not nav2.errors
+    with pytest.raises(
+        ParameterError, match="local_costmap: stvl: .* not available here; available: nav2_costmap_2d::"
+    ):
+        read_costmap(nav2, "local_costmap")
+
+
+@pytest.mark.parametrize("text", ["[[1, 2], [3", "[[1, 2], [3, 4]]", "[[a, b], [1, 2], [2, 3]]", "__import__('os')"])
+def test_a_bad_footprint_is_one_clear_line(inspect, text):
+    nav2 = inspect(f'local_costmap: {{local_costmap: {{ros__parameters: {{footprint: "{text}"}}}}}}')
+    with pytest.raises(ParameterError, match="^robot.yaml: local_costmap: footprint"):
+        read_costmap(nav2, "local_costmap")
+
+
+def test_a_bad_value_names_file_node_and_parameter(inspect):
+    nav2 = inspect("controller_server: {ros__parameters: {FollowPath: {max_vel_x: fast}}}")
+    with pytest.raises(ParameterError) as error:
+        read_dwb(nav2)
+    assert str(error.value) == ("robot.yaml: controller_server: FollowPath.max_vel_x: 'fast' is not a number (line 1)")
