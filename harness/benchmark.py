@@ -150,7 +150,9 @@ def parameters(study: Study) -> dict[str, str]:
         for path in (Path(stack.sensors), Path(stack.robot)):
             texts[f"{stack.name}-{path.parent.name}-{path.name}"] = path.read_text(encoding="utf-8")
         if stack.nav2_file:
-            texts[f"{stack.name}-nav2.yaml"] = nav2_parameters(stack.nav2_file, template.allow_unknown).dump_merged()
+            nav2 = nav2_parameters(stack.nav2_file, template.allow_unknown)
+            texts[f"{stack.name}-nav2.yaml"] = nav2.dump_merged()
+            texts[f"{stack.name}-ignored.txt"] = "\n".join((*nav2.warnings, *nav2.ignored, ""))
     return texts
 
 

@@ -41,10 +41,10 @@ def run_episode(task: EpisodeTask) -> Delivery:
     rules = rules_of(task.rules)
     world = build_world(task)
     brain = build_brain(task, world, generators["planner"])
-    log = DeliveryLog(keep_trace=task.keep_trace)
 
     observation = world.reset(mission, generators)
     brain.reset(mission.goal, Belief(mission.start))
+    log = DeliveryLog(world.truth, task.keep_trace)
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
         observation = world.step(command)

@@ -54,24 +54,23 @@ TIMING_COLUMNS = {"stack": "string", "episode": "int64", "wall_s": "double", "re
 class DeliveryLog:
     """Watches one delivery, tick by tick."""
 
+    _before: Truth  # when the brain last saw the world
     keep_trace: bool = False
     _rows: list[tuple[float, ...]] = field(default_factory=list)  # of TRACE_COLUMNS
     _crowd: list[FloatArray] = field(default_factory=list)  # (n, 2) positions of people at the same stamps
     _distance: float = 0.0  # [m]
-    _last: tuple[float, float] | None = None
     _max_tilt: float = 0.0  # [rad]
     _error_sum: float = 0.0  # [m]
     _error_max: float = 0.0  # [m]
     _records: int = 0
 
     def record(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
-        """Take in the state after a step."""
-        x, y = truth.pose.x, truth.pose.y
-        if self._last is not None:
-            self._distance += math.hypot(x - self._last[0], y - self._last[1])
-        self._last = (x, y)
+        """Take in the state after a step, and what was believed and commanded before it."""
+        before = self._before.pose
+        self._before = truth
+        self._distance += math.hypot(truth.pose.x - before.x, truth.pose.y - before.y)
         self._max_tilt = max(self._max_tilt, truth.tilt)
-        error = math.hypot(belief.pose.x - x, belief.pose.y - y)
+        error = math.hypot(belief.pose.x - before.x, belief.pose.y - before.y)
         self._error_sum += error
         self._error_max = max(self._error_max, error)
         self._records += 1

@@ -198,6 +198,12 @@ def check(study: Study) -> list[str]:
         if stack.nav2_file:
             nav2 = nav2_of(task)
             notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
-            if nav2.ignored:
-                notes.append(f"{stack.name}: without effect here: {', '.join(nav2.ignored)}")
+            notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
     return notes
+
+
+def ignored_keys(nav2: Nav2File) -> str:
+    """What of a Nav2 file has no effect here: whole nodes by name, single keys by their number."""
+    nodes = [key for key in nav2.ignored if ": " not in key]
+    keys = len(nav2.ignored) - len(nodes)
+    return f"without effect here are {', '.join(nodes)} and {keys} keys; the run folder lists them in params/"

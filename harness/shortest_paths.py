@@ -66,7 +66,7 @@ def string_pull(free: BoolArray, cells: IntArray) -> IntArray:
     if len(cells) <= 2:
         return cells
     forward = _shortcut(free, cells)
-    return _shortcut(free, np.ascontiguousarray(_densify(forward)[::-1]))[::-1].copy()
+    return _shortcut(free, np.ascontiguousarray(_trace(forward)[::-1]))[::-1].copy()
 
 
 def shortest_path(free: BoolArray, start: tuple[int, int], goal: tuple[int, int]) -> IntArray | None:
@@ -199,19 +199,25 @@ def _shortcut(free, cells):
 
 
 @njit(cache=True)
-def _densify(corners):
-    """Cells (N, 2) about one cell apart along a polyline; every leg is a line of sight, so they are free."""
+def _trace(corners):
+    """The cells (N, 2) that a polyline passes, one legal step apart; every leg is a line of sight."""
     total = 1
     for k in range(len(corners) - 1):
-        total += max(abs(corners[k + 1, 0] - corners[k, 0]), abs(corners[k + 1, 1] - corners[k, 1]))
+        total += abs(corners[k + 1, 0] - corners[k, 0]) + abs(corners[k + 1, 1] - corners[k, 1])
     cells = np.empty((total, 2), np.int64)
-    number = 0
+    y, x = corners[0]
+    cells[0, 0], cells[0, 1] = y, x
+    number = 1
     for k in range(len(corners) - 1):
-        dy, dx = corners[k + 1, 0] - corners[k, 0], corners[k + 1, 1] - corners[k, 1]
-        steps = max(abs(dy), abs(dx))
-        for i in range(steps):
-            cells[number, 0] = corners[k, 0] + math.floor(i * dy / steps + 0.5)
-            cells[number, 1] = corners[k, 1] + math.floor(i * dx / steps + 0.5)
+        ny, nx = abs(corners[k + 1, 0] - y), abs(corners[k + 1, 1] - x)
+        sy, sx = (1 if corners[k + 1, 0] > y else -1), (1 if corners[k + 1, 1] > x else -1)
+        iy, ix = 0, 0
+        while iy < ny or ix < nx:
+            decision = (1 + 2 * ix) * ny - (1 + 2 * iy) * nx
+            if decision <= 0:
+                x, ix = x + sx, ix + 1
+            if decision >= 0:
+                y, iy = y + sy, iy + 1
+            cells[number, 0], cells[number, 1] = y, x
             number += 1
-    cells[number] = corners[-1]
-    return cells
+    return cells[:number].copy()

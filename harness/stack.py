@@ -1,13 +1,13 @@
 """What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from harness.resources import resolve, shipped
 from navstack.errors import ParameterError, UnknownNameError
-from navstack.params.strict import from_mapping, load_yaml
+from navstack.params.ros_yaml import PARAMETERS
+from navstack.params.strict import load_dataclass, read_text
 
 LOCALIZERS = ("ground_truth", "gps")
 PLANNING_MAPS = ("geometry", "navigation_mesh")
@@ -43,28 +43,14 @@ def load_stack(name_or_file: str, localizer: str | None = None, robot: str | Non
     """
     stacks = shipped("params") / "stacks"
     path = resolve(name_or_file, stacks, "stack")
-    content = load_yaml(path)
-    if is_nav2_file(content):
-        stack = from_mapping(Stack, load_yaml(stacks / "nav2-gps.yaml"), "nav2-gps")
+    if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
+        stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
         stack = dataclasses.replace(stack, nav2_file=str(path), title=f"Nav2 file {path.name}")
     else:
-        stack = from_mapping(Stack, content, str(path))
+        stack = load_dataclass(Stack, path)
     changes = {key: value for key, value in (("localizer", localizer), ("robot", robot)) if value is not None}
     stack = dataclasses.replace(stack, name=path.stem, **changes)
     return _with_paths(stack, path)
-
-
-def is_nav2_file(content: object) -> bool:
-    """Whether a YAML document looks like a Nav2 parameter file: some node holds ``ros__parameters``."""
-    if not isinstance(content, Mapping):
-        return False
-    return any(_holds_parameters(node, depth=3) for node in content.values())
-
-
-def _holds_parameters(node: object, depth: int) -> bool:
-    if not isinstance(node, Mapping) or depth == 0:
-        return False
-    return "ros__parameters" in node or any(_holds_parameters(child, depth - 1) for child in node.values())
 
 
 def _with_paths(stack: Stack, path: Path) -> Stack:

@@ -20,9 +20,10 @@ from navstack.costmap.kernels import clip_to_grid, is_in_range, ray, to_cell
 from navstack.types import ByteArray, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
+LineArray = npt.NDArray[np.int32]
 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
-_LATERAL = 3.0  # [cells] a line's cells lie no farther from the beam: cell corners 0.7 + 0.7, start 1, rounding 0.5
+_u = np.uint64  # unsigned indices spare the treatment of negative ones
 
 
 @njit(cache=True)
@@ -46,73 +47,89 @@ def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, 
 @njit(cache=True)
 def trace_rays(
     points: FloatArray,
+    order: IntArray,
     ox: float,
     oy: float,
     origin: FloatArray,
     resolution: float,
     window: IntArray,
     limits: FloatArray,
-) -> IntArray:
-    """The lines (n, 5) that clear: first lattice cell x, y, differences x, y, number of steps or -1.
+) -> LineArray:
+    """The lines (n, 8) that clear, for the points in the given ``order``.
 
-    ``limits`` are the raytrace ranges min, max [m]; ``origin`` [m] is the window's corner.
+    Each holds its first lattice cell x, y, the unit steps x, y, the longer and the shorter difference, the number of
+    steps (-1: no line) and whether x is the longer axis. ``limits`` are the raytrace ranges min, max [m]; ``origin``
+    [m] is the window's corner.
     """
-    lines = np.full((points.shape[0], 5), -1, dtype=np.int64)
+    lines = np.full((points.shape[0], 8), -1, dtype=np.int32)
     size_x, size_y = window[2], window[3]
     x0, y0 = to_cell(ox, oy, origin[0], origin[1], resolution, size_x, size_y)
     if x0 < 0:
         return lines
     end_x, end_y = origin[0] + size_x * resolution, origin[1] + size_y * resolution
     min_cells, max_cells = math.ceil(limits[0] / resolution), math.ceil(limits[1] / resolution)
-    for i in range(points.shape[0]):
+    for k in range(order.shape[0]):
+        i = order[k]
         wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin[0], origin[1], end_x, end_y)
         x1, y1 = to_cell(wx, wy, origin[0], origin[1], resolution, size_x, size_y)
         if x1 < 0:
             continue
         x, y, dx, dy, steps = ray(x0, y0, x1, y1, max_cells, min_cells)
-        lines[i, 0], lines[i, 1] = x + window[0], y + window[1]
-        lines[i, 2], lines[i, 3], lines[i, 4] = dx, dy, steps
+        line = lines[k]
+        line[0], line[1] = x + window[0], y + window[1]
+        line[2], line[3] = 1 if dx > 0 else -1, 1 if dy > 0 else -1
+        line[4], line[5] = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
+        line[6], line[7] = steps, abs(dx) >= abs(dy)
     return lines
 
 
 @njit(cache=True)
-def _holds(line: IntArray, x: int, y: int) -> bool:
-    """Whether a line passes through a cell.
+def _any_holds(lines: LineArray, first: int, end: int, x: int, y: int) -> bool:
+    """Whether one of the lines passes through a cell.
 
     After i steps a Bresenham line has moved (longer // 2 + i * shorter) // longer cells across.
     """
-    dx, dy, steps = line[2], line[3], line[4]
-    along_x, along_y = (x - line[0]) * (1 if dx > 0 else -1), (y - line[1]) * (1 if dy > 0 else -1)
-    longer, shorter, along, across = abs(dx), abs(dy), along_x, along_y
-    if longer < shorter:
-        longer, shorter, along, across = shorter, longer, along_y, along_x
-    if along < 0 or along > steps:
-        return False
-    if longer == 0:
-        return bool(across == 0)
-    return bool((longer // 2 + along * shorter) // longer == across)
+    for k in range(_u(first), _u(end)):
+        along = (x - lines[k, _u(0)]) * lines[k, _u(2)]
+        across = (y - lines[k, _u(1)]) * lines[k, _u(3)]
+        if lines[k, _u(7)] == 0:
+            along, across = across, along
+        if along < 0 or along > lines[k, _u(6)]:
+            continue
+        longer = lines[k, _u(4)]
+        if longer == 0:
+            if across == 0:
+                return True
+            continue
+        rest = longer // 2 + along * lines[k, _u(5)] - across * longer
+        if 0 <= rest < longer:
+            return True
+    return False
 
 
 @njit(cache=True)
-def _is_hit(x: int, y: int, sensor: FloatArray, lines: IntArray, starts: IntArray, order: IntArray) -> bool:
-    """Whether any line passes through a cell; ``sensor`` is its lattice position [cells] and its reach [cells]."""
+def _is_hit(x: int, y: int, sensor: FloatArray, lines: LineArray, starts: IntArray) -> bool:
+    """Whether any line passes through a cell; see :func:`drop_hit`."""
     dx, dy = x + 0.5 - sensor[0], y + 0.5 - sensor[1]
-    distance = math.hypot(dx, dy)
-    if distance > sensor[2]:
+    squared = dx * dx + dy * dy
+    if squared > sensor[2] * sensor[2]:
         return False
     sectors = starts.shape[0] - 1
-    first, last = 0, sectors - 1
-    if distance > _LATERAL:
-        half = math.asin(_LATERAL / distance)
-        bearing = math.atan2(dy, dx) + math.pi
-        first = math.floor((bearing - half) / (2.0 * math.pi) * sectors)
-        last = min(math.floor((bearing + half) / (2.0 * math.pi) * sectors), first + sectors - 1)
-    for k in range(first, last + 1):
-        sector = k % sectors
-        for j in range(starts[sector], starts[sector + 1]):
-            if _holds(lines[order[j]], x, y):
-                return True
-    return False
+    if squared <= sensor[3] * sensor[3]:
+        return _any_holds(lines, 0, starts[sectors], x, y)
+    half = math.asin(sensor[3] / math.sqrt(squared))
+    bearing = math.atan2(dy, dx) + math.pi
+    first = math.floor((bearing - half) / (2.0 * math.pi) * sectors)
+    last = math.floor((bearing + half) / (2.0 * math.pi) * sectors)
+    if first < 0:
+        return _any_holds(lines, starts[first + sectors], starts[sectors], x, y) or _any_holds(
+            lines, 0, starts[last + 1], x, y
+        )
+    if last >= sectors:
+        return _any_holds(lines, starts[first], starts[sectors], x, y) or _any_holds(
+            lines, 0, starts[last - sectors + 1], x, y
+        )
+    return _any_holds(lines, starts[first], starts[last + 1], x, y)
 
 
 @njit(cache=True)
@@ -130,17 +147,20 @@ def drop_hit(
     count: int,
     present: ByteArray,
     sensor: FloatArray,
-    lines: IntArray,
+    lines: LineArray,
     starts: IntArray,
-    order: IntArray,
     changed: IntArray,
 ) -> int:
-    """Drop the cells that a line passes through; returns how many remain. See :func:`_is_hit`."""
+    """Drop the cells that a line passes through; returns how many remain.
+
+    ``lines`` come from :func:`trace_rays` in the order of :func:`sort_by_bearing`, ``starts`` are those of its sectors.
+    ``sensor`` holds its lattice position x, y, its reach and how far a line's cells may lie from their beam, [cells].
+    """
     height, width = present.shape
     kept = 0
     for i in range(count):
         x, y = cells[i, 0], cells[i, 1]
-        if _is_hit(x, y, sensor, lines, starts, order):
+        if _is_hit(x, y, sensor, lines, starts):
             present[y % height, x % width] = 0
             grow(changed, x, y)
         else:

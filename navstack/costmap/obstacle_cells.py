@@ -17,6 +17,10 @@ from navstack.costmap.window import Window
 from navstack.params.costmap import ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
+# How far the centre of a line's cell can lie from the beam, in [cells]: half a diagonal for the cell of the sensor or
+# of the end point, half a cell for the rounding across; a line from a least range on starts in a truncated cell.
+_LATERAL = 1.5
+_LATERAL_FROM_MIN_RANGE = 3.0
 _NOTHING = (1 << 40, -(1 << 40), 1 << 40, -(1 << 40))  # an empty box x0, xn, y0, yn
 
 
@@ -70,17 +74,20 @@ class ObstacleCells:
         origin, resolution, box = window.origin, window.resolution, window.box
         for source, seen in each_observation(self._sources, clearing=True):
             limits = np.array((source.raytrace_min_range, source.raytrace_max_range))
-            lines = cell_kernels.trace_rays(seen.points, seen.origin_x, seen.origin_y, origin, resolution, box, limits)
+            index = seen.bearings
+            lines = cell_kernels.trace_rays(
+                seen.points, index.order, seen.origin_x, seen.origin_y, origin, resolution, box, limits
+            )
             sensor = np.array(
                 (
                     (seen.origin_x - origin[0]) / resolution + window.cell_x,
                     (seen.origin_y - origin[1]) / resolution + window.cell_y,
                     (limits[0] + limits[1]) / resolution + 5.0,  # no cell of a line is farther away
+                    _LATERAL if limits[0] == 0.0 else _LATERAL_FROM_MIN_RANGE,
                 )
             )
-            index = seen.bearings
             self.count = cell_kernels.drop_hit(
-                self.cells, self.count, self._present, sensor, lines, index.starts, index.order, self._changed
+                self.cells, self.count, self._present, sensor, lines, index.starts, self._changed
             )
 
     def _mark(self, window: Window) -> None:

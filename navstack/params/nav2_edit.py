@@ -4,6 +4,7 @@ import math
 
 from ruamel.yaml.nodes import MappingNode, Node
 
+from navstack.errors import ParameterError
 from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, parse_document
 
 _PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
@@ -18,11 +19,18 @@ def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: 
         name: dotted name of the parameter.
         value: its new value; a whole number stays a decimal where the file has one.
         where: begins error messages.
+
+    Raises:
+        ParameterError: the value stands elsewhere, behind a YAML alias.
     """
     document = parse_document(text, where)
     node = next((node for node in reversed(document.nodes) if node.path == path), None)
     if node is not None and name in node.entries:
         entry = node.entries[name]
+        if entry.start < entry.name_end:
+            raise ParameterError(
+                f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it"
+            )
         blank = " " if text[entry.start - 1] == ":" else ""
         return text[: entry.start] + blank + format_value(_kept_decimal(value, entry.value)) + text[entry.end :]
     line = f"{name}: {format_value(value)}"

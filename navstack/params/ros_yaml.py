@@ -60,6 +60,7 @@ class Entry:
     line: int  # counted from 1
     start: int  # [characters] where the value's text begins; of a block list, behind the colon
     end: int  # [characters] one past the value's text
+    name_end: int  # [characters] one past the name; a value that starts before it is an alias
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,8 +168,10 @@ class _Reader:
                 if dotted in entries:
                     self._duplicate(f"{node}: {dotted}", line, entries.pop(dotted).line)
                 is_block_list = isinstance(value, SequenceNode) and not value.flow_style
-                start = key.end_mark.index + 1 if is_block_list else value.start_mark.index
-                entries[dotted] = Entry(self._value(value, f"{node}: {dotted}"), line, start, _end_index(value))
+                is_alias = value.start_mark.index < key.end_mark.index
+                start = key.end_mark.index + 1 if is_block_list and not is_alias else value.start_mark.index
+                read = self._value(value, f"{node}: {dotted}")
+                entries[dotted] = Entry(read, line, start, _end_index(value), key.end_mark.index)
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
         """The last occurrence of each key of a mapping, merge keys resolved; ``prefix`` begins the names in remarks."""

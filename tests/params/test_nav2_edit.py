@@ -78,6 +78,13 @@ def test_block_lists_are_replaced(inspect):
     assert "# speed" in after.document.text
 
 
+def test_a_value_behind_an_alias_is_not_changed(inspect):
+    nav2 = inspect("amcl:\n  ros__parameters:\n    alpha1: &noise 0.1\n    alpha2: *noise\n    alpha3: 0.3\n")
+    with pytest.raises(ParameterError, match="line 4: alpha2 is a YAML alias"):
+        nav2.with_values({"amcl.alpha2": 0.2})
+    assert nav2.with_values({"amcl.alpha3": 0.2}).value("amcl", "alpha3") == 0.2
+
+
 def test_misspelt_changes_are_refused():
     nav2 = load_nav2(TUNED)
     with pytest.raises(ParameterError, match="did you mean 'max_vel_x'"):

@@ -1,0 +1,270 @@
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from navstack.costmap import layered_costmap
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.layered_costmap import LayeredCostmap
+from navstack.costmap.layers import resampled, static_costs
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import MapError, ParameterError
+from navstack.params.costmap import (
+    CostmapParams,
+    InflationLayerParams,
+    LayerParams,
+    ObservationSourceParams,
+    ObstacleLayerParams,
+    StaticLayerParams,
+    robot_footprint,
+)
+from navstack.types import LaserScan, Pose2D
+
+RESOLUTION = 0.05
+FOOTPRINT = "[[0.14, 0.25], [0.14, -0.25], [-0.607, -0.25], [-0.607, 0.25]]"
+SOURCE = ObservationSourceParams(clearing=True, obstacle_max_range=4.0, raytrace_max_range=4.5)
+USUAL = ("static_layer", "obstacle_layer", "inflation_layer")
+
+
+def make_params(
+    plugins: tuple[str, ...] = USUAL, source: ObservationSourceParams = SOURCE, size: float = 8.0, **others: object
+) -> CostmapParams:
+    layers: dict[str, LayerParams] = {
+        "static_layer": StaticLayerParams(),
+        "obstacle_layer": ObstacleLayerParams(observation_sources=("scan",), sources={"scan": source}),
+        "inflation_layer": InflationLayerParams(inflation_radius=0.8, cost_scaling_factor=3.0),
+    }
+    basis = CostmapParams(
+        width=size,
+        height=size,
+        resolution=RESOLUTION,
+        footprint=FOOTPRINT,
+        footprint_padding=0.05,
+        plugins=plugins,
+        layers={name: layers[name] for name in plugins},
+    )
+    return dataclasses.replace(basis, **others)  # type: ignore[arg-type]
+
+
+def make_map(rng: np.random.Generator, unknown: float = 0.0) -> OccupancyGrid:
+    """A map of 15 m x 11 m with blocks and single cells."""
+    data = np.zeros((220, 300), dtype=np.int8)
+    data[:8] = 100
+    data[120:150, 90:140] = 100
+    data[rng.random(data.shape) < 0.001] = 100
+    data[rng.random(data.shape) < unknown] = -1
+    return OccupancyGrid(data, RESOLUTION, Pose2D(-7.025, -5.5, 0.0))
+
+
+def random_scan(rng: np.random.Generator, stamp: float, beams: int = 240) -> LaserScan:
+    """Returns anywhere, as if everything around moved all the time; some beams without return."""
+    ranges = rng.uniform(0.3, 6.0, beams)
+    ranges[rng.random(beams) < 0.1] = math.inf
+    return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / beams, 0.1, 10.0, Pose2D(-0.2, 0.03, 0.4))
+
+
+def drive(rng: np.random.Generator, steps: int = 25) -> Iterator[tuple[Pose2D, LaserScan | None, float]]:
+    """A wandering robot whose scan comes with two updates out of three."""
+    x, y, yaw = 0.5, -1.0, 0.3
+    for step in range(steps):
+        yaw += rng.normal(0.0, 0.4)
+        x += 0.3 * math.cos(yaw)
+        y += 0.3 * math.sin(yaw)
+        yield Pose2D(x, y, yaw), None if step % 3 == 2 else random_scan(rng, 0.1 * step), 0.1 * step
+
+
+SOURCES = {
+    "plain": SOURCE,
+    "least ranges": dataclasses.replace(SOURCE, raytrace_min_range=0.62, obstacle_min_range=0.9),
+    "infinite beams clear": dataclasses.replace(SOURCE, inf_is_valid=True),
+    "persistent": dataclasses.replace(SOURCE, observation_persistence=0.25),
+    "marking only": dataclasses.replace(SOURCE, clearing=False),
+}
+
+
+@pytest.mark.parametrize("rolling", [True, False])
+@pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES.keys())
+def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: ObservationSourceParams) -> None:
+    rng = np.random.default_rng(11)
+    params = make_params(source=source, rolling_window=rolling)
+    static = make_map(rng)
+    fast, full = LayeredCostmap(params, static), LayeredCostmap(params, static, prefer_fast=False)
+    assert fast.is_fast
+    assert not full.is_fast
+    for step, (pose, scan, stamp) in enumerate(drive(rng)):
+        for costmap in (fast, full):
+            costmap.update(pose, scan, stamp)
+            if step == 12:
+                costmap.clear_around(pose, 3.0)
+                costmap.update(pose, None, stamp)
+            if step == 18:
+                costmap.clear_entirely()
+                assert (costmap.obstacle_costs[0] == 0).all()
+                costmap.update(pose, None, stamp)
+        assert (fast.master.origin_x, fast.master.origin_y) == (full.master.origin_x, full.master.origin_y)
+        np.testing.assert_array_equal(
+            fast.obstacle_costs[0] == LETHAL_OBSTACLE, full.obstacle_costs[0] == LETHAL_OBSTACLE
+        )
+        np.testing.assert_array_equal(fast.master.data, full.master.data)
+    assert (fast.obstacle_costs[0] == LETHAL_OBSTACLE).sum() > 50
+
+
+def test_updating_what_changed_equals_building_anew() -> None:
+    rng = np.random.default_rng(5)
+    static = make_map(rng)
+    costmap = LayeredCostmap(make_params(), static)
+    for pose, scan, stamp in drive(rng, 10):
+        costmap.update(pose, scan, stamp)
+        rebuilt = static_costs(static, costmap.params)
+        rebuilt = np.maximum(rebuilt, costmap.obstacle_costs[0])
+        inflation = layered_costmap.Inflation(
+            costmap.params.layers["inflation_layer"],  # type: ignore[arg-type]
+            RESOLUTION,
+            costmap.inscribed_radius,
+        )
+        inflation.apply(rebuilt, 0, rebuilt.shape[1], 0, rebuilt.shape[0])
+        np.testing.assert_array_equal(costmap.master.data, rebuilt)
+
+
+def test_a_rolling_window_shows_what_the_fixed_costmap_shows() -> None:
+    rng = np.random.default_rng(6)
+    static = make_map(rng)
+    fixed = LayeredCostmap(make_params(), static)
+    rolling = LayeredCostmap(make_params(rolling_window=True, size=5.0), static)
+    scan = random_scan(rng, 0.0)
+    for costmap in (fixed, rolling):
+        costmap.update(Pose2D(0.3, -0.2, 0.4), scan, 0.0)
+    left = round((rolling.master.origin_x - fixed.master.origin_x) / RESOLUTION)
+    low = round((rolling.master.origin_y - fixed.master.origin_y) / RESOLUTION)
+    inner = slice(16, 84)  # cells that no obstacle outside the window can reach
+    shown = fixed.master.data[low : low + 100, left : left + 100]
+    np.testing.assert_array_equal(rolling.master.data[inner, inner], shown[inner, inner])
+    cell = rolling.master.world_to_map(0.3, -0.2)
+    assert all(abs(index - 50) <= 1 for index in cell)
+
+
+def circle_scan(robot: Pose2D, person: tuple[float, float], stamp: float, wall: float) -> LaserScan:
+    """What a lidar sees of a person of radius 0.3 m in front of a round wall (``inf``: nothing behind)."""
+    angles = np.linspace(-math.pi, math.pi, 360, endpoint=False)
+    dx, dy = person[0] - robot.x, person[1] - robot.y
+    along = dx * np.cos(angles) + dy * np.sin(angles)
+    inside = 0.3**2 - (dx**2 + dy**2 - along**2)
+    hit = (inside > 0.0) & (along > 0.0)
+    ranges = np.where(hit, along - np.sqrt(np.maximum(inside, 0.0)), wall)
+    return LaserScan(stamp, ranges, -math.pi, 2.0 * math.pi / 360, 0.05, 20.0)
+
+
+@pytest.mark.parametrize("prefer_fast", [True, False])
+@pytest.mark.parametrize(
+    ("inf_is_valid", "wall", "leaves_ghosts"), [(False, 3.5, False), (True, math.inf, False), (False, math.inf, True)]
+)
+def test_a_pedestrian_that_walks_by_leaves_ghosts_only_where_no_beam_clears(
+    prefer_fast: bool, inf_is_valid: bool, wall: float, leaves_ghosts: bool
+) -> None:
+    static = OccupancyGrid(np.zeros((220, 300), dtype=np.int8), RESOLUTION, Pose2D(-7.025, -5.5, 0.0))
+    source = dataclasses.replace(SOURCE, inf_is_valid=inf_is_valid)
+    params = make_params(source=source, rolling_window=True)
+    costmap = LayeredCostmap(params, static, prefer_fast=prefer_fast)
+    for step in range(60):
+        robot = Pose2D(0.02 * step, 0.0, 0.0)
+        person = (-1.5 + 0.05 * step, 1.5)
+        costmap.update(robot, circle_scan(robot, person, step / 30, wall), step / 30)
+    y, x = np.nonzero(costmap.obstacle_costs[0])
+    x_world = costmap.master.origin_x + (x + 0.5) * RESOLUTION - person[0]
+    y_world = costmap.master.origin_y + (y + 0.5) * RESOLUTION - person[1]
+    near_wall = np.hypot(x_world + person[0] - robot.x, y_world + person[1] - robot.y) > 3.0
+    ghosts = (np.hypot(x_world, y_world) > 0.45) & ~near_wall
+    assert ghosts.any() == leaves_ghosts
+    assert (np.hypot(x_world, y_world) < 0.45).any()
+
+
+def test_a_static_layer_last_hides_what_the_layers_before_it_wrote() -> None:
+    static = make_map(np.random.default_rng(7))
+    order = ("obstacle_layer", "inflation_layer", "static_layer")
+    scan = circle_scan(Pose2D(), (1.5, 0.0), 0.0, math.inf)
+    for use_maximum in (False, True):
+        costmap = LayeredCostmap(make_params(order, use_maximum=use_maximum, rolling_window=True), static)
+        costmap.update(Pose2D(), scan, 0.0)
+        assert (costmap.master.cost_at(1.22, 0.0) == LETHAL_OBSTACLE) is use_maximum
+        assert costmap.master.cost_at(-2.6, 1.2) == 0  # beside the block, whose surroundings are not inflated
+
+
+def test_unknown_cells_are_kept_and_freed_by_beams() -> None:
+    static = make_map(np.random.default_rng(8), unknown=0.2)
+    costmap = LayeredCostmap(make_params(track_unknown_space=True), static)
+    assert not costmap.is_fast
+    costmap.update(Pose2D(), circle_scan(Pose2D(), (1.5, 0.0), 0.0, 3.0), 0.0)
+    unknown = costmap.master.data == NO_INFORMATION
+    assert not unknown[105:115, 145:165].any()
+    assert unknown[180:, 200:].any()
+
+
+def test_the_footprint_is_cleared_in_the_obstacle_layer_only() -> None:
+    data = np.zeros((220, 300), dtype=np.int8)
+    static = OccupancyGrid(data, RESOLUTION, Pose2D(-7.5, -5.5, 0.0))
+    data[110, 150] = 100  # under the robot
+    costmap = LayeredCostmap(make_params(source=dataclasses.replace(SOURCE, clearing=False)), static)
+    scan = LaserScan(0.0, np.array((0.1, 0.4)), -math.pi, math.pi, 0.0, 10.0)
+    costmap.update(Pose2D(), scan, 0.0)
+    assert costmap.master.cost_at(0.01, 0.01) == LETHAL_OBSTACLE
+    assert costmap.master.cost_at(-0.1, 0.01) < LETHAL_OBSTACLE
+    assert costmap.master.cost_at(0.4, 0.01) == LETHAL_OBSTACLE
+
+
+def test_reset_forgets_the_place_and_the_scans() -> None:
+    rng = np.random.default_rng(9)
+    static = make_map(rng)
+    used, fresh = (LayeredCostmap(make_params(rolling_window=True), static) for _ in range(2))
+    for pose, scan, stamp in drive(rng, 6):
+        used.update(pose, scan, stamp)
+    used.reset()
+    for costmap in (used, fresh):
+        costmap.update(Pose2D(-1.02, 0.51, 0.2), None, 0.0)
+    np.testing.assert_array_equal(used.master.data, fresh.master.data)
+    assert (used.master.origin_x, used.master.origin_y) == (fresh.master.origin_x, fresh.master.origin_y)
+    assert not used.obstacle_costs[0].any()
+
+
+def test_a_keepout_mask_is_lethal() -> None:
+    static = make_map(np.random.default_rng(10))
+    mask = np.zeros(static.data.shape, dtype=bool)
+    mask[200, 10] = True
+    costmap = LayeredCostmap(make_params(), static, keepout=mask)
+    assert costmap.master.data[200, 10] == LETHAL_OBSTACLE
+    assert costmap.master.data[200, 12] == 253
+    with pytest.raises(MapError, match="keepout"):
+        LayeredCostmap(make_params(), static, keepout=mask[1:])
+
+
+@pytest.mark.parametrize(
+    ("trinary", "track_unknown", "expected"),
+    [(True, False, [0, 0, 254, 0]), (False, True, [0, 127, 254, 255]), (True, True, [0, 0, 254, 255])],
+)
+def test_occupancies_become_costs(trinary: bool, track_unknown: bool, expected: list[int]) -> None:
+    grid = OccupancyGrid(np.array([[0, 50, 100, -1]], dtype=np.int8), 0.1, Pose2D())
+    params = CostmapParams(trinary_costmap=trinary, track_unknown_space=track_unknown)
+    assert static_costs(grid, params)[0].tolist() == expected
+
+
+def test_a_coarser_map_keeps_its_places() -> None:
+    costs = np.array([[0, 254], [100, 7]], dtype=np.uint8)
+    np.testing.assert_array_equal(resampled(costs, 0.1, 0.05), costs.repeat(2, axis=0).repeat(2, axis=1))
+    assert resampled(costs, 0.05, 0.05000001) is costs
+
+
+def test_what_cannot_be_used_is_refused() -> None:
+    with pytest.raises(MapError, match="no map was given"):
+        LayeredCostmap(make_params())
+    rotated = OccupancyGrid(np.zeros((9, 9), dtype=np.int8), RESOLUTION, Pose2D(0.0, 0.0, 0.3))
+    with pytest.raises(MapError, match="rotated"):
+        LayeredCostmap(make_params(), rotated)
+    with pytest.raises(ParameterError, match="footprint"):
+        robot_footprint(CostmapParams(footprint="[[0, 0], [1, 0]]"))
+    with pytest.raises(ParameterError, match="footprint"):
+        robot_footprint(CostmapParams(footprint="0.3"))
+    with pytest.raises(ParameterError, match="combination_method"):
+        ObstacleLayerParams(combination_method=3)
+    with pytest.raises(ParameterError, match="not described"):
+        CostmapParams(plugins=("voxel_layer",))
