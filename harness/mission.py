@@ -176,11 +176,14 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
 
 
 def _clearance(walkable: OccupancyGrid) -> Float32Array:
-    """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too."""
+    """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too.
+
+    The distance to that cell's centre less half a cell: at least 0 and never more than the true distance to its border.
+    """
     free: BoolArray = walkable.data == FREE
 
     def compute() -> Float32Array:
-        distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * walkable.resolution
-        return distance.astype(np.float32)
+        distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
+        return (np.maximum(distance - 0.5, 0.0) * walkable.resolution).astype(np.float32)
 
-    return cached_array(content_key("mission clearance 1", free, walkable.resolution), compute)
+    return cached_array(content_key("mission clearance 2", free, walkable.resolution), compute)

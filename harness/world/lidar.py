@@ -115,7 +115,7 @@ class Lidar(Sensor):
         )
 
     def exact_ranges(self, base: Pose2D, pedestrians: FloatArray) -> FloatArray:
-        """Distances (n,) in [m] to what each beam meets first, without noise and filters; inf beyond range_max.
+        """Distances (n,) in [m] to what each beam meets first, without noise and filters; inf where nothing is.
 
         Args:
             base: true pose of the robot, map frame.

@@ -58,7 +58,7 @@ def medial_widths(free: BoolArray) -> FloatArray:
     for dy, dx in ((0, 1), (1, 0)):
         here = np.s_[: free.shape[0] - dy, : free.shape[1] - dx]
         there = np.s_[dy:, dx:]
-        apart_y, apart_x = near_y[here] - near_y[there], near_x[here] - near_x[there]
+        apart_y, apart_x = near_y[there] - near_y[here], near_x[there] - near_x[here]
         candidates = np.argwhere(free[here] & free[there] & (apart_y**2 + apart_x**2 > 2))
         y, x = candidates.T
         middle_y = 2 * y + dy - near_y[here][y, x] - near_y[there][y, x]

@@ -1,15 +1,15 @@
 """The quick way to update a costmap of the usual layers: map, obstacles by maximum, inflation.
 
 The map is inflated once as a whole. An update copies what it needs of that and stamps the inflation kernel on the few
-cells that only the scans know to be occupied. The result equals that of :mod:`~navstack.costmap.full_update`.
+cells that only the scans know to be occupied. The result is that of writing all layers over the whole costmap, hence
+equal to that of :mod:`~navstack.costmap.full_update` wherever the latter's bounds reach.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from navstack.costmap import cell_kernels, inflation_kernels
-from navstack.costmap.cell_kernels import CellArray
+from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import InflationKernel
 from navstack.costmap.obstacle_cells import ObstacleCells
@@ -48,9 +48,8 @@ class FastUpdate:
         self._window = window
         self._rolling = rolling
         self._fill = fill
-        self._chosen: CellArray = np.empty((1024, 2), dtype=np.int32)
         if not rolling:
-            self._restore(self._whole())
+            self._restore(self._window.cells)
 
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
@@ -83,52 +82,39 @@ class FastUpdate:
 
     def _write(self) -> None:
         """Write the window, or where it stands still the cells that a changed obstacle can reach."""
-        whole = self._whole()
         changed = [obstacles.take_changed() for obstacles in self._obstacles]
-        if self._rolling:
-            region = whole
-        else:
-            region = _around(changed, self._kernel.radius, whole)
+        region = self._window.cells
+        if not self._rolling:
+            region = _around(changed, self._kernel.radius, region)
             if region[0] >= region[1] or region[2] >= region[3]:
                 return
         self._restore(region)
         for obstacles in self._obstacles:
             self._stamp(obstacles, region)
 
-    def _whole(self) -> IntArray:
-        """The window as lattice cells x0, xn, y0, yn (ends exclusive)."""
-        x, y, width, height = self._window.box
-        return np.array((x, x + width, y, y + height), dtype=np.int64)
-
     def _restore(self, region: IntArray) -> None:
         """Write the inflated map over lattice cells x0, xn, y0, yn of the master."""
-        x0, xn, y0, yn = region
+        x0, xn, y0, yn = region.tolist()
         left, low = self._window.cell_x, self._window.cell_y
         target = self._master.data[y0 - low : yn - low, x0 - left : xn - left]
-        copy_window(self._inflated, int(x0) + self._margin, int(y0) + self._margin, target, self._fill)
+        copy_window(self._inflated, x0 + self._margin, y0 + self._margin, target, self._fill)
 
     def _stamp(self, obstacles: ObstacleCells, region: IntArray) -> None:
         """Stamp the obstacles that reach into the region, within it."""
-        radius, count = self._kernel.radius, obstacles.count
-        if count > len(self._chosen):
-            self._chosen = np.empty((2 * count, 2), dtype=np.int32)
-        reach = region + np.array((-radius, radius, -radius, radius))
-        number = cell_kernels.cells_to_stamp(
-            obstacles.cells, count, self._inflated, self._margin, self._margin, reach, self._chosen
-        )
-        left, low = self._window.cell_x, self._window.cell_y
-        self._chosen[:number] -= np.array((left, low), dtype=np.int32)
-        x0, xn, y0, yn = (int(v) for v in region)
+        radius, window = self._kernel.radius, self._window
+        reach = region + (-radius, radius, -radius, radius)
+        runs = obstacles.runs_to_stamp(window, self._inflated, self._margin, reach)
+        x0, xn, y0, yn = region.tolist()
         inflation_kernels.stamp(
             self._master.data,
-            self._chosen,
-            number,
-            self._kernel.costs,
+            runs,
+            len(runs),
+            self._kernel.patterns,
             radius,
-            x0 - left,
-            xn - left,
-            y0 - low,
-            yn - low,
+            x0 - window.cell_x,
+            xn - window.cell_x,
+            y0 - window.cell_y,
+            yn - window.cell_y,
         )
 
 

@@ -11,6 +11,9 @@ from navstack.types import ByteArray, FloatArray
 class FullUpdate:
     """Runs all layers over the cells that may have changed (``LayeredCostmap::updateMap``).
 
+    The bounds are Nav2's, and so is what they miss: now and then a cell at their edge (beams are bounded by their end
+    points, not by their cells) keeps its old cost until the bounds reach it.
+
     Where the map is inflated in a moving window, the layers work on a grid with a margin of one inflation radius, so
     that obstacles of the map just outside the window spread into it; in Nav2 they do so only once they are inside.
     """

@@ -34,25 +34,37 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InflationKernel:
-    """The costs around one obstacle cell."""
+    """The costs around one obstacle cell, and around patterns of neighbouring ones."""
 
-    costs: ByteArray  # (2 radius + 1, w >= 2 radius + 1), zero beyond column 2 radius
+    costs: ByteArray  # (2 radius + 1, 2 radius + 1) around one cell
     radius: int  # [cells]
+    patterns: ByteArray  # (16, 2 radius + 1, w), see inflation_kernels.stamp
 
 
 def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> InflationKernel:
     """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m]."""
     radius = cell_distance(params.inflation_radius, resolution)
     side = 2 * radius + 1
-    width = -(-side // inflation_kernels.BLOCK) * inflation_kernels.BLOCK
-    costs = np.zeros((side, width), dtype=np.uint8)
+    costs = np.zeros((side, side), dtype=np.uint8)
     for dy in range(-radius, radius + 1):
         for dx in range(-radius, radius + 1):
             distance = math.hypot(dx, dy)  # [cells]
             if distance <= radius:
                 cost = inflation_cost(distance * resolution, inscribed_radius, params.cost_scaling_factor)
                 costs[dy + radius, dx + radius] = cost
-    return InflationKernel(costs, radius)
+    return InflationKernel(costs, radius, _patterns(costs))
+
+
+def _patterns(costs: ByteArray) -> ByteArray:
+    """The highest costs of all patterns of cells in a row; rows are filled up with zeros to whole blocks."""
+    side, run, block = len(costs), inflation_kernels.RUN, inflation_kernels.BLOCK
+    patterns = np.zeros((1 << run, side, -(-(side + run - 1) // block) * block), dtype=np.uint8)
+    for pattern in range(1 << run):
+        for j in range(run):
+            if pattern >> j & 1:
+                part = patterns[pattern, :, j : j + side]
+                np.maximum(part, costs, out=part)
+    return patterns
 
 
 class Inflation:
@@ -62,7 +74,7 @@ class Inflation:
         """See :func:`make_kernel` for the arguments."""
         self.params = params
         self.kernel = make_kernel(params, resolution, inscribed_radius)
-        self._sources = np.empty((4096, 2), dtype=np.int32)
+        self._runs = np.empty((4096, 3), dtype=np.int32)
 
     def apply(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> None:
         """Inflate in place within [y0:yn, x0:xn]; sources up to the radius outside count too."""
@@ -75,18 +87,18 @@ class Inflation:
             costs, max(0, x0 - reach), min(width, xn + reach), max(0, y0 - reach), min(height, yn + reach)
         )
         if costs[y0:yn, x0:xn].max() != NO_INFORMATION:
-            inflation_kernels.stamp(costs, self._sources, count, kernel.costs, reach, x0, xn, y0, yn)
+            inflation_kernels.stamp(costs, self._runs, count, kernel.patterns, reach, x0, xn, y0, yn)
             return
         influence = np.zeros((yn - y0, xn - x0), dtype=np.uint8)
-        relative = self._sources[:count] - np.array((x0, y0), dtype=np.int32)
-        inflation_kernels.stamp(influence, relative, count, kernel.costs, reach, 0, xn - x0, 0, yn - y0)
+        relative = self._runs[:count] - np.array((x0, y0, 0), dtype=np.int32)
+        inflation_kernels.stamp(influence, relative, count, kernel.patterns, reach, 0, xn - x0, 0, yn - y0)
         inflation_kernels.merge(costs, influence, x0, xn, y0, yn, self.params.inflate_unknown)
 
     def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
         """Put the sources into the buffer, which grows with the need, and count them."""
         around_unknown = self.params.inflate_around_unknown
-        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
-        if count > len(self._sources):
-            self._sources = np.empty((2 * count, 2), dtype=np.int32)
-            inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources)
+        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._runs))
+        if count > len(self._runs):
+            self._runs = np.empty((2 * count, 3), dtype=np.int32)
+            count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._runs))
         return count

@@ -9,6 +9,7 @@ from navstack.types import ByteArray
 
 CellArray = npt.NDArray[np.int32]
 
+RUN = 4  # cells beside each other that are stamped at once
 BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector instructions
 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
@@ -46,18 +47,18 @@ def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height:
 
 
 @njit(cache=True)
-def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray) -> int:
-    """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, into ``cells`` (n, 2) as (x, y).
+def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, runs: CellArray) -> int:
+    """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, into ``runs`` (n, 3) as for :func:`stamp`.
 
     Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
     source. Unknown sources count all, since they themselves become lethal.
 
     Returns:
-        How many there are; those beyond the end of ``cells`` are not stored.
+        How many runs there are; those beyond the end of ``runs`` are not stored, and then the number may be too high.
     """
     height, width = costs.shape
     flat = costs.reshape(-1)
-    capacity = cells.shape[0]
+    capacity = runs.shape[0]
     count = 0
     for y in range(y0, yn):
         for block in range(x0, xn, BLOCK):
@@ -66,58 +67,71 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
                 continue
             for x in range(block, block + length):
                 at = _u(y * width + x)
-                if flat[at] >= _LETHAL and _spreads(flat, at, x, y, width, height, around_unknown):
-                    if count < capacity:
-                        cells[count, 0] = x
-                        cells[count, 1] = y
-                    count += 1
+                if flat[at] < _LETHAL or not _spreads(flat, at, x, y, width, height, around_unknown):
+                    continue
+                if 0 < count <= capacity and runs[count - 1, 1] == y and x - runs[count - 1, 0] < RUN:
+                    runs[count - 1, 2] |= 1 << (x - runs[count - 1, 0])
+                    continue
+                if count < capacity:
+                    runs[count, 0], runs[count, 1], runs[count, 2] = x, y, 1
+                count += 1
     return count
 
 
 @njit(cache=True)
 def stamp(
     target: ByteArray,
-    cells: CellArray,
+    runs: CellArray,
     count: int,
-    kernel: ByteArray,
+    kernels: ByteArray,
     radius: int,
     x0: int,
     xn: int,
     y0: int,
     yn: int,
 ) -> None:
-    """Raise ``target`` to ``kernel``, centred on each of the first ``count`` cells (x, y), within [y0:yn, x0:xn].
+    """Raise ``target`` within [y0:yn, x0:xn] to the kernels of the first ``count`` runs, which may lie outside.
 
-    ``kernel`` is (2 radius + 1, w), w a multiple of BLOCK, zero beyond column 2 radius; cells may lie outside.
+    Args:
+        target: costs.
+        runs: rows (x, y, pattern): bit j of the pattern says that the cell (x + j, y) is a source, j < RUN.
+        count: how many of the rows to stamp.
+        kernels: costs (2 ** RUN, 2 radius + 1, w) per pattern, w a multiple of BLOCK, zero where there is no cost.
+        radius: of a single cell's kernel [cells].
+        x0: first column, and so on.
+        xn: end of the columns, exclusive.
+        y0: first row.
+        yn: end of the rows, exclusive.
     """
     side = 2 * radius + 1
-    span = kernel.shape[1]
+    span = kernels.shape[2]
     stride = target.shape[1]
     flat = target.reshape(-1)
-    flat_kernel = kernel.reshape(-1)
+    flat_kernels = kernels.reshape(-1)
     for i in range(count):
-        left = cells[i, 0] - radius
-        top = cells[i, 1] - radius
-        xa, xb = max(left, x0), min(left + side, xn)
+        left = runs[i, 0] - radius
+        top = runs[i, 1] - radius
+        begin = (runs[i, 2] * side - top) * span
+        xa, xb = max(left, x0), min(left + side + RUN - 1, xn)
         ya, yb = max(top, y0), min(top + side, yn)
         if xa >= xb:
             continue
         if xa == left and left + span <= xn:
             for y in range(ya, yb):
                 to = _u(y * stride + xa)
-                source = _u((y - top) * span)
+                source = _u(begin + y * span)
                 for _ in range(span // BLOCK):
                     for j in range(_u(BLOCK)):
-                        flat[to + j] = max(flat[to + j], flat_kernel[source + j])
+                        flat[to + j] = max(flat[to + j], flat_kernels[source + j])
                     to += _u(BLOCK)
                     source += _u(BLOCK)
         else:
             length = _u(xb - xa)
             for y in range(ya, yb):
                 to = _u(y * stride + xa)
-                source = _u((y - top) * span + xa - left)
+                source = _u(begin + y * span + xa - left)
                 for j in range(length):
-                    flat[to + j] = max(flat[to + j], flat_kernel[source + j])
+                    flat[to + j] = max(flat[to + j], flat_kernels[source + j])
 
 
 @njit(cache=True)

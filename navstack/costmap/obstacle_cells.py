@@ -32,6 +32,7 @@ class ObstacleCells:
         self._sources = sources
         self.cells: CellArray = np.empty((1024, 2), dtype=np.int32)  # (x, y); the first ``count`` count
         self.count = 0
+        self._runs: CellArray = np.empty((1024, 3), dtype=np.int32)
         self._present: ByteArray = np.zeros((window.size_y, window.size_x), dtype=np.uint8)
         self._changed: IntArray = np.array(_NOTHING, dtype=np.int64)
         self._lowest = np.empty(window.size_x, dtype=np.int64)
@@ -59,9 +60,16 @@ class ObstacleCells:
 
     def drop_outside(self, window: Window) -> None:
         """Forget the cells that the window has left behind."""
-        x, y, width, height = window.box
-        box = np.array((x, x + width, y, y + height), dtype=np.int64)
-        self.count = cell_kernels.drop_box(self.cells, self.count, self._present, box, False, self._changed)
+        self.count = cell_kernels.drop_box(self.cells, self.count, self._present, window.cells, False, self._changed)
+
+    def runs_to_stamp(self, window: Window, background: ByteArray, margin: int, box: IntArray) -> CellArray:
+        """The cells in the box x0, xn, y0, yn that ``background`` does not have; see ``cell_kernels.runs_to_stamp``."""
+        if self.count > len(self._runs):
+            self._runs = np.empty((len(self.cells), 3), dtype=np.int32)
+        number = cell_kernels.runs_to_stamp(
+            self.cells, self.count, self._present, window.box, background, margin, box, self._runs
+        )
+        return self._runs[:number]
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""

@@ -20,16 +20,7 @@ class Window:
         self.origin_x, self.origin_y = self._base  # [m] lower left corner, summed up move by move as Nav2 does
         self.cell_x = 0  # lattice x of the first cell
         self.cell_y = 0  # lattice y of the first cell
-
-    @property
-    def origin(self) -> FloatArray:
-        """The lower left corner (x, y) in [m]."""
-        return np.array((self.origin_x, self.origin_y))
-
-    @property
-    def box(self) -> IntArray:
-        """Lattice x, y of the first cell, width and height."""
-        return np.array((self.cell_x, self.cell_y, self.size_x, self.size_y), dtype=np.int64)
+        self._refresh()
 
     def centre_on(self, x: float, y: float) -> tuple[int, int]:
         """Move so that (x, y) [m] is the centre, but for the part of a cell; returns the cells moved.
@@ -42,7 +33,15 @@ class Window:
         self.origin_y += dy * self.resolution
         self.cell_x += dx
         self.cell_y += dy
+        self._refresh()
         return dx, dy
+
+    def _refresh(self) -> None:
+        """What kernels take, made once per move."""
+        x, y = self.cell_x, self.cell_y
+        self.origin: FloatArray = np.array((self.origin_x, self.origin_y))  # lower left corner [m]
+        self.box: IntArray = np.array((x, y, self.size_x, self.size_y), dtype=np.int64)  # lattice x, y, width, height
+        self.cells: IntArray = np.array((x, x + self.size_x, y, y + self.size_y), dtype=np.int64)  # x0, xn, y0, yn
 
     def clamped_cell(self, x: float, y: float) -> tuple[int, int]:
         """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``); takes infinite coordinates."""

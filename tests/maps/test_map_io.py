@@ -60,22 +60,31 @@ def test_geometry_and_first_row_on_top(tmp_path: Path) -> None:
         ({"negate": "1"}, [0, -1, -1, 100, 100, 100, 100]),
         ({"negate": "true"}, [0, -1, -1, 100, 100, 100, 100]),
         ({"mode": "scale"}, [100, 100, 99, 1, 0, 0, 0]),
-        ({"mode": "scale", "negate": "1"}, [0, 34, 34, 100, 100, 100, 100]),
+        ({"mode": "scale", "negate": "1"}, [0, 34, 35, 100, 100, 100, 100]),
         ({"mode": "raw"}, [0, 89, 90, -1, -1, -1, -1]),
         ({"mode": "raw", "negate": "1"}, [0, 89, 90, -1, -1, -1, -1]),
-        # both thresholds are strict: occupancy 0.2 and 0.6 exactly
-        ({"free_thresh": "0.2", "occupied_thresh": "0.6"}, [100, 100, 100, -1, 0, 0, 0]),
     ],
 )
 def test_modes_negate_and_thresholds(tmp_path: Path, changes: dict[str, str], expected: list[int]) -> None:
     assert loaded(tmp_path, [[0, 89, 90, 204, 205, 206, 255]], **changes) == [expected]
 
 
-def test_scale_rounds_half_to_even(tmp_path: Path) -> None:
-    # free 0, occupied 1: occupancy in percent of v = 51 k / 2 is 100 - 10 k; v = 6.375 n would be 97.5, so use 16 bits
-    write_pgm(tmp_path, np.array([[65535 - 13107, 19005, 1]]), 65535)
-    grid = load_map(write_yaml(tmp_path, mode="scale", free_thresh="0.0", occupied_thresh="1.0"))
-    assert grid.data.tolist() == [[20, 71, 100]]
+def test_both_thresholds_are_strict(tmp_path: Path) -> None:
+    # negated, occupancy is brightness: 50, 51, 153, 154 of 255 around 0.2 and 0.6
+    cells = loaded(tmp_path, [[50, 51, 153, 154]], negate="1", free_thresh="0.2", occupied_thresh="0.6")
+    assert cells == [[0, -1, -1, 100]]
+
+
+def test_scale_rounds_half_to_even_and_keeps_16_bits(tmp_path: Path) -> None:
+    # thresholds 0 and 0.8 (negated): brightness 1/5, 1/51, and 0.018 + 0.004 k give 25, 2.45 and 2.25, 2.75 percent
+    write_pgm(tmp_path, np.array([[200, 17, 18, 20, 22, 28]]), 1000)
+    wide = {"mode": "scale", "negate": "1", "free_thresh": "0.0", "occupied_thresh": "0.8"}
+    assert load_map(write_yaml(tmp_path, **wide)).data.tolist() == [[25, 2, 2, 3, 3, 4]]
+    # thresholds 0 and 1, brightness 1/8 of a 16-bit image's 4-level scale: 12.5 percent exactly, to even
+    write_pgm(tmp_path, np.array([[1, 3, 5]]), 8)
+    cells = load_map(write_yaml(tmp_path, **{**wide, "occupied_thresh": "1.0"})).data
+    # GraphicsMagick holds 8191.875 as 8192, 24575.625 as 24576 and 40959.375 as 40959 of 65535
+    assert cells.tolist() == [[13, 38, 62]]
 
 
 def test_alpha_is_averaged_in_trinary_and_unknown_in_scale(tmp_path: Path) -> None:
@@ -178,7 +187,10 @@ def test_what_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
 def png_header(width: int, height: int) -> bytes:
     """A PNG that promises an image and does not contain it."""
     body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
+    header = struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
+    return (
+        b"\x89PNG\r\n\x1a\n" + header + struct.pack(">I", 4) + b"IDATabcd" + struct.pack(">I", zlib.crc32(b"IDATabcd"))
+    )
 
 
 @pytest.mark.parametrize(
@@ -198,7 +210,7 @@ def png_header(width: int, height: int) -> bytes:
         (b"", "is not an image"),
         (b"GIF98 nonsense", "is not an image"),
         (png_header(5, 5), "m.pgm"),
-        (png_header(13500, 13500), f"allowed: 1 to {MAX_PIXELS}"),
+        (png_header(13360, 13360), f"allowed: 1 to {MAX_PIXELS}"),
         (png_header(60000, 60000), "too large"),
     ],
 )

@@ -35,8 +35,8 @@ def make_lidar(geometry, radius=0.3, seed=0, **changes):
     return lidar
 
 
-def empty_grid(size=400, resolution=0.05, origin=Pose2D(-10.0, -10.0)):
-    return OccupancyGrid(np.zeros((size, size), dtype=np.int8), resolution, origin)
+def empty_grid(size=400, resolution=0.05):
+    return OccupancyGrid(np.zeros((size, size), dtype=np.int8), resolution, Pose2D(-10.0, -10.0))
 
 
 def traverse(occupied, x0, y0, dx, dy, reach):

@@ -30,7 +30,10 @@ def generators(seed=0):
     return {name: np.random.default_rng(child) for name, child in zip(NAMES, children, strict=True)}
 
 
-def make_suite(params, seed=0, body=BodyState()):
+AT_REST = BodyState()
+
+
+def make_suite(params, seed=0, body=AT_REST):
     data = np.zeros((200, 200), dtype=np.int8)
     data[:, 190] = 100
     suite = SensorSuite(params, OccupancyGrid(data, 0.1, Pose2D(-10.0, -10.0)), 0.3)

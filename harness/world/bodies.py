@@ -1,0 +1,210 @@
+"""The bodies of the physics server: robot, ground, and the obstacles near the robot.
+
+All bodies are rigid bodies in maximal coordinates, three times as fast here as PyBullet's multi-bodies. The server has
+no gravity; the robot's weight is applied by its drive, and nothing else falls. Collision groups let only pairs with the
+robot be tested.
+"""
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import shapely
+
+from harness.truth import Partner
+from harness.world.contacts import Touched
+from harness.world.engine import bullet
+from harness.world.robot import RobotParams
+from harness.world.scene import Obstacle, Scene
+from navstack.types import FloatArray
+
+ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
+
+_WALL = 0.05  # [m] thickness of the walls that stand for a polygon's edges
+_RECTANGLE_TOLERANCE = 1e-6  # [-] cosine of the corners
+
+
+class StaticIndex:
+    """The obstacles of a scene, searchable by place."""
+
+    def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
+        self.obstacles = obstacles
+        self._polygons = np.array([shapely.Polygon(obstacle.polygon) for obstacle in obstacles], dtype=object)
+        self._tree = shapely.STRtree(self._polygons)
+
+    def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
+        """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
+        point = shapely.Point(x, y)
+        found = np.sort(self._tree.query(point, predicate="dwithin", distance=radius))
+        if not len(found):
+            return [], math.inf
+        return found.tolist(), float(shapely.distance(self._polygons[found], point).min())
+
+
+@lru_cache(maxsize=4)
+def static_index(scene: Scene) -> StaticIndex:
+    """The index of a scene, made once per process."""
+    return StaticIndex(scene.obstacles)
+
+
+class NearObstacles:
+    """Keeps bodies for the obstacles near the robot only; far ones would cost time in every step."""
+
+    ACTIVE_RADIUS = 3.5  # [m] around the body's centre
+    REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
+
+    def __init__(self, client: int, index: StaticIndex, friction: float) -> None:
+        self._client = client
+        self._index = index
+        self._friction = friction
+        self.touchable: dict[int, Touched] = {}  # body -> what it is
+        self._active: dict[int, tuple[int, int]] = {}  # obstacle -> body, shape
+        self._center = (math.inf, math.inf)  # [m] where the choice was made
+        self._clearance = 0.0  # [m] of the nearest obstacle from there
+
+    def follow(self, x: float, y: float, reach: float) -> bool:
+        """Renew the choice for a robot at (x, y) if it is due.
+
+        Returns:
+            Whether something can be within ``reach`` [m] of the point.
+        """
+        moved = math.hypot(x - self._center[0], y - self._center[1])
+        if moved > self.REFRESH_DISTANCE:
+            self._renew(x, y)
+            moved = 0.0
+        return self._clearance - moved < reach
+
+    def _renew(self, x: float, y: float) -> None:
+        wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
+        self._center, self._clearance = (x, y), min(nearest, self.ACTIVE_RADIUS)
+        for number in [number for number in self._active if number not in set(wanted)]:
+            body, shape = self._active.pop(number)
+            del self.touchable[body]
+            bullet.removeBody(body, physicsClientId=self._client)
+            bullet.removeCollisionShape(shape, physicsClientId=self._client)
+        for number in wanted:
+            if number not in self._active:
+                obstacle = self._index.obstacles[number]
+                body, shape = prism(self._client, obstacle.polygon, obstacle.height, self._friction)
+                self._active[number] = body, shape
+                self.touchable[body] = Touched(Partner.PROPERTY, obstacle.kind, number)
+
+
+def add_ground(client: int) -> int:
+    """An endless plane at height 0 without friction: the drive makes the friction of the wheels."""
+    plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+    return _fixed_body(client, plane, (0.0, 0.0, 0.0), 0.0)
+
+
+def add_robot(client: int, robot: RobotParams) -> int:
+    """The robot: a box above four small spheres at its lower corners, which carry it exactly level on the ground."""
+    a, b = robot.half_size
+    foot, low, mass_height = robot.foot_radius, robot.ground_clearance, robot.center_of_mass_height
+    half_height = 0.5 * (robot.height - low)
+    feet = [(sx * (a - foot), sy * (b - foot), foot - mass_height) for sx in (1.0, -1.0) for sy in (1.0, -1.0)]
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_BOX] + [bullet.GEOM_SPHERE] * 4,
+        radii=[0.0] + [foot] * 4,
+        halfExtents=[(a, b, half_height)] + [(0.0, 0.0, 0.0)] * 4,
+        collisionFramePositions=[(0.0, 0.0, low + half_height - mass_height), *feet],
+        physicsClientId=client,
+    )
+    body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, mass_height))
+    _set_dynamics(client, body, robot.mass, robot.inertia, robot.body_friction)
+    bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
+    return body
+
+
+def prism(client: int, polygon: FloatArray, height: float, friction: float) -> tuple[int, int]:
+    """A fixed body for an upright prism over a convex counter-clockwise polygon (N, 2); returns body and shape.
+
+    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because PyBullet finds all contact
+    points of two boxes at once, but those of other shapes one per step. At a sharp corner a wall may stick out by its
+    thickness of 0.05 m.
+    """
+    x, y = polygon.mean(axis=0)
+    boxes = [_rectangle(polygon, height)] if is_rectangle(polygon) else _ring(polygon, height)
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_BOX] * len(boxes),
+        halfExtents=[half for half, _, _ in boxes],
+        collisionFramePositions=[(px - x, py - y, 0.0) for _, (px, py), _ in boxes],
+        collisionFrameOrientations=[(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, _, yaw in boxes],
+        physicsClientId=client,
+    )
+    return _fixed_body(client, shape, (float(x), float(y), 0.5 * height), friction), shape
+
+
+def is_rectangle(polygon: FloatArray) -> bool:
+    """Whether a polygon (N, 2) has four right angles."""
+    if len(polygon) != 4:
+        return False
+    edges = np.roll(polygon, -1, axis=0) - polygon
+    edges = edges / np.hypot(*edges.T)[:, None]
+    return bool((np.abs((edges * np.roll(edges, -1, axis=0)).sum(axis=1)) < _RECTANGLE_TOLERANCE).all())
+
+
+_Box = tuple[tuple[float, float, float], tuple[float, float], float]  # half extents [m], centre [m], yaw [rad]
+
+
+def _rectangle(polygon: FloatArray, height: float) -> _Box:
+    along, across = polygon[1] - polygon[0], polygon[2] - polygon[1]
+    half = (0.5 * float(np.hypot(*along)), 0.5 * float(np.hypot(*across)), 0.5 * height)
+    x, y = polygon.mean(axis=0)
+    return half, (float(x), float(y)), math.atan2(along[1], along[0])
+
+
+def _ring(polygon: FloatArray, height: float) -> list[_Box]:
+    boxes: list[_Box] = []
+    for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        edge = end - start
+        length = float(np.hypot(*edge))
+        inwards = np.array((-edge[1], edge[0])) / length
+        x, y = 0.5 * (start + end) + 0.5 * _WALL * inwards
+        half = (0.5 * length, 0.5 * _WALL, 0.5 * height)
+        boxes.append((half, (float(x), float(y)), math.atan2(edge[1], edge[0])))
+    return boxes
+
+
+def add_person(client: int, radius: float, height: float, reach: float, mass: float, friction: float) -> int:
+    """An upright capsule that cannot tip; returns the body, whose origin is at the ground below its axis.
+
+    An upright capsule touches an upright face along a line, whose ends carry the contact: two spheres, at the lower end
+    of the capsule's cylinder and at its upper end or the robot's top (``reach`` [m]), whichever is lower.
+    """
+    top = max(min(height - radius, reach), radius)
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_SPHERE] * 2,
+        radii=[radius] * 2,
+        collisionFramePositions=[(0.0, 0.0, radius), (0.0, 0.0, top)],
+        physicsClientId=client,
+    )
+    body = _rigid_body(client, mass, shape, (0.0, 0.0, 0.0))
+    _set_dynamics(client, body, mass, (1e9, 1e9, 1e9), friction)
+    bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
+    return body
+
+
+def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, float, float]) -> int:
+    body = bullet.createMultiBody(mass, shape, basePosition=position, useMaximalCoordinates=1, physicsClientId=client)
+    return int(body)
+
+
+def _fixed_body(client: int, shape: int, position: tuple[float, float, float], friction: float) -> int:
+    body = _rigid_body(client, 0.0, shape, position)
+    bullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
+    bullet.setCollisionFilterGroupMask(body, -1, FIXED, ROBOT, physicsClientId=client)
+    return body
+
+
+def _set_dynamics(client: int, body: int, mass: float, inertia: Any, friction: float) -> None:
+    bullet.changeDynamics(
+        body,
+        -1,
+        mass=mass,  # PyBullet sets an inertia only together with a mass
+        localInertiaDiagonal=inertia,
+        lateralFriction=friction,
+        linearDamping=0.0,
+        angularDamping=0.0,
+        physicsClientId=client,
+    )

@@ -1,0 +1,153 @@
+"""What the robot touched: counted contacts as published, and contact events with who moved into whom."""
+
+from dataclasses import dataclass, field
+
+from harness.truth import Contact, CountedContact, Partner
+from harness.world.world_params import ContactParams
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Touched:
+    """Something that the robot can touch."""
+
+    partner: Partner
+    kind: str  # 'pedestrian' or the property's type
+    number: int  # of the pedestrian, or of the obstacle in the scene
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """How a rigid body moves before a physics step, map frame."""
+
+    position: Vector  # [m] of the centre of mass
+    velocity: Vector  # [m/s]
+    spin: Vector = (0.0, 0.0, 0.0)  # [rad/s]
+
+    def along(self, normal: Vector, point: Vector) -> float:
+        """Velocity of the body's material at ``point`` along ``normal``, in [m/s]."""
+        rx, ry, rz = (point[0] - self.position[0], point[1] - self.position[1], point[2] - self.position[2])
+        wx, wy, wz = self.spin
+        return (
+            (self.velocity[0] + wy * rz - wz * ry) * normal[0]
+            + (self.velocity[1] + wz * rx - wx * rz) * normal[1]
+            + (self.velocity[2] + wx * ry - wy * rx) * normal[2]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPoint:
+    """One contact point of one physics step."""
+
+    touched: Touched
+    position: Vector  # [m] map frame
+    normal: Vector  # unit vector from the partner to the robot
+    impulse: float  # [N s] along the normal in this step
+    partner: Motion  # before the step
+
+
+@dataclass(slots=True)
+class _Event:
+    first: ContactPoint  # the one with the largest impulse of the first step
+    stamp: float  # [s] of the first touch
+    last: float  # [s] of the last touch
+    robot_speed: float  # [m/s] towards the partner
+    partner_speed: float  # [m/s] towards the robot
+    impulse: float = 0.0  # [N s]
+    peak: float = 0.0  # [N s]
+
+    def finished(self, step: float) -> Contact:
+        """The event for the record; ``step`` [s] is the physics step."""
+        touched, position = self.first.touched, self.first.position
+        return Contact(
+            stamp=self.stamp,
+            duration=self.last - self.stamp + step,
+            partner=touched.partner,
+            kind=touched.kind,
+            partner_id=touched.number,
+            x=position[0],
+            y=position[1],
+            impulse=self.impulse,
+            peak_step_impulse=self.peak,
+            closing_speed=self.robot_speed + self.partner_speed,
+            robot_speed=self.robot_speed,
+            partner_speed=self.partner_speed,
+        )
+
+
+@dataclass(slots=True)
+class ContactBook:
+    """Keeps the contacts of one episode; fed once per physics step with contact."""
+
+    params: ContactParams
+    dt: float  # [s] physics step
+    counted: tuple[CountedContact, ...] = ()
+    finished: tuple[Contact, ...] = ()
+    _cool_down: int = 0  # contact reports during which nothing counts
+    _open: dict[Touched, _Event] = field(default_factory=dict)
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an event is open, so that :meth:`close_old` has something to do."""
+        return bool(self._open)
+
+    def record(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
+        """Take in one physics step.
+
+        Args:
+            stamp: [s] at the end of the step.
+            points: the robot's contact points that touch, in the solver's order; the ground is not among them.
+            robot: its motion before the step.
+        """
+        if not points:
+            return
+        self._count(stamp, points)
+        sums: dict[Touched, float] = {}
+        strongest: dict[Touched, ContactPoint] = {}
+        for point in points:
+            if point.impulse > 0.0:
+                sums[point.touched] = sums.get(point.touched, 0.0) + point.impulse
+                if point.touched not in strongest or point.impulse > strongest[point.touched].impulse:
+                    strongest[point.touched] = point
+        for touched, point in strongest.items():
+            self._extend(stamp, point, sums[touched], robot)
+
+    def _count(self, stamp: float, points: list[ContactPoint]) -> None:
+        """The published accounting: the first single point that is strong enough, then a cool-down in reports."""
+        if self._cool_down > 0:
+            self._cool_down -= 1
+            return
+        for point in points:
+            if point.impulse >= self.params.counted_impulse:
+                touched = point.touched
+                contact = CountedContact(stamp, touched.partner, touched.kind, touched.number, point.impulse)
+                self.counted += (contact,)
+                self._cool_down = self.params.cool_down
+                return
+
+    def _extend(self, stamp: float, point: ContactPoint, impulse: float, robot: Motion) -> None:
+        event = self._open.get(point.touched)
+        if event is None:
+            event = self._open[point.touched] = _Event(
+                first=point,
+                stamp=stamp,
+                last=stamp,
+                robot_speed=-robot.along(point.normal, point.position),
+                partner_speed=point.partner.along(point.normal, point.position),
+            )
+        event.last = stamp
+        event.peak = max(event.peak, point.impulse)
+        if stamp < event.stamp + (self.params.impact_steps - 0.5) * self.dt:
+            event.impulse += impulse
+
+    def close_old(self, stamp: float) -> None:
+        """Finish the events whose bodies have been apart for long enough."""
+        ended = [t for t, event in self._open.items() if stamp - event.last > self.params.separation_time]
+        for touched in ended:
+            self.finished += (self._open.pop(touched).finished(self.dt),)
+
+    def close_all(self) -> None:
+        """Finish every event: the episode is over."""
+        self.finished += tuple(event.finished(self.dt) for event in self._open.values())
+        self._open.clear()

@@ -1,0 +1,130 @@
+"""Bodies for the people near the robot."""
+
+import math
+
+import numpy as np
+
+from harness.truth import Partner
+from harness.world.bodies import add_person
+from harness.world.contacts import Motion, Touched
+from harness.world.engine import bullet
+from harness.world.pedestrians import PedestrianModel
+from harness.world.robot import RobotParams
+from harness.world.world_params import WorldParams
+from navstack.types import FloatArray
+
+_UNSTOPPABLE = 1e6  # [kg] of a kinematic body: the robot cannot slow it down
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_CATCH_UP_TIME = 0.5  # [s] in which a dynamic body makes up for being pushed off its way
+_SETTLED = 0.05  # [m] off its way, below which a dynamic body may be given up
+
+
+class Crowd:
+    """Moves people by their model and gives those near the robot a body.
+
+    Kinematic bodies follow the model whatever they hit. Dynamic ones are pushed off their way and steer back to it with
+    a limited force; their model does not notice. A real person would also stumble and fall; these stay upright.
+    """
+
+    ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
+
+    def __init__(self, client: int, model: PedestrianModel, params: WorldParams, robot: RobotParams) -> None:
+        self._client = client
+        self._model = model
+        self._params = params
+        self._is_dynamic = params.pedestrian_bodies.kind == "dynamic"
+        self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
+        self._robot_height = robot.height
+        self._robot_reach = math.hypot(*robot.half_size)
+        self._bodies: dict[int, int] = {}  # person -> body
+        self.touchable: dict[int, Touched] = {}  # body -> who it is
+        self.motions: dict[int, Motion] = {}  # body -> motion before the step
+        self._states = np.zeros((0, 4))
+
+    @property
+    def states(self) -> FloatArray:
+        """Everybody now, (n, 4): x, y [m], vx, vy [m/s], map frame."""
+        if not (self._is_dynamic and self._bodies):
+            return self._model.states
+        states = self._model.states.copy()
+        for person, body in self._bodies.items():
+            (x, y, _), (vx, vy, _) = self._body_state(body)
+            states[person] = (x, y, vx, vy)
+        return states
+
+    def follow(self, x: float, y: float) -> None:
+        """Choose who has a body, for a robot whose body centre is at (x, y)."""
+        states = self._model.states
+        dx, dy = states[:, 0] - x, states[:, 1] - y
+        wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
+        for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:
+            body = self._bodies.pop(person)
+            del self.touchable[body]
+            self.motions.pop(body, None)
+            bullet.removeBody(body, physicsClientId=self._client)
+        for person in wanted:
+            if person not in self._bodies:
+                self._add(person)
+
+    def _add(self, person: int) -> None:
+        people, friction = self._params.people, self._params.pedestrian_bodies.friction
+        body = add_person(self._client, people.radius, people.height, self._robot_height, self._mass, friction)
+        x, y, vx, vy = self._model.states[person].tolist()
+        self._put(body, x, y, vx, vy)
+        self._bodies[person] = body
+        self.touchable[body] = Touched(Partner.PEDESTRIAN, "pedestrian", person)
+
+    def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
+        client = self._client
+        bullet.resetBasePositionAndOrientation(body, (x, y, 0.0), _UPRIGHT, physicsClientId=client)
+        bullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+
+    def _may_go(self, person: int) -> bool:
+        if not self._is_dynamic:
+            return True
+        (x, y, _), _ = self._body_state(self._bodies[person])
+        wanted = self._model.states[person]
+        return math.hypot(x - wanted[0], y - wanted[1]) < _SETTLED
+
+    def before_step(self, x: float, y: float) -> bool:
+        """Place or push the bodies for the coming physics step.
+
+        Returns:
+            Whether somebody can be touched by a robot whose body centre is at (x, y).
+        """
+        if not self._bodies:
+            return False
+        states = self._model.states
+        reach = self._robot_reach + self._params.people.radius + 0.1  # [m] with what is closed within one step
+        near = False
+        for person, body in self._bodies.items():
+            px, py, vx, vy = states[person].tolist()
+            if self._is_dynamic:
+                px, py, vx, vy = self._steer(body, px, py, vx, vy)
+            else:
+                self._put(body, px, py, vx, vy)
+            self.motions[body] = Motion((px, py, 0.0), (vx, vy, 0.0))
+            near = near or math.hypot(px - x, py - y) < reach
+        return near
+
+    def _steer(self, body: int, x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
+        """Push a dynamic body towards where its model is; returns its state before the step."""
+        (bx, by, bz), (ux, uy, uz) = self._body_state(body)
+        gain = self._mass * self._params.physics.rate * 0.1  # [N s/m] reaches the wanted velocity in about ten steps
+        wish_x, wish_y = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
+        wish = math.hypot(wish_x, wish_y)
+        cap = min(1.0, 2.0 * self._params.people.speed / wish) if wish > 0.0 else 1.0
+        fx, fy = gain * (wish_x * cap - ux), gain * (wish_y * cap - uy)
+        force = math.hypot(fx, fy)
+        scale = min(1.0, self._params.pedestrian_bodies.push_force / force) if force > 0.0 else 1.0
+        fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
+        client = self._client
+        bullet.applyExternalForce(
+            body, -1, (fx * scale, fy * scale, fz), (bx, by, bz), bullet.WORLD_FRAME, physicsClientId=client
+        )
+        return bx, by, ux, uy
+
+    def _body_state(self, body: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        position, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        velocity, _ = bullet.getBaseVelocity(body, physicsClientId=self._client)
+        return position, velocity

@@ -1,0 +1,53 @@
+"""PyBullet without its talk: what it prints from C on standard output would spoil ``--json``."""
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from types import ModuleType
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Send what C code writes to standard output and standard error to nowhere."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    saved = os.dup(1), os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved[0], 1)
+        os.dup2(saved[1], 2)
+        for descriptor in (*saved, nowhere):
+            os.close(descriptor)
+
+
+def _import_quietly() -> ModuleType:
+    with quiet():
+        import pybullet
+    return pybullet
+
+
+bullet = _import_quietly()
+
+
+def connect() -> int:
+    """A physics server of its own inside this process; returns its number.
+
+    Raises:
+        RuntimeError: PyBullet has no server left.
+    """
+    with quiet():
+        client = int(bullet.connect(bullet.DIRECT))
+    if client < 0:
+        raise RuntimeError("PyBullet cannot open another physics server; close worlds that are no longer used")
+    return client
+
+
+def disconnect(client: int) -> None:
+    """Close a server; closing it twice is no harm."""
+    with contextlib.suppress(bullet.error):
+        bullet.disconnect(physicsClientId=client)

@@ -1,0 +1,116 @@
+"""The parameters of the simulated world: one file of ``params/worlds``."""
+
+from dataclasses import dataclass
+
+from harness.world.pedestrians import PedestrianParams
+from navstack.errors import ParameterError, UnknownNameError
+
+PEDESTRIAN_BODIES = ("kinematic", "dynamic")
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicsParams:
+    """How the physics is integrated."""
+
+    rate: float = 120.0  # [Hz] physics steps, published
+    gravity: float = 9.81  # [m/s2]
+    contact_erp: float = 0.01  # [-] share of a penetration removed per step; adds at most this share to an impulse
+    solver_iterations: int = 50  # of the contact solver per step
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        if not self.rate >= 60.0 or not self.gravity > 0.0 or self.solver_iterations < 1:
+            raise ParameterError(
+                f"physics: rate {self.rate} Hz, gravity {self.gravity} m/s2, solver_iterations "
+                f"{self.solver_iterations}; allowed are at least 60, more than 0, at least 1"
+            )
+        if not 0.0 <= self.contact_erp <= 0.2:
+            raise ParameterError(f"physics: contact_erp {self.contact_erp}; allowed is 0 to 0.2")
+
+
+@dataclass(frozen=True, slots=True)
+class PedestrianBodyParams:
+    """How people's bodies behave when the robot touches them."""
+
+    kind: str = "kinematic"  # 'kinematic': walks on whatever it hits (published); 'dynamic': is pushed away
+    mass: float = 75.0  # [kg] of a dynamic body
+    push_force: float = 200.0  # [N] at most, with which a dynamic body keeps to its way; about a quarter of its weight
+    friction: float = 0.5  # [-] Coulomb coefficient of clothes
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        if self.kind not in PEDESTRIAN_BODIES:
+            raise UnknownNameError("kind of pedestrian body", self.kind, PEDESTRIAN_BODIES)
+        if not self.mass > 0.0 or not self.push_force > 0.0 or self.friction < 0.0:
+            raise ParameterError(
+                f"pedestrian_bodies: mass {self.mass} kg, push_force {self.push_force} N, friction {self.friction}; "
+                "allowed are more than 0, more than 0, at least 0"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class ContactParams:
+    """What is a counted contact and what one contact event."""
+
+    counted_impulse: float = 50.0  # [N s] of one contact point in one step, from which it counts; published
+    cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
+    impact_steps: int = 3  # steps over which an event's impulse is summed: the impact without the push after it
+    separation_time: float = 0.25  # [s] apart after which an event has ended
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        if self.counted_impulse < 0.0 or self.cool_down < 0 or self.impact_steps < 1 or self.separation_time < 0.0:
+            raise ParameterError(f"contacts: {self} has a value out of range; impact_steps is 1 or more, the rest 0")
+
+
+@dataclass(frozen=True, slots=True)
+class CargoParams:
+    """The popcorn and its bucket, an open box with a square floor; :mod:`harness.world.cargo` says what is assumed."""
+
+    pieces: int = 50  # published; 0: no cargo
+    piece_mass: float = 0.001  # [kg] published
+    fill: float = 0.6  # [-] share of the bucket's volume below the settled pieces' mean surface; published
+    bucket_width: float = 0.12  # [m] inside; assumed
+    bucket_height: float = 0.15  # [m] inside; assumed
+    packing: float = 0.53  # [-] share of the filled volume that is pieces: loose random packing between near walls
+    friction: float = 0.6  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
+    rolling_friction: float = 0.1  # [-] of a piece's radius; stands for the irregular shape
+    wake_acceleration: float = 2.0  # [m/s2] of the bucket above which the pieces are simulated
+    settle_time: float = 0.5  # [s] below it after which they rest again
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        if self.pieces < 0:
+            raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) or more")
+        if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
+            raise ParameterError(f"cargo: fill {self.fill}, packing {self.packing}; allowed are up to 1 and up to 0.74")
+        sizes = (self.piece_mass, self.bucket_width, self.bucket_height, self.wake_acceleration, self.settle_time)
+        if min(sizes) <= 0.0 or min(self.friction, self.rolling_friction) < 0.0:
+            raise ParameterError("cargo: masses, sizes, times and wake_acceleration must be positive, frictions not < 0")
+
+
+@dataclass(frozen=True, slots=True)
+class WorldParams:
+    """A whole world: physics, people, contacts and cargo."""
+
+    physics: PhysicsParams = PhysicsParams()
+    people: PedestrianParams = PedestrianParams()
+    pedestrian_bodies: PedestrianBodyParams = PedestrianBodyParams()
+    contacts: ContactParams = ContactParams()
+    cargo: CargoParams = CargoParams()

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from navstack.costmap.field_cache import cache_folder, cached_array, content_key
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+class Source:
+    """Computes an array and counts how often."""
+
+    def __init__(self, array):
+        self.array = array
+        self.calls = 0
+
+    def __call__(self):
+        self.calls += 1
+        return self.array
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32, np.int64, np.bool_])
+def test_the_second_time_comes_from_disk(folder, dtype):
+    source = Source(np.arange(12).reshape(3, 4).astype(dtype).T)
+    first, second = cached_array("key", source), cached_array("key", source)
+    assert source.calls == 1
+    for array in (first, second):
+        assert array.dtype == dtype and array.flags.c_contiguous and array.flags.writeable
+        assert np.array_equal(array, source.array)
+    assert len(list(folder.iterdir())) == 1  # nothing half-written stays behind
+
+
+def test_other_keys_are_other_arrays(folder):
+    cached_array("a", Source(np.zeros(2)))
+    assert cached_array(b"b", Source(np.ones(2))).tolist() == [1.0, 1.0]
+
+
+def test_any_damaged_byte_or_cut_leads_to_the_right_array(folder):
+    source = Source(np.arange(50, dtype=np.uint8))
+    cached_array("key", source)
+    (file,) = folder.iterdir()
+    intact = file.read_bytes()
+    damaged = [intact[:n] for n in range(0, len(intact), 7)]
+    damaged += [intact[:n] + bytes([intact[n] ^ 0xFF]) + intact[n + 1 :] for n in range(len(intact))]
+    for content in damaged:
+        file.write_bytes(content)
+        assert np.array_equal(cached_array("key", source), source.array)
+    file.write_bytes(b"\x80\x04pickled?")
+    calls = source.calls
+    cached_array("key", source)
+    assert source.calls == calls + 1
+    cached_array("key", source)
+    assert source.calls == calls + 1  # the damaged file was replaced
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv("NAVSTACK_CACHE", str(blocked))
+    source = Source(np.ones(3))
+    assert cached_array("key", source).tolist() == cached_array("key", source).tolist() == [1.0, 1.0, 1.0]
+    assert source.calls == 2
+
+
+def test_errors_of_the_computation_are_passed_on(folder):
+    with pytest.raises(ZeroDivisionError):
+        cached_array("key", lambda: np.ones(1) * (1 // 0))
+
+
+def test_keys_change_with_everything_that_goes_in():
+    grid = np.arange(6, dtype=np.int8)
+    keys = {
+        content_key("field 1", grid, 0.05),
+        content_key("field 2", grid, 0.05),
+        content_key("field 1", grid, 0.1),
+        content_key("field 1", grid.reshape(2, 3), 0.05),
+        content_key("field 1", grid.astype(np.uint8), 0.05),
+        content_key("field 1", grid[::-1], 0.05),
+    }
+    assert len(keys) == 6
+    assert content_key("field 1", grid.copy(), 0.05) in keys
+
+
+def test_the_default_folder_is_in_the_users_cache(monkeypatch):
+    monkeypatch.delenv("NAVSTACK_CACHE", raising=False)
+    monkeypatch.setenv("HOME", "/home/somebody")
+    assert str(cache_folder()) == "/home/somebody/.cache/navbench"

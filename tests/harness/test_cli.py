@@ -1,0 +1,131 @@
+"""The command line as a user meets it: bad input ends in one clear line and the right status."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from harness.cli import main
+from harness.resources import shipped
+
+TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
+MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
+PGM = b"P5 200 200 255\n" + bytes([254]) * 40_000
+
+
+def status(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as leaving:
+        main(list(arguments))
+    return int(leaving.value.code or 0)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on standard error of a command that must fail with status 1."""
+    assert status(*arguments) == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1, captured.err
+    return captured.err
+
+
+def run_with(folder: Path, **files: str | bytes) -> list[str]:
+    """Write files and return the arguments of a short run that uses them."""
+    for name, content in files.items():
+        path = folder / name.replace("_", ".")
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    arguments = ["run", "--episodes", "1", "--workers", "1", "--out", str(folder / "run")]
+    if "map_yaml" in files:
+        arguments += ["--map", str(folder / "map.yaml")]
+    if "nav2_yaml" in files:
+        arguments += ["--stack", str(folder / "nav2.yaml")]
+    return arguments
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--episodes", "0"), ("--episodes 0", "at least 1")),
+        (("--episodes", "-3"), ("--episodes -3", "at least 1")),
+        (("--episodes", "many"), ("many", "integer")),
+        (("--seed", "-1"), ("--seed -1", "at least 0")),
+        (("--pedestrians", "-1"), ("--pedestrians -1", "0 to")),
+        (("--workers", "0"), ("--workers 0", "at least 1")),
+        (("--stack", "nav2-gsp"), ("nav2-gsp", "did you mean 'nav2-gps'", "parked")),
+        (("--map", "sidewlak"), ("sidewlak", "sidewalk")),
+        (("--map", "no/such/map.yaml"), ("no/such/map.yaml",)),
+        (("--localizer", "gsp"), ("gsp", "ground_truth")),
+        (("--robot", "segway"), ("segway", "segway_e1")),
+        (("--prices", "costnva"), ("costnva", "did you mean 'costnav'")),
+        (("--start", "1,2"), ("1,2", "x,y,yaw")),
+        (("--goal", "a,b,c"), ("a,b,c", "x,y,yaw")),
+        (("--record", "evnts"), ("evnts", "events")),
+        (("--stack", "parked", "--stack", "parked"), ("parked", "more than once")),
+    ],
+)
+def test_bad_options(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
+    line = complaint(capsys, "run", *arguments)
+    assert all(word in line for word in words), line
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({"map_yaml": MAP}, ("map.pgm",)),
+        ({"map_yaml": MAP, "map_pgm": b"P5 100 100 255\nshort"}, ("map.pgm",)),
+        ({"map_yaml": MAP, "map_pgm": b"\x00\x01not an image"}, ("map.pgm",)),
+        ({"map_yaml": MAP.replace("resolution: 0.05\n", ""), "map_pgm": PGM}, ("resolution",)),
+        ({"map_yaml": "just a text"}, ("map.yaml",)),
+        ({"map_yaml": MAP.replace("0.05", "-1"), "map_pgm": PGM}, ("resolution", "-1")),
+        ({"nav2_yaml": "ros__parameters: [1, 2\n"}, ("nav2.yaml", "YAML")),
+        ({"nav2_yaml": TUNED.replace("dwb_core::DWBLocalPlanner", "dwb_core::DWBLocalPlaner")}, ("DWBLocalPlaner",)),
+        ({"nav2_yaml": TUNED.replace("max_vel_x:", "max_vel_xx:")}, ("max_vel_xx", "max_vel_x")),
+        ({"nav2_yaml": TUNED.replace("inflation_radius", "inflation_radios")}, ("inflation_radios",)),
+        ({"nav2_yaml": TUNED.replace("controller_frequency: 30.0", "controller_frequency: fast")}, ("fast", "number")),
+        ({"nav2_yaml": "title: x\nnavigater: nav2\n"}, ("navigater", "navigator")),
+    ],
+)
+def test_bad_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, files: dict[str, str | bytes], words: tuple[str, ...]
+) -> None:
+    line = complaint(capsys, *run_with(tmp_path, **files))
+    assert all(word in line for word in words), line
+
+
+@pytest.mark.parametrize("option", ["--start", "--goal"])
+def test_a_pose_in_an_obstacle_names_the_nearest_free_cell(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, option: str
+) -> None:
+    pixels = bytearray(PGM)
+    header = len(PGM) - 40_000
+    for row in range(80, 120):
+        pixels[header + row * 200 + 80 : header + row * 200 + 120] = bytes(40)
+    line = complaint(
+        capsys, *run_with(tmp_path, map_yaml=MAP, map_pgm=bytes(pixels)), "--pedestrians", "0", option, "5,5,0"
+    )
+    assert option.strip("-") in line
+    assert "nearest free" in line
+
+
+def test_a_folder_that_cannot_be_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert status("run", "--stack", "parked", "--episodes", "1", "--out", str(tmp_path / "file" / "run")) == 1
+    assert "cannot be written" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("arguments", "words"), [(["rnu"], "run"), (["run", "--epsiodes", "3"], "--episodes")])
+def test_unknown_names_are_status_2(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
+    assert status(*arguments) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_help_opens_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    assert status("--help") == 0
+    shown = capsys.readouterr().out
+    assert shown.index("navbench run --stack nav2-gps") < shown.index("Options:")
+
+
+def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert status("paper", "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["methods"]) == 7
+    assert document["methods"]["nav2_gps"]["economics"]["break_even_runs"] is None

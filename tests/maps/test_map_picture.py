@@ -1,0 +1,46 @@
+"""The picture of a map shows what stands where."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
+
+from harness.report.map_picture import draw_map, draw_scene
+from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.shapes import Rect, box
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.types import Pose2D
+
+
+def scene(with_zones: bool) -> Scene:
+    grid = OccupancyGrid(np.zeros((100, 200), dtype=np.int8), 0.1, Pose2D(0.0, 0.0))
+    zones = (Zone("road", Rect(0, 0, 20, 10).polygon), Zone("crosswalk", Rect(8, 0, 11, 10).polygon))
+    obstacles = (
+        Obstacle("building_glass", Rect(0, 6, 6, 10).polygon, 9.0),
+        Obstacle("mailbox", box(15.0, 5.0, 0.0, 3.0, 3.0), 1.3),
+        Obstacle("statue", box(3.0, 2.0, 0.0, 1.0, 1.0), 2.0),
+    )
+    return Scene("test", obstacles, zones if with_zones else (), grid, grid)
+
+
+def colour_at(x: float, y: float, with_zones: bool, folder: Path) -> tuple[int, ...]:
+    figure = Figure(figsize=(8, 4), dpi=50)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    draw_scene(axes, scene(with_zones))
+    figure.savefig(folder / "axes.png")
+    pixels = np.asarray(Image.open(folder / "axes.png").convert("RGB"))
+    return tuple(int(value) for value in pixels[int((10 - y) * 20), int(x * 20)])
+
+
+def test_things_are_where_they_belong(tmp_path: Path) -> None:
+    assert colour_at(3.0, 8.0, True, tmp_path) == (0xAA, 0xB4, 0xC0)  # building
+    assert colour_at(15.0, 5.0, True, tmp_path) == (0x1F, 0x5F, 0xA8)  # mailbox
+    assert colour_at(18.0, 9.0, True, tmp_path) == (0xD3, 0xD5, 0xD8)  # road
+    assert colour_at(18.0, 9.0, False, tmp_path) == (0xF6, 0xF3, 0xEA)  # walkable, when zones are not known
+
+
+def test_a_picture_is_written_as_wide_as_asked(tmp_path: Path) -> None:
+    for with_zones in (True, False):
+        draw_map(scene(with_zones), tmp_path / "map.png", width_px=800)
+        assert Image.open(tmp_path / "map.png").size[0] == 800

@@ -1,0 +1,116 @@
+"""Missions: drawn by the published rules, always feasible, measured along the walkable area."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free, sample_mission
+from harness.world.scene_io import load_scene
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.errors import InputError, MapError
+from navstack.types import Pose2D
+
+MISSIONS = 150
+
+
+@pytest.fixture(scope="module")
+def walkable() -> OccupancyGrid:
+    return load_scene("sidewalk").walkable
+
+
+@pytest.fixture(scope="module")
+def missions(walkable: OccupancyGrid) -> list[Mission]:
+    sampler, rng = MissionSampler(walkable), np.random.default_rng(2)
+    return [sampler.sample(rng) for _ in range(MISSIONS)]
+
+
+@pytest.fixture(autouse=True)
+def cache_elsewhere(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path_factory.getbasetemp() / "mission-cache"))
+
+
+def room(height: int, width: int, resolution: float = 0.1) -> OccupancyGrid:
+    data = np.zeros((height, width), dtype=np.int8)
+    return OccupancyGrid(data, resolution, Pose2D(-2.0, 3.0))
+
+
+def test_start_and_goal_keep_their_distance(walkable: OccupancyGrid, missions: list[Mission]) -> None:
+    clearance = ndimage.distance_transform_edt(np.pad(walkable.data == FREE, 1))[1:-1, 1:-1] * walkable.resolution
+    for mission in missions:
+        for pose in (mission.start, mission.goal):
+            row, column = int((pose.y + 100.0) / 0.05), int((pose.x + 100.0) / 0.05)
+            assert clearance[row, column] >= CLEARANCE
+        crow = math.dist((mission.start.x, mission.start.y), (mission.goal.x, mission.goal.y))
+        assert crow >= 20.0 - 0.2
+        assert mission.shortest_path >= crow - 1e-6
+
+
+def test_distribution(missions: list[Mission]) -> None:
+    lengths = [mission.shortest_path for mission in missions]
+    assert np.mean(lengths) == pytest.approx(102.0, rel=0.15)  # the published mean
+    headings = np.array([mission.start.yaw for mission in missions])
+    resultant = abs(np.exp(1j * headings).mean())  # Rayleigh test of uniform headings
+    assert resultant < math.sqrt(7.0 / len(headings))
+
+
+def test_same_seed_same_missions(walkable: OccupancyGrid, missions: list[Mission]) -> None:
+    sampler, rng = MissionSampler(walkable), np.random.default_rng(2)
+    assert [sampler.sample(rng) for _ in range(5)] == missions[:5]
+    assert sample_mission(walkable, np.random.default_rng(2)) == missions[0]
+
+
+def test_given_poses_and_the_length_round_a_wall() -> None:
+    grid = room(100, 100)
+    grid.data[:80, 50] = 100  # a wall with a gap of 2 m at its upper end
+    mission = MissionSampler(grid).mission(Pose2D(0.05, 4.05, 1.0), Pose2D(6.05, 4.05, 2.0))
+    assert (mission.start, mission.goal) == (Pose2D(0.05, 4.05, 1.0), Pose2D(6.05, 4.05, 2.0))
+    # past the wall's end (3.0..3.1, 11.0) at 0.4 m
+    around = math.hypot(2.95, 7.35) + 0.1 + math.hypot(2.95, 7.35)
+    assert mission.shortest_path == pytest.approx(around, abs=0.5)
+
+
+def test_no_way_through_a_gap_narrower_than_the_robot() -> None:
+    grid = room(100, 100)
+    grid.data[:, 50] = 100
+    grid.data[40:47, 50] = 0  # 0.7 m
+    with pytest.raises(InputError, match=r"no path of 0\.8 m width"):
+        MissionSampler(grid).mission(Pose2D(0.0, 8.0), Pose2D(6.0, 8.0))
+    grid.data[40:51, 50] = 0  # 1.1 m
+    assert MissionSampler(grid).mission(Pose2D(0.0, 7.5), Pose2D(6.0, 7.5)).shortest_path == pytest.approx(6.0, abs=0.4)
+
+
+def test_small_rooms_have_missions_too() -> None:
+    mission = MissionSampler(room(80, 120)).sample(np.random.default_rng(0))
+    assert -1.0 <= mission.start.x <= 9.0
+    assert mission.shortest_path > 1.0
+
+
+def test_the_goals_heading_is_that_of_the_way(missions: list[Mission]) -> None:
+    sampler, rng = MissionSampler(room(80, 600)), np.random.default_rng(0)
+    for _ in range(10):
+        mission = sampler.sample(rng)
+        direct = math.atan2(mission.goal.y - mission.start.y, mission.goal.x - mission.start.x)
+        assert abs(math.remainder(mission.goal.yaw - direct, 2 * math.pi)) < 0.1
+
+
+def test_poses_that_users_give() -> None:
+    grid = room(50, 50)
+    grid.data[10:20, 10:20] = 100
+    check_pose_free(grid, Pose2D(0.0, 3.5), "start")
+    with pytest.raises(InputError) as error:
+        check_pose_free(grid, Pose2D(-0.65, 4.5), "goal")  # 0.35 m right of the block's left edge at x = -1
+    assert str(error.value) == "goal (-0.7, 4.5) m lies in an occupied cell; nearest free cell is 0.40 m away"
+    with pytest.raises(InputError, match=r"start \(9\.0, 9\.0\) m lies outside the map; allowed: x -2\.0\.\.3\.0"):
+        check_pose_free(grid, Pose2D(9.0, 9.0), "start")
+    with pytest.raises(InputError, match="finite"):
+        check_pose_free(grid, Pose2D(math.nan, 0.0), "start")
+
+
+def test_maps_without_room_are_refused() -> None:
+    with pytest.raises(MapError, match="no room for missions"):
+        MissionSampler(room(15, 15))
+    turned = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.1, Pose2D(0.0, 0.0, 0.5))
+    with pytest.raises(MapError, match="yaw"):
+        MissionSampler(turned)

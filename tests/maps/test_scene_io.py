@@ -1,0 +1,184 @@
+"""Scenes on disk, users' maps as scenes, and bodies raised from occupied cells."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.world.extrude import WALL_HEIGHT, extrude, merge_rectangles
+from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.scene_io import align, load_scene, map_names, save_scene
+from harness.world.shapes import Rect, box, fill_convex, octagon, polygon_area
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.errors import MapError, UnknownNameError
+from navstack.types import Pose2D
+
+
+def small_scene() -> Scene:
+    geometry = np.zeros((30, 40), dtype=np.int8)
+    geometry[3:9, 5:12] = OCCUPIED
+    walkable = geometry.copy()
+    walkable[20:] = OCCUPIED
+    origin = Pose2D(-1.25, 2.5, 0.0)
+    return Scene(
+        "small",
+        (Obstacle("mailbox", box(-0.8, 2.8, 0.3, 0.4, 0.3), 1.3), Obstacle("bollard", octagon(1.0, 3.0, 0.15), 0.9)),
+        (Zone("sidewalk", Rect(-1.0, 2.5, 1.0, 3.5).polygon),),
+        OccupancyGrid(geometry, 0.05, origin),
+        OccupancyGrid(walkable, 0.05, origin),
+    )
+
+
+def assert_same(a: Scene, b: Scene) -> None:
+    for one, other in ((a.geometry, b.geometry), (a.walkable, b.walkable)):
+        assert np.array_equal(one.data, other.data)
+        assert (one.resolution, one.origin) == (other.resolution, other.origin)
+    assert [(o.kind, o.height, o.polygon.tolist()) for o in a.obstacles] == [
+        (o.kind, o.height, o.polygon.tolist()) for o in b.obstacles
+    ]
+    assert [(z.kind, z.polygon.tolist()) for z in a.zones] == [(z.kind, z.polygon.tolist()) for z in b.zones]
+
+
+def test_a_saved_scene_is_read_back_unchanged(tmp_path: Path) -> None:
+    scene = small_scene()
+    save_scene(scene, tmp_path / "new", "small")
+    again = load_scene(tmp_path / "new" / "small.yaml")
+    assert again.name == "small"
+    assert_same(scene, again)
+
+
+def test_shipped_maps_are_found_by_name_and_others_are_not() -> None:
+    assert "sidewalk" in map_names()
+    assert not any(name.endswith("_walkable") for name in map_names())
+    with pytest.raises(UnknownNameError, match="did you mean 'sidewalk'"):
+        load_scene("sidewolk")
+    with pytest.raises(MapError, match=r"nowhere/my\.yaml: cannot be read"):
+        load_scene("nowhere/my.yaml")
+
+
+def test_a_users_map_becomes_walls_and_walkable_ground(tmp_path: Path) -> None:
+    cells = np.array([[0, 0, 100], [0, -1, 100], [100, 0, 0]], dtype=np.int8)
+    save_map(OccupancyGrid(cells, 0.5, Pose2D(1.0, 2.0)), tmp_path / "m.yaml")
+    scene = load_scene(tmp_path / "m.yaml")
+    assert scene.walkable.data.tolist() == [[0, 0, 100], [0, 100, 100], [100, 0, 0]]
+    assert {o.kind for o in scene.obstacles} == {"unknown"}
+    assert sorted((*o.polygon.min(axis=0), *o.polygon.max(axis=0), o.height) for o in scene.obstacles) == [
+        (1.0, 3.0, 1.5, 3.5, WALL_HEIGHT),
+        (2.0, 2.0, 2.5, 3.0, WALL_HEIGHT),
+    ]
+
+
+def test_a_walkable_map_of_another_size_is_refused(tmp_path: Path) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m_walkable.yaml")
+    with pytest.raises(MapError, match="size or origin differs"):
+        load_scene(tmp_path / "m.yaml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        '{"features": [{}]}',
+        '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": "high"}}]}',
+        '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": -1}}]}',
+        '{"features": [{"properties": {"role": "zone", "kind": "x"}, "geometry": {"type": "Polygon", '
+        '"coordinates": [[[0,0],[1,1],[1,0],[0,1],[0,0]]]}}]}',
+    ],
+)
+def test_a_bad_geojson_is_one_clear_line(tmp_path: Path, text: str) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    (tmp_path / "m.geojson").write_text(text)
+    with pytest.raises(MapError) as error:
+        load_scene(tmp_path / "m.yaml")
+    assert "m.geojson" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_clockwise_l_shape_is_cut_into_convex_pieces(tmp_path: Path) -> None:
+    ring = [[0, 0], [0, 3], [1, 3], [1, 1], [3, 1], [3, 0], [0, 0]]
+    feature = {
+        "properties": {"role": "obstacle", "kind": "fence", "height": 1.0},
+        "geometry": {"type": "Polygon", "coordinates": [ring]},
+    }
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
+    pieces = load_scene(tmp_path / "m.yaml").obstacles
+    areas = [polygon_area(piece.polygon) for piece in pieces]
+    assert len(pieces) > 1
+    assert min(areas) > 0
+    assert sum(areas) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("yaw", [0.4, -2.0, np.pi / 2])
+def test_a_turned_map_is_laid_along_the_axes(yaw: float) -> None:
+    cells = np.random.default_rng(1).choice([FREE, OCCUPIED, UNKNOWN], (12, 20)).astype(np.int8)
+    turned = OccupancyGrid(cells, 0.1, Pose2D(5.0, -3.0, yaw))
+    straight = align(turned)
+    assert straight.origin.yaw == 0.0
+    for row, column in np.ndindex(straight.data.shape):
+        x = straight.origin.x + (column + 0.5) * 0.1 - 5.0
+        y = straight.origin.y + (row + 0.5) * 0.1 + 3.0
+        u, v = np.cos(yaw) * x + np.sin(yaw) * y, -np.sin(yaw) * x + np.cos(yaw) * y
+        inside = 0 <= u < 2.0 and 0 <= v < 1.2
+        expected = cells[int(v / 0.1), int(u / 0.1)] if inside else UNKNOWN
+        if min(abs(value / 0.1 - round(value / 0.1)) for value in (u, v)) > 1e-6:
+            assert straight.data[row, column] == expected
+    assert (straight.data != UNKNOWN).sum() == pytest.approx((cells != UNKNOWN).sum(), rel=0.1)
+
+
+def test_an_untouched_map_stays_the_same_object() -> None:
+    grid = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D(1.0, 1.0))
+    assert align(grid) is grid
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rectangles_cover_the_solid_cells_once_and_nothing_else(seed: int) -> None:
+    solid = np.random.default_rng(seed).random((37, 53)) < 0.2 + 0.2 * seed
+    count = np.zeros(solid.shape, dtype=int)
+    for r0, c0, r1, c1 in merge_rectangles(solid):
+        count[r0:r1, c0:c1] += 1
+    assert np.array_equal(count, solid.astype(int))
+
+
+def test_few_rectangles_are_enough() -> None:
+    solid = np.zeros((50, 60), dtype=bool)
+    solid[0], solid[-1], solid[:, 0], solid[:, -1] = True, True, True, True
+    solid[10:20, 30:31] = True
+    assert len(merge_rectangles(solid)) == 5
+    grid = OccupancyGrid(np.where(solid, 100, 0).astype(np.int8), 0.1, Pose2D(-1.0, 1.0))
+    area = sum(polygon_area(obstacle.polygon) for obstacle in extrude(grid, solid))
+    assert area == pytest.approx(solid.sum() * 0.01)
+    assert len(merge_rectangles(np.zeros((3, 3), dtype=bool))) == 0
+
+
+def test_filled_cells_are_those_with_their_centre_inside() -> None:
+    polygon = box(2.03, 1.01, 0.4, 1.7, 0.9)
+    mask = np.zeros((40, 60), dtype=bool)
+    fill_convex(mask, polygon, True, 0.1, -1.0, -0.5)
+    y, x = np.indices(mask.shape)
+    u = np.cos(0.4) * (x * 0.1 - 0.95 - 2.03) + np.sin(0.4) * (y * 0.1 - 0.45 - 1.01)
+    v = -np.sin(0.4) * (x * 0.1 - 0.95 - 2.03) + np.cos(0.4) * (y * 0.1 - 0.45 - 1.01)
+    assert np.array_equal(mask, (abs(u) <= 0.85) & (abs(v) <= 0.45))
+    fill_convex(mask, Rect(-50.0, -50.0, 50.0, 50.0).polygon, False, 0.1, -1.0, -0.5)
+    assert not mask.any()
+    fill_convex(mask, Rect(90.0, 90.0, 95.0, 95.0).polygon, True, 0.1, -1.0, -0.5)
+    assert not mask.any()
+
+
+def test_real_maps_become_scenes() -> None:
+    if "NAVSTACK_DATA" not in os.environ:
+        pytest.skip("NAVSTACK_DATA is not set: real maps are not there")
+    files = sorted((Path(os.environ["NAVSTACK_DATA"]) / "ros_maps").glob("*/*.yaml"))
+    if not files:
+        pytest.skip("NAVSTACK_DATA has no ros_maps")
+    for file in files:
+        scene = load_scene(file)
+        assert scene.geometry.origin.yaw == 0.0
+        assert scene.geometry.data.shape == scene.walkable.data.shape
+        solid_area = sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles)
+        assert solid_area == pytest.approx((scene.geometry.data == OCCUPIED).sum() * scene.geometry.resolution**2)
