@@ -178,7 +178,7 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
 def _clearance(walkable: OccupancyGrid) -> Float32Array:
     """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too.
 
-    The distance to that cell's centre less half a cell: at least 0 and never more than the true distance to its border.
+    The distance to that cell's centre less half a cell: the distance to its border, up to 0.2 cells more on diagonals.
     """
     free: BoolArray = walkable.data == FREE
 

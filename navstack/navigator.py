@@ -66,13 +66,14 @@ class Navigator:
         """Take a new goal (map frame) and start from an initial belief."""
         self.belief = initial_belief
         self._localizer.reset(initial_belief)
-        self._local_costmap.clear_entirely()
-        self._global_costmap.clear_entirely()
+        self._local_costmap.reset()
+        self._global_costmap.reset()
         self._tree.reset(goal)
         self._smoother.reset()
         for rate in (self._local_rate, self._global_rate, self._control_rate, self._smoother_rate):
             rate.reset()
-        self._twist = self._wanted = self._command = Twist2D()
+        self._twist = self._command = Twist2D()
+        self._wanted: Twist2D | None = None  # the controller's newest command, until the smoother has taken it
 
     @property
     def status(self) -> Status:
@@ -103,6 +104,7 @@ class Navigator:
             self._wanted = self._tree.follow(state)
         if self._smoother_rate.due(state.stamp):
             self._command = self._smoother.smooth(self._wanted, self._twist, state.stamp)
+            self._wanted = None
         return self._command
 
     def _sense(self, observation: Observation) -> RobotState:
@@ -112,8 +114,9 @@ class Navigator:
         return RobotState(self.belief.pose, self._twist, observation.stamp)
 
     def _map(self, state: RobotState, observation: Observation) -> None:
-        """Update the costmaps that are due; a scan is marked from the pose at which it was taken."""
-        if self._local_rate.due(state.stamp):
-            self._local_costmap.update(state.pose, observation.scan, state.stamp)
-        if self._global_rate.due(state.stamp):
-            self._global_costmap.update(state.pose, observation.scan, state.stamp)
+        """Show a new scan to both costmaps, from the pose at which it was taken, and update those that are due."""
+        for costmap, rate in ((self._local_costmap, self._local_rate), (self._global_costmap, self._global_rate)):
+            if observation.scan is not None:
+                costmap.observe_scan(state.pose, observation.scan)
+            if rate.due(state.stamp):
+                costmap.update(state.pose, None, state.stamp)

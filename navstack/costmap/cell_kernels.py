@@ -15,15 +15,12 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from navstack.costmap.costmap import LETHAL_OBSTACLE
-from navstack.costmap.inflation_kernels import RUN
 from navstack.costmap.kernels import clip_to_grid, is_in_range, ray, to_cell
 from navstack.types import ByteArray, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
 LineArray = npt.NDArray[np.int32]
 
-_LETHAL = np.uint8(LETHAL_OBSTACLE)
 _u = np.uint64  # unsigned indices spare the treatment of negative ones
 
 
@@ -251,54 +248,3 @@ def mark_cells(
             count += 1
             grow(changed, x, y)
     return count
-
-
-@njit(cache=True)
-def _is_lethal(costs: ByteArray, x: int, y: int) -> bool:
-    """Whether a cell is lethal; nothing beyond the edges is."""
-    return 0 <= x < costs.shape[1] and 0 <= y < costs.shape[0] and bool(costs[_u(y), _u(x)] == _LETHAL)
-
-
-@njit(cache=True)
-def runs_to_stamp(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
-    background: ByteArray,
-    margin: int,
-    box: IntArray,
-    runs: CellArray,
-) -> int:
-    """The cells in the box x0, xn, y0, yn as runs for ``inflation_kernels.stamp``, counted from the window's corner.
-
-    Left out is what is lethal in ``background`` anyway, whose [y + margin, x + margin] is the lattice cell (x, y).
-
-    Returns:
-        How many runs there are.
-    """
-    height, width = present.shape
-    corner_x, corner_y = window[0] % width, window[1] % height  # where ``present`` holds the window's first cell
-    number = 0
-    for i in range(count):
-        x, y = cells[i, 0], cells[i, 1]
-        if x < box[0] or x >= box[1] or y < box[2] or y >= box[3]:
-            continue
-        if _is_lethal(background, x + margin, y + margin):
-            continue
-        column, row = x - window[0], y - window[1]
-        line = present[row + corner_y - (height if row + corner_y >= height else 0)]
-        first = column - column % RUN
-        pattern, leader = 0, x
-        for j in range(min(RUN, width - first)):
-            at = first + j + corner_x
-            if line[_u(at - (width if at >= width else 0))] == 0:
-                continue
-            pattern |= 1 << j
-            other = window[0] + first + j
-            if box[0] <= other < leader and not _is_lethal(background, other + margin, y + margin):
-                leader = other
-        if leader == x:  # the first cell of the run speaks for all
-            runs[number, 0], runs[number, 1], runs[number, 2] = first, row, pattern
-            number += 1
-    return number

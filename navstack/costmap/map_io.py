@@ -121,8 +121,8 @@ def save_map(
 
 def _get(content: Mapping[str, Any], key: str, path: Path) -> Any:
     if content.get(key) is None:
-        near = did_you_mean(key, [str(name) for name in content if name not in MapMetadata.__slots__])
-        raise MapError(f"map {path}: key '{key}' is missing{near.replace('did you mean', 'is it written')}")
+        given = ", ".join(str(name) for name in content)
+        raise MapError(f"map {path}: key '{key}' is missing; the file has {given or 'none'}")
     return content[key]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from navstack.costmap import cell_kernels, kernels
+from navstack.costmap import cell_kernels, inflation_kernels, kernels
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.layers import each_observation
@@ -63,10 +63,10 @@ class ObstacleCells:
         self.count = cell_kernels.drop_box(self.cells, self.count, self._present, window.cells, False, self._changed)
 
     def runs_to_stamp(self, window: Window, background: ByteArray, margin: int, box: IntArray) -> CellArray:
-        """The cells in the box x0, xn, y0, yn that ``background`` does not have; see ``cell_kernels.runs_to_stamp``."""
+        """The cells in the box x0, xn, y0, yn that ``background`` does not have; see ``inflation_kernels``."""
         if self.count > len(self._runs):
             self._runs = np.empty((len(self.cells), 3), dtype=np.int32)
-        number = cell_kernels.runs_to_stamp(
+        number = inflation_kernels.runs_to_stamp(
             self.cells, self.count, self._present, window.box, background, margin, box, self._runs
         )
         return self._runs[:number]

@@ -147,7 +147,7 @@ def test_keys_beyond_nav2s_are_passed_over_and_image_paths_are_relative_to_the_y
         ({"origin": None}, "key 'origin' is missing"),
         ({"image": None}, "key 'image' is missing"),
         ({"negate": None}, "key 'negate' is missing"),
-        ({"free_thresh": None, "free_treshold": "0.2"}, "is it written 'free_treshold'"),
+        ({"free_thresh": None, "free_treshold": "0.2"}, "key 'free_thresh' is missing; the file has image, resolution"),
         ({"resolution": "-0.05"}, "not positive"),
         ({"resolution": "0"}, "not positive"),
         ({"resolution": ".nan"}, "not a finite number"),

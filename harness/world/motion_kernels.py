@@ -1,0 +1,41 @@
+"""Rigid-body motion of points on the robot."""
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True)
+def rotate(qx, qy, qz, qw, x, y, z):
+    """A vector turned by a unit quaternion (textbook: v + 2 q x (q x v + w v))."""
+    cx, cy, cz = qy * z - qz * y + qw * x, qz * x - qx * z + qw * y, qx * y - qy * x + qw * z
+    return x + 2.0 * (qy * cz - qz * cy), y + 2.0 * (qz * cx - qx * cz), z + 2.0 * (qx * cy - qy * cx)
+
+
+@njit(cache=True)
+def point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
+    """Map-frame velocity [m/s] of the body's point (x, y, z) [m], given in the body frame from the centre of mass."""
+    rx, ry, rz = rotate(qx, qy, qz, qw, x, y, z)
+    return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
+
+
+@njit(cache=True)
+def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
+    """How the base origin moves in the plane.
+
+    Args:
+        px, py, pz: [m] centre of mass, map frame.
+        qx, qy, qz, qw: orientation.
+        vx, vy, vz: [m/s] of the centre of mass, map frame.
+        wx, wy, wz: [rad/s] map frame.
+        x, y, z: [m] base origin in the body frame, from the centre of mass.
+
+    Returns:
+        Position x, y [m] and yaw [rad] in the map frame; velocity forward and to the left [m/s]; tilt [rad].
+    """
+    rx, ry, _ = rotate(qx, qy, qz, qw, x, y, z)
+    ux, uy, _ = point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z)
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    tilt = math.acos(min(max(1.0 - 2.0 * (qx * qx + qy * qy), -1.0), 1.0))
+    return px + rx, py + ry, yaw, cos * ux + sin * uy, -sin * ux + cos * uy, tilt

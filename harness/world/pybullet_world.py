@@ -1,0 +1,232 @@
+"""The physical world: one robot among people and street furniture, in PyBullet."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from harness.mission import Mission
+from harness.truth import Truth
+from harness.world.bodies import NearObstacles, add_ground, add_robot, static_index
+from harness.world.body_state import BodyState
+from harness.world.cargo import Cargo
+from harness.world.contacts import ContactBook, ContactPoint, Motion
+from harness.world.crowd import Crowd
+from harness.world.drive_kernels import drive_constants, drive_wrench
+from harness.world.engine import bullet, connect, disconnect
+from harness.world.motion_kernels import base_motion, point_velocity
+from harness.world.pedestrians import PedestrianModel
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.sensors import SensorSuite
+from harness.world.world import World
+from harness.world.world_params import WorldParams
+from navstack.types import Observation, Pose2D, Twist2D
+
+_OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
+
+
+class PyBulletWorld(World):
+    """Steps rigid bodies at the physics rate; a tick is a fixed number of physics steps.
+
+    Simplifications: the ground is flat, curbs are no obstacles; robot and furniture are rigid and collide without
+    rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_wrench`. The robot is driven by
+    forces, so that impacts push it about and can tip it.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        robot: RobotParams,
+        params: WorldParams,
+        pedestrians: PedestrianModel,
+        sensors: SensorSuite,
+        steps_per_tick: int,
+    ) -> None:
+        """Build a world to be reset; call :meth:`close` when it is no longer needed.
+
+        Args:
+            scene: what stands in it.
+            robot: its body and drive.
+            params: physics, people, contacts and cargo.
+            pedestrians: how people walk.
+            sensors: of the robot.
+            steps_per_tick: physics steps per :meth:`step`.
+        """
+        self._robot = robot
+        self._params = params
+        self._pedestrians = pedestrians
+        self._sensors = sensors
+        self._steps_per_tick = steps_per_tick
+        self._index = static_index(scene)
+        self._client = connect()
+        self._dt = 1.0 / params.physics.rate  # [s]
+        self._constants = drive_constants(robot, params.physics.gravity, self._dt)
+        self._base_offset = (-robot.center[0], -robot.center[1], -robot.center_of_mass_height)  # from centre of mass
+        x, y, z = robot.bucket
+        self._bucket_offset = (x - robot.center[0], y - robot.center[1], z - robot.center_of_mass_height)
+        self._reach = math.hypot(*robot.half_size) + 0.1  # [m] with what is closed within one step
+        self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
+
+    def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
+        """See :class:`World`; generators are those of people, sensors and cargo. Earlier episodes leave no trace."""
+        self._reset_server()
+        client, robot = self._client, self._robot
+        self._ground = add_ground(client)
+        self._body = add_robot(client, robot)
+        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION)
+        self._pedestrians.reset(generators["pedestrians"], mission.start)
+        self._crowd = Crowd(client, self._pedestrians, self._params, robot)
+        self._book = ContactBook(self._params.contacts, self._dt)
+        if self._cargo:
+            self._cargo.reset(generators["cargo"])
+        self._place(mission.start)
+        self._steps = 0
+        self._read_robot()
+        self._bucket_velocity = self._point_velocity(self._bucket_offset)
+        self._state = self._base_state(None)
+        self._truth = self._make_truth()
+        self._sensors.reset(self._state, generators)
+        return self._sensors.measure(self._state, self._crowd.states, 0.0)
+
+    def step(self, command: Twist2D) -> Observation:
+        """See :class:`World`. The command is limited to the robot's maximum speeds."""
+        robot = self._robot
+        speed = min(max(command.linear_x, -robot.max_speed), robot.max_speed)
+        yaw_rate = min(max(command.angular_z, -robot.max_yaw_rate), robot.max_yaw_rate)
+        self._crowd.follow(self._position[0], self._position[1])
+        for _ in range(self._steps_per_tick):
+            self._advance(speed, yaw_rate)
+        self._state = self._base_state(self._state)
+        self._truth = self._make_truth()
+        return self._sensors.measure(self._state, self._truth.pedestrians, self.stamp)
+
+    @property
+    def truth(self) -> Truth:
+        """See :class:`World`."""
+        return self._truth
+
+    @property
+    def stamp(self) -> float:
+        """Simulated time in [s] since the reset."""
+        return self._steps / self._params.physics.rate
+
+    @property
+    def body_state(self) -> BodyState:
+        """How the robot's base frame truly moves; the acceleration is the mean over the last tick."""
+        return self._state
+
+    def close_episode(self) -> Truth:
+        """Finish the open contact events; returns the final truth."""
+        self._book.close_all()
+        self._truth = self._make_truth()
+        return self._truth
+
+    def close(self) -> None:
+        """Free the physics servers; the world cannot be used afterwards."""
+        disconnect(self._client)
+        if self._cargo:
+            self._cargo.close()
+
+    def _reset_server(self) -> None:
+        client, physics = self._client, self._params.physics
+        bullet.resetSimulation(physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._dt,
+            numSubSteps=0,
+            numSolverIterations=physics.solver_iterations,
+            contactERP=physics.contact_erp,
+            erp=physics.contact_erp,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
+        bullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)  # see harness.world.bodies
+
+    def _place(self, start: Pose2D) -> None:
+        cos, sin = math.cos(start.yaw), math.sin(start.yaw)
+        cx, cy = self._robot.center
+        position = (
+            start.x + cos * cx - sin * cy,
+            start.y + sin * cx + cos * cy,
+            self._robot.center_of_mass_height,
+        )
+        orientation = (0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw))
+        bullet.resetBasePositionAndOrientation(self._body, position, orientation, physicsClientId=self._client)
+
+    def _advance(self, speed: float, yaw_rate: float) -> None:
+        """One physics step."""
+        client, body, position = self._client, self._body, self._position
+        x, y, z = position
+        near = self._obstacles.follow(x, y, self._reach)
+        near = self._crowd.before_step(x, y) or near
+        fx, fy, fz, tx, ty, tz = drive_wrench(
+            *self._orientation, *self._velocity[:2], self._spin[2], z, speed, yaw_rate, self._constants
+        )
+        world_frame = bullet.WORLD_FRAME
+        bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, physicsClientId=client)
+        bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, physicsClientId=client)
+        bullet.stepSimulation(physicsClientId=client)
+        self._steps += 1
+        if near:
+            self._book.record(self.stamp, self._contact_points(), Motion(position, self._velocity, self._spin))
+        if self._book.is_waiting:
+            self._book.close_old(self.stamp)
+        self._read_robot()
+        self._pedestrians.step(self._dt)
+        if self._cargo:
+            self._shake(self._cargo)
+
+    def _read_robot(self) -> None:
+        body, client = self._body, self._client
+        self._position, self._orientation = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        self._velocity, self._spin = bullet.getBaseVelocity(body, physicsClientId=client)
+
+    def _contact_points(self) -> list[ContactPoint]:
+        """What the robot touches after a step, without the ground, in the solver's order."""
+        obstacles, people = self._obstacles.touchable, self._crowd.touchable
+        points: list[ContactPoint] = []
+        for raw in bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
+            partner, position, normal, distance, force = raw[2], raw[6], raw[7], raw[8], raw[9]
+            if partner == self._ground or (force <= 0.0 and distance > 0.0):
+                continue
+            touched = people.get(partner) or obstacles[partner]
+            motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
+            points.append(ContactPoint(touched, position, normal, force * self._dt, motion))
+        return points
+
+    def _shake(self, cargo: Cargo) -> None:
+        before = self._bucket_velocity
+        self._bucket_velocity = after = self._point_velocity(self._bucket_offset)
+        rate = self._params.physics.rate
+        acceleration = ((after[0] - before[0]) * rate, (after[1] - before[1]) * rate, (after[2] - before[2]) * rate)
+        cargo.step(acceleration, self._orientation, self._spin)
+
+    def _point_velocity(self, offset: tuple[float, float, float]) -> tuple[float, float, float]:
+        velocity: tuple[float, float, float] = point_velocity(*self._orientation, *self._velocity, *self._spin, *offset)
+        return velocity
+
+    def _base_state(self, before: BodyState | None) -> BodyState:
+        x, y, yaw, vx, vy, tilt = base_motion(
+            *self._position, *self._orientation, *self._velocity, *self._spin, *self._base_offset
+        )
+        if before is None:
+            return BodyState(x, y, yaw, vx, vy, self._spin[2], 0.0, 0.0, tilt)
+        turn = yaw - before.yaw
+        cos, sin = math.cos(turn), math.sin(turn)
+        tick = self._steps_per_tick * self._dt
+        ax = (vx - (cos * before.vx + sin * before.vy)) / tick
+        ay = (vy - (-sin * before.vx + cos * before.vy)) / tick
+        return BodyState(x, y, yaw, vx, vy, self._spin[2], ax, ay, tilt)
+
+    def _make_truth(self) -> Truth:
+        state = self._state
+        return Truth(
+            stamp=self.stamp,
+            pose=Pose2D(state.x, state.y, state.yaw),
+            tilt=state.tilt,
+            twist=Twist2D(state.vx, state.vy, state.yaw_rate),
+            pedestrians=self._crowd.states,
+            counted_contacts=self._book.counted,
+            contacts=self._book.finished,
+            cargo=self._cargo.state if self._cargo else None,
+        )
