@@ -40,10 +40,10 @@ def run_episode(task: EpisodeTask) -> Delivery:
     mission = mission_of(task, generators["mission"])
     rules = rules_of(task.rules)
     world = build_world(task)
-    brain = build_brain(task, world, generators["planner"])
+    brain = build_brain(task, world)
 
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start))
+    brain.reset(mission.goal, Belief(mission.start), generators["planner"])
     log = DeliveryLog(world.truth, task.keep_trace)
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)

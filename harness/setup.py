@@ -25,6 +25,7 @@ from navstack.behavior_tree import Counts, Status
 from navstack.build import build_localizer, build_navigator, read_frequencies
 from navstack.costmap.occupancy_grid import FREE
 from navstack.localization.localizer import Localizer
+from navstack.navigator import Navigator
 from navstack.params.nav2_file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Observation, Pose2D, Twist2D
@@ -49,8 +50,8 @@ class Brain(Protocol):
     def last_error(self) -> str:
         """Nav2's name of the last failure that called for a recovery; empty: none."""
 
-    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
-        """Start a delivery."""
+    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
+        """Start a delivery; all chance in planning is drawn from ``rng``."""
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick."""
@@ -66,7 +67,7 @@ class Parked:
         self.belief = Belief(Pose2D())
         self.counts = Counts()
 
-    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
+    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
         """Stay where the delivery starts."""
         self.belief = initial_belief
 
@@ -163,19 +164,26 @@ def _steps_per_tick(task: EpisodeTask) -> int:
     return math.gcd(*(round(period) for period in periods))
 
 
-def build_brain(task: EpisodeTask, world: World, planner_rng: np.random.Generator) -> Brain:
-    """The brain of a task, made anew: nothing of an earlier delivery is left in it."""
+def build_brain(task: EpisodeTask, world: World) -> Brain:
+    """The brain of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
     if not task.stack.nav2_file:
         return Parked()
-    scene = scene_of(task.map_name)
-    if task.stack.localizer == "ground_truth":
+    stack = task.stack
+    return _navigator(world, task.map_name, stack.planning_map, stack.localizer, stack.nav2_file, task.allow_unknown)
+
+
+@lru_cache(maxsize=2)
+def _navigator(
+    world: World, map_name: str, planning_map: str, localizer_name: str, nav2_file: str, allow_unknown: bool
+) -> Navigator:
+    scene, nav2 = scene_of(map_name), nav2_parameters(nav2_file, allow_unknown)
+    if localizer_name == "ground_truth":
         localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
     else:
-        localizer = build_localizer(task.stack.localizer)
-    if task.stack.planning_map == "navigation_mesh":
-        return build_navigator(nav2_of(task), localizer, scene.walkable, None, planner_rng)
-    keepout = scene.walkable.data != FREE
-    return build_navigator(nav2_of(task), localizer, scene.geometry, keepout, planner_rng)
+        localizer = build_localizer(localizer_name)
+    if planning_map == "navigation_mesh":
+        return build_navigator(nav2, localizer, scene.walkable, None)
+    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE)
 
 
 def nav2_of(task: EpisodeTask) -> Nav2File:
@@ -194,7 +202,7 @@ def check(study: Study) -> list[str]:
         task = dataclasses.replace(study.template, stack=stack, stack_number=number)
         generators = task.generators()
         mission_of(task, generators["mission"])
-        build_brain(task, build_world(task), generators["planner"])
+        build_brain(task, build_world(task))
         if stack.nav2_file:
             nav2 = nav2_of(task)
             notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]

@@ -9,6 +9,8 @@ and waiting exist here; spinning and backing up do not yet.
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from navstack.control.controller import Surroundings
 from navstack.control.controller_server import ControllerServer
 from navstack.costmap.layered_costmap import LayeredCostmap
@@ -53,12 +55,16 @@ class NavigateToPose:
         self._controller_server = controller_server
         self._global_costmap = global_costmap
         self._local_costmap = local_costmap
-        self.reset(Pose2D())
+        self._begin(Pose2D())
 
-    def reset(self, goal: Pose2D) -> None:
-        """Start over with a new goal."""
-        self._goal = goal
+    def reset(self, goal: Pose2D, rng: np.random.Generator) -> None:
+        """Start over with a new goal; all chance in planning is drawn from ``rng``."""
+        self._planner.reset(rng)
         self._controller_server.reset()
+        self._begin(goal)
+
+    def _begin(self, goal: Pose2D) -> None:
+        self._goal = goal
         self._following = False
         self._plan_retried = self._control_retried = False
         self._next_plan = 0.0  # [s]

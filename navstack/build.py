@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from navstack.behavior_tree import NavigateToPose
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
@@ -54,7 +52,6 @@ def build_navigator(
     localizer: Localizer,
     static_map: OccupancyGrid,
     keepout: BoolArray | None,
-    planner_rng: np.random.Generator,
 ) -> Navigator:
     """A navigator as a Nav2 parameter file describes it.
 
@@ -63,7 +60,6 @@ def build_navigator(
         localizer: where the belief comes from.
         static_map: what the static layers show.
         keepout: cells of ``static_map`` (height, width) that the robot must not enter; None: none.
-        planner_rng: the only source of chance in planning.
 
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
@@ -87,9 +83,7 @@ def build_navigator(
         localizer,
         local_costmap,
         global_costmap,
-        NavigateToPose(
-            PLANNERS[planner.type](planner.params, planner_rng), controller_server, global_costmap, local_costmap
-        ),
+        NavigateToPose(PLANNERS[planner.type](planner.params), controller_server, global_costmap, local_costmap),
         VelocitySmoother(read_velocity_smoother(nav2)),
         read_frequencies(nav2),
     )

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from navstack.behavior_tree import Counts, NavigateToPose, Status
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
@@ -62,13 +64,16 @@ class Navigator:
         self._smoother_rate = Rate(frequencies.smoother)
         self.belief = Belief(Pose2D())
 
-    def reset(self, goal: Pose2D, initial_belief: Belief) -> None:
-        """Take a new goal (map frame) and start from an initial belief."""
+    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
+        """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left.
+
+        All chance in planning is drawn from ``rng``.
+        """
         self.belief = initial_belief
         self._localizer.reset(initial_belief)
         self._local_costmap.reset()
         self._global_costmap.reset()
-        self._tree.reset(goal)
+        self._tree.reset(goal, rng)
         self._smoother.reset()
         for rate in (self._local_rate, self._global_rate, self._control_rate, self._smoother_rate):
             rate.reset()

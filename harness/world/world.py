@@ -1,6 +1,9 @@
 """What every world does: it is reset to a mission, stepped by commands, and knows the truth."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+import numpy as np
 
 from harness.mission import Mission
 from harness.truth import Truth
@@ -11,12 +14,21 @@ class World(ABC):
     """A simulated world that holds one robot."""
 
     @abstractmethod
-    def reset(self, mission: Mission) -> Observation:
-        """Put the robot at the start of a mission at time 0 and return the first observation."""
+    def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
+        """Put the robot at the start of a mission at time 0 and return the first observation.
+
+        Args:
+            mission: where it starts.
+            generators: one per consumer of chance (``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps``, ``cargo``).
+        """
 
     @abstractmethod
     def step(self, command: Twist2D) -> Observation:
         """Advance by one tick under a velocity command and return what the sensors delivered meanwhile."""
+
+    @abstractmethod
+    def close_episode(self) -> Truth:
+        """Finish what is still going on, such as contacts, and return the final truth."""
 
     @property
     @abstractmethod

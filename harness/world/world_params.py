@@ -84,9 +84,10 @@ class CargoParams:
     fill: float = 0.6  # [-] share of the bucket's volume below the settled pieces' mean surface; published
     bucket_width: float = 0.12  # [m] inside; assumed
     bucket_height: float = 0.15  # [m] inside; assumed
-    packing: float = 0.53  # [-] share of the filled volume that is pieces: loose random packing between near walls
-    friction: float = 0.6  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
-    rolling_friction: float = 0.1  # [-] of a piece's radius; stands for the irregular shape
+    packing: float = 0.59  # [-] share of the filled volume that is pieces: loose random packing between near walls
+    friction: float = 0.5  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
+    restitution: float = 0.3  # [-] of speed kept in a bounce between pieces and off the walls; assumed
+    rolling_friction: float = 0.05  # [-] of a piece's radius; stands for the irregular shape; assumed
     wake_acceleration: float = 2.0  # [m/s2] of the bucket above which the pieces are simulated
     settle_time: float = 0.5  # [s] below it after which they rest again
 
@@ -101,8 +102,10 @@ class CargoParams:
         if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
             raise ParameterError(f"cargo: fill {self.fill}, packing {self.packing}; allowed are up to 1 and up to 0.74")
         sizes = (self.piece_mass, self.bucket_width, self.bucket_height, self.wake_acceleration, self.settle_time)
-        if min(sizes) <= 0.0 or min(self.friction, self.rolling_friction) < 0.0:
-            raise ParameterError("cargo: masses, sizes, times and wake_acceleration must be positive, frictions not < 0")
+        if min(sizes) <= 0.0 or min(self.friction, self.rolling_friction, self.restitution) < 0.0:
+            raise ParameterError(
+                "cargo: masses, sizes, times and wake_acceleration must be positive, frictions not < 0"
+            )
 
 
 @dataclass(frozen=True, slots=True)

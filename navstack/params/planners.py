@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from navstack.errors import ParameterError, UnknownNameError
 
-OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
+OMPL_ALGORITHMS = ("BITstar", "InformedRRTstar", "RRTConnect", "RRTstar")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class OmplParams:
 
     algorithm: str = "RRTConnect"  # one of OMPL_ALGORITHMS
     max_iterations: int = 20000  # checks of the termination condition; a count, not a time, keeps plans repeatable
-    tolerance: float = 0.5  # [m] an occupied goal may be replaced by a free point this near
+    tolerance: float = 0.5  # [m] an occupied start or goal is replaced by the nearest free cell this near
     allow_unknown: bool = True  # plan through unknown cells
     max_allowed_cost: int = 252  # highest costmap cost the path may touch; 253 and above are contact
     cost_weight: float = 0.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path

@@ -25,7 +25,6 @@ BLOCK_SHIFT = np.uint64(6)  # cells are marked dirty in blocks of 64
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
 
 
-
 def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
     """Cost of crossing a cell, and the gain that justifies visiting it, for each costmap value 0..255 (setCostmap).
 
@@ -95,7 +94,12 @@ def unmark(potential: Float32Array, buffer: npt.NDArray[np.uint32], count: int) 
 
 @njit(cache=True)
 def seed_wave(
-    potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, source: int, buffer: npt.NDArray[np.uint32]
+    potential: Float32Array,
+    costs: ByteArray,
+    gain: Float32Array,
+    width: int,
+    source: int,
+    buffer: npt.NDArray[np.uint32],
 ) -> int:
     """Put the source's neighbours into a buffer (initCost); returns how many."""
     potential[source] = np.float32(0.0)
@@ -140,31 +144,32 @@ def push_neighbours(
 
 
 @njit(cache=True)
-def propagate(
-    potential: Float32Array,  # (height * width,) POT_HIGH where the wave has not been
-    dirty: ByteArray,  # (blocks,) set where the wave writes
-    costs: ByteArray,  # (height * width,) of the costmap
-    crossing: Float32Array,  # (256,) from cost_tables
-    gain: Float32Array,  # (256,) from cost_tables
+def run_wave(
+    potential: Float32Array,
+    dirty: ByteArray,
+    costs: ByteArray,
+    crossing: Float32Array,
+    gain: Float32Array,
     width: int,
-    source: int,  # cell where the potential is 0
-    target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
+    target: int,
     use_astar: bool,
-    buffers: npt.NDArray[np.uint32],  # (3, BUFFER_SIZE)
-) -> None:
-    """Spread the potential from ``source`` until ``target`` has one (propNavFnDijkstra, propNavFnAstar).
+    buffers: npt.NDArray[np.uint32],
+    n_current: int,
+    threshold: float,
+    margin: float,
+) -> float:
+    """Visit the waiting cells and those they wake, until the target is reached (propNavFnDijkstra, propNavFnAstar).
 
-    Cells below the threshold are visited now, the others wait for the next threshold: buckets, not a heap. Upstream's
-    limit of cycles is left out; it only makes small mazes fail.
+    The first ``n_current`` cells of the first buffer wait at the outset. Cells below the threshold are visited now, the
+    others wait for the next one: buckets, not a heap. The wave ends once the target's potential + ``margin`` is
+    at most the threshold. Upstream's limit of cycles is left out; it only makes small mazes fail.
+
+    Returns:
+        The threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
-    set_border(potential, width, -POT_HIGH)
     current, following, overflow = buffers[0], buffers[1], buffers[2]
-    n_current, n_following, n_overflow = seed_wave(potential, costs, gain, width, source, current), 0, 0
-    dirty[source >> BLOCK_SHIFT] = 1
+    n_following, n_overflow = 0, 0
     target_x, target_y = target % width, target // width
-    threshold = COST_OBSTACLE
-    if use_astar:
-        threshold = np.float32(threshold + distance_cost(source, width, target_x, target_y))
     one, row = np.uint64(1), np.uint64(width)
     while n_current > 0:
         unmark(potential, current, n_current)
@@ -188,12 +193,40 @@ def propagate(
             threshold = np.float32(threshold + PRIORITY_STEP)
             current, overflow = overflow, current
             n_current, n_overflow = n_overflow, 0
-        if target >= 0 and abs(potential[target]) < POT_HIGH:
+        if target >= 0 and abs(potential[target]) < POT_HIGH and abs(potential[target]) + margin <= threshold:
             break
     unmark(potential, current, n_current)
     unmark(potential, overflow, n_overflow)
+    return threshold if n_current > 0 or n_overflow > 0 else POT_HIGH
+
+
+@njit(cache=True)
+def propagate(
+    potential: Float32Array,  # (height * width,) POT_HIGH where the wave has not been
+    dirty: ByteArray,  # (blocks,) set where the wave writes
+    costs: ByteArray,  # (height * width,) of the costmap
+    crossing: Float32Array,  # (256,) from cost_tables
+    gain: Float32Array,  # (256,) from cost_tables
+    width: int,
+    source: int,  # cell where the potential is 0
+    target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
+    use_astar: bool,
+    buffers: npt.NDArray[np.uint32],  # (3, size)
+    margin: float,  # of potential beyond the target; -inf: end when the target is reached, as upstream
+) -> float:
+    """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""
+    set_border(potential, width, -POT_HIGH)
+    n_current = seed_wave(potential, costs, gain, width, source, buffers[0])
+    dirty[source >> BLOCK_SHIFT] = 1
+    threshold = COST_OBSTACLE
+    if use_astar:
+        threshold = np.float32(threshold + distance_cost(source, width, target % width, target // width))
+    threshold = run_wave(
+        potential, dirty, costs, crossing, gain, width, target, use_astar, buffers, n_current, threshold, margin
+    )
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0
+    return threshold
 
 
 @njit(cache=True)

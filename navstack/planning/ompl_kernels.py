@@ -74,9 +74,7 @@ def keep_free(costs: ByteArray, blocked: BoolArray, uniforms: FloatArray, points
 
 
 @njit(cache=True)
-def nearest_free_cell(
-    costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float
-) -> tuple[int, int]:
+def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
     best, best_column, best_row = radius * radius + 1e-9, -1, -1
     reach = int(math.ceil(radius))
@@ -109,7 +107,9 @@ def shortcut(
         if not is_line_free(costs, blocked, start[0], start[1], end[0], end[1]):
             continue
         if polyline_cost(costs, straight, cost_weight) <= polyline_cost(costs, bypass, cost_weight):
-            path = np.concatenate((path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())).reshape(-1, 2)
+            path = np.concatenate((path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())).reshape(
+                -1, 2
+            )
     return path
 
 

@@ -52,6 +52,7 @@ class PotentialField:
             target,
             use_astar,
             self._buffers,
+            -np.inf,
         )
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:

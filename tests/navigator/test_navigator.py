@@ -41,14 +41,14 @@ def room(width: float = 16.0, height: float = 8.0) -> OccupancyGrid:
 def make(grid: OccupancyGrid, name: str = "tuned") -> tuple[Navigator, Knows]:
     localizer = Knows()
     nav2 = load_nav2(shipped("params") / "nav2" / f"{name}.yaml")
-    return build_navigator(nav2, localizer, grid, None, np.random.default_rng(0)), localizer
+    return build_navigator(nav2, localizer, grid, None), localizer
 
 
 def drive(
     navigator: Navigator, localizer: Knows, start: Pose2D, goal: Pose2D, seconds: float, wall_ahead: float = math.inf
 ) -> tuple[Pose2D, list[Twist2D]]:
     """Close the loop over a robot that does at once as it is told; returns where it ended and all commands."""
-    navigator.reset(goal, Belief(start))
+    navigator.reset(goal, Belief(start), np.random.default_rng(0))
     pose, twist, commands = start, Twist2D(), []
     for k in range(round(seconds / TICK)):
         ranges = np.full(BEAMS, wall_ahead)

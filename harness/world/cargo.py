@@ -1,0 +1,284 @@
+"""Popcorn in an open bucket: every piece a body of its own, in a physics server of its own.
+
+The server's frame moves along with the centre of the bucket's floor and keeps its directions: the bucket's acceleration
+acts on all pieces as an equal pseudo-force, its rotation is that of the bucket's walls. So all six degrees of freedom
+of the bucket reach the pieces.
+
+Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular shape), without air
+drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot. Pieces that
+have left the bucket's surroundings are lost for good. Pieces are simulated only while the bucket is shaken or tilted
+beyond a threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not move.
+Lengths and accelerations are ten times the real ones, so that the contact solver's tolerances (about 1 mm)
+are small against a piece; times are real.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from harness.truth import CargoState
+from harness.world.engine import bullet, connect, disconnect
+from harness.world.world_params import CargoParams
+from navstack.types import BoolArray, FloatArray
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+SCALE = 10.0  # lengths in the server per real length
+_WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
+_SETTLING = 3.0  # [s] in which the poured pieces come to rest
+_CHECK_STEPS = 12  # physics steps between two looks for lost pieces
+_LEVEL = (0.0, 0.0, 0.0, 1.0)
+
+
+def piece_radius(params: CargoParams) -> float:
+    """Radius of a piece in [m], from the volume that all pieces fill together."""
+    filled = params.fill * params.bucket_width**2 * params.bucket_height
+    volume = filled * params.packing / params.pieces
+    return float((0.75 * volume / math.pi) ** (1.0 / 3.0))
+
+
+class Cargo:
+    """The pieces of one delivery after the other."""
+
+    def __init__(self, params: CargoParams, gravity: float, dt: float) -> None:
+        """Build a bucket to be filled.
+
+        Args:
+            params: pieces and bucket.
+            gravity: [m/s2].
+            dt: [s] physics step.
+        """
+        self._params = params
+        self._gravity = gravity
+        self._dt = dt
+        self._radius = piece_radius(params)
+        self._client = connect()
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Fill the bucket; ``rng`` chooses among the eight ways to turn and mirror one settled heap."""
+        heap = turned(settled_heap(self._params, self._gravity, self._dt), int(rng.integers(8)))
+        self._build(heap[is_inside(heap, self._params)])
+        self._lost = 0
+        self._at_start = len(self._pieces)
+        self._outside = 0
+        self._is_awake = False
+        self._heading = 0.0  # [rad] of the server's frame in the map frame
+        self._calm_steps = 0
+        self._steps = 0
+        self._bucket_yaw = 0.0  # [rad] in the server's frame
+
+    @property
+    def state(self) -> CargoState:
+        """Where the pieces are; while they move they are looked at ten times per second."""
+        return CargoState(self._at_start, self._outside)
+
+    @property
+    def is_awake(self) -> bool:
+        """Whether the pieces are being simulated."""
+        return self._is_awake
+
+    @property
+    def positions(self) -> FloatArray:
+        """Centres (n, 3) in [m] of the pieces near the bucket, frame of the bucket's floor."""
+        return self._local_positions()
+
+    def step(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+        """Advance by one physics step.
+
+        Args:
+            acceleration: [m/s2] of the centre of the bucket's floor, map frame, without gravity.
+            orientation: of the robot's body in the map frame.
+            spin: [rad/s] of the robot's body, map frame.
+        """
+        params = self._params
+        ax, ay, az = acceleration
+        qx, qy, _, _ = orientation
+        lean = 2.0 * self._gravity * math.sqrt(qx * qx + qy * qy)  # [m/s2] gravity along the floor, small angles
+        if math.sqrt(ax * ax + ay * ay + az * az) + lean > params.wake_acceleration:
+            self._calm_steps = 0
+            if not self._is_awake:
+                self._wake(orientation)
+        elif not self._is_awake:
+            return
+        self._calm_steps += 1
+        self._simulate(acceleration, orientation, spin)
+        if self._calm_steps * self._dt > params.settle_time:
+            self._rest()
+        elif self._steps % _CHECK_STEPS == 0:
+            self._look()
+
+    def close(self) -> None:
+        """Free the physics server."""
+        disconnect(self._client)
+
+    def _wake(self, orientation: Quaternion) -> None:
+        """Choose the server's frame so that the bucket stands in it as it did when the pieces came to rest."""
+        self._is_awake = True
+        self._heading = _yaw(orientation) - self._bucket_yaw
+
+    def _rest(self) -> None:
+        self._look()
+        self._is_awake = False
+        for piece in self._pieces:
+            bullet.resetBaseVelocity(piece, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self._client)
+
+    def _simulate(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+        client, (ax, ay, az) = self._client, acceleration
+        cos, sin = math.cos(self._heading), math.sin(self._heading)
+        pull = (-cos * ax - sin * ay, sin * ax - cos * ay, -self._gravity - az)  # [m/s2] on the pieces, server's frame
+        self._orientation = in_frame(self._heading, orientation)
+        self._bucket_yaw = _yaw(self._orientation)
+        wx, wy, wz = spin
+        spin_here = (cos * wx + sin * wy, -sin * wx + cos * wy, wz)
+        step_with(client, self._bucket, pull, self._orientation, spin_here, self._dt)
+        self._steps += 1
+
+    def _look(self) -> None:
+        """Count what is outside and remove what has left the bucket's surroundings."""
+        places = self._local_positions()
+        far = (np.abs(places) > 4.0 * max(self._params.bucket_width, self._params.bucket_height)).any(axis=1)
+        far |= places[:, 2] < -0.5 * self._params.bucket_height
+        if far.any():
+            for i in np.flatnonzero(far)[::-1].tolist():
+                bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
+                self._lost += 1
+        self._outside = self._lost + int((~is_inside(self._local_positions(), self._params)).sum())
+
+    def _local_positions(self) -> FloatArray:
+        """Centres (n, 3) in [m] in the bucket's frame."""
+        get, client = bullet.getBasePositionAndOrientation, self._client
+        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3) / SCALE
+        rotation = np.array(bullet.getMatrixFromQuaternion(self._orientation)).reshape(3, 3)
+        local: FloatArray = places @ rotation
+        return local
+
+    def _build(self, heap: FloatArray) -> None:
+        self._orientation: Quaternion = _LEVEL
+        self._bucket, self._pieces = build(self._client, self._params, heap, self._radius, self._dt)
+
+
+def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
+    """Which centres (n, 3) [m], bucket's frame, lie in the bucket's bounding box."""
+    half, height = 0.5 * params.bucket_width, params.bucket_height
+    return (np.abs(places[:, :2]) <= half).all(axis=1) & (places[:, 2] >= 0.0) & (places[:, 2] <= height)
+
+
+def build(client: int, params: CargoParams, heap: FloatArray, radius: float, dt: float) -> tuple[int, list[int]]:
+    """Empty a server and put a bucket with pieces at ``heap`` (n, 3) [m] into it; returns bucket and pieces."""
+    bullet.resetSimulation(physicsClientId=client)
+    bullet.setPhysicsEngineParameter(
+        fixedTimeStep=dt, numSubSteps=0, numSolverIterations=20, deterministicOverlappingPairs=1, physicsClientId=client
+    )
+    bucket = _bucket(client, params)
+    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=SCALE * radius, physicsClientId=client)
+    pieces: list[int] = []
+    for place in (SCALE * heap).tolist():
+        piece = bullet.createMultiBody(
+            params.piece_mass, shape, basePosition=place, useMaximalCoordinates=1, physicsClientId=client
+        )
+        bullet.changeDynamics(
+            piece,
+            -1,
+            lateralFriction=math.sqrt(params.friction),  # PyBullet multiplies those of the two bodies
+            rollingFriction=params.rolling_friction * SCALE * radius,
+            restitution=math.sqrt(params.restitution),
+            linearDamping=0.0,
+            angularDamping=0.0,
+            physicsClientId=client,
+        )
+        pieces.append(int(piece))
+    return bucket, pieces
+
+
+def _bucket(client: int, params: CargoParams) -> int:
+    """Floor and four walls, moved by hand: so heavy that no piece moves it. Its origin is the floor's centre."""
+    half, height, wall = 0.5 * SCALE * params.bucket_width, SCALE * params.bucket_height, 0.5 * SCALE * _WALL
+    outer = half + 2.0 * wall
+    boxes = [((outer, outer, wall), (0.0, 0.0, -wall))]
+    for sign in (1.0, -1.0):
+        boxes.append(((wall, outer, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height)))
+        boxes.append(((half, wall, 0.5 * height), (0.0, sign * (half + wall), 0.5 * height)))
+    shape = bullet.createCollisionShapeArray(
+        [bullet.GEOM_BOX] * len(boxes),
+        halfExtents=[extents for extents, _ in boxes],
+        collisionFramePositions=[center for _, center in boxes],
+        physicsClientId=client,
+    )
+    bucket = bullet.createMultiBody(1.0, shape, useMaximalCoordinates=1, physicsClientId=client)
+    bullet.changeDynamics(
+        bucket,
+        -1,
+        mass=1e6,
+        localInertiaDiagonal=(1e6, 1e6, 1e6),
+        lateralFriction=math.sqrt(params.friction),
+        restitution=math.sqrt(params.restitution),
+        linearDamping=0.0,
+        angularDamping=0.0,
+        physicsClientId=client,
+    )
+    return int(bucket)
+
+
+def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float) -> None:
+    """One physics step under a pull [m/s2] on all pieces, the bucket held at an orientation and spin [rad/s]."""
+    x, y, z = (SCALE * component for component in pull)
+    origin = (0.0, 0.0, 0.0)
+    against = (-x * dt, -y * dt, -z * dt)  # [m/s] makes up for what the pull does to the bucket within the step
+    bullet.setGravity(x, y, z, physicsClientId=client)
+    bullet.resetBasePositionAndOrientation(bucket, origin, orientation, physicsClientId=client)
+    bullet.resetBaseVelocity(bucket, against, spin, physicsClientId=client)
+    bullet.stepSimulation(physicsClientId=client)
+
+
+@lru_cache(maxsize=4)
+def settled_heap(params: CargoParams, gravity: float, dt: float) -> FloatArray:
+    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; once per process."""
+    radius = piece_radius(params)
+    client = connect()
+    try:
+        bucket, pieces = build(client, params, _poured(params, radius), radius, dt)
+        for _ in range(round(_SETTLING / dt)):
+            step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
+        places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
+    finally:
+        disconnect(client)
+    heap = np.array(places) / SCALE
+    heap.setflags(write=False)
+    return heap
+
+
+def _poured(params: CargoParams, radius: float) -> FloatArray:
+    """A loose lattice (n, 3) of pieces, each layer shifted, above the floor; it collapses into a heap."""
+    pitch = 2.1 * radius
+    per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
+    number = np.arange(params.pieces)
+    layer, in_layer = np.divmod(number, per_row * per_row)
+    row, column = np.divmod(in_layer, per_row)
+    slack = 0.5 * (params.bucket_width - 2.0 * radius - (per_row - 1) * pitch)
+    shift = slack * np.array(((0.9, 0.2), (-0.7, 0.8), (0.1, -0.9), (-0.3, -0.1)))[layer % 4]
+    flat = (np.stack((column, row), axis=1) - 0.5 * (per_row - 1)) * pitch + shift
+    return np.column_stack((flat, radius + layer * pitch))
+
+
+def turned(heap: FloatArray, which: int) -> FloatArray:
+    """One of the eight symmetric images of a heap (n, 3) in a square bucket."""
+    x, y, z = heap.T
+    if which >= 4:
+        y = -y
+    for _ in range(which % 4):
+        x, y = -y, x
+    return np.column_stack((x, y, z))
+
+
+def in_frame(heading: float, orientation: Quaternion) -> Quaternion:
+    """An orientation, seen from a frame turned about the vertical by ``heading`` [rad]."""
+    cos, sin = math.cos(0.5 * heading), -math.sin(0.5 * heading)
+    x, y, z, w = orientation
+    return cos * x - sin * y, cos * y + sin * x, cos * z + sin * w, cos * w - sin * z
+
+
+def _yaw(orientation: Quaternion) -> float:
+    x, y, z, w = orientation
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
