@@ -118,9 +118,13 @@ def _intervals(rows: Sequence[Row], stack: Stack, prices: Prices, seed: int) -> 
 
 
 def _bootstrap(values: Sequence[float | None], seed: int) -> Interval | None:
-    if any(value is None for value in values):
+    """Mean and interval; None where a value is undefined. No bounds where all deliveries are alike: too few to tell."""
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
         return None
-    return bootstrap_mean(np.array(values, dtype=float), np.random.default_rng(seed), BOOTSTRAP_DRAWS)
+    if min(known) == max(known):
+        return Interval(known[0], None, None, len(known))
+    return bootstrap_mean(np.array(known), np.random.default_rng(seed), BOOTSTRAP_DRAWS)
 
 
 def about(study: Study, command: Sequence[str]) -> Row:

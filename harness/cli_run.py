@@ -86,13 +86,15 @@ class LineDisplay:
         self._tally = tally
         self._watch = Stopwatch()
         self._last = 0.0  # [s]
+        self._said = 0  # deliveries in the last line
 
     def start(self) -> None:
         """Nothing to prepare."""
 
     def stop(self) -> None:
         """Say where it ended."""
-        self._say()
+        if self._tally.done > self._said:
+            self._say()
 
     def update(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Say something if the last line is old enough."""
@@ -101,9 +103,9 @@ class LineDisplay:
             self._say()
 
     def _say(self) -> None:
-        done, total = self._tally.done, self._tally.total
-        left = self._watch.seconds / done * (total - done) if done else float("nan")
-        eta = f", about {left:.0f} s left" if 0 < done < total else ""
+        self._said = done = self._tally.done
+        total = self._tally.total
+        eta = f", about {self._watch.seconds / done * (total - done):.0f} s left" if 0 < done < total else ""
         sys.stderr.write(f"{done} of {total} deliveries{eta}: {self._tally.text}\n")
         sys.stderr.flush()
 

@@ -28,12 +28,7 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     render_tables([*columns, *published], console)
     console.print()
     template = study.template
-    console.print(
-        f"map {template.map_name}, seed {template.seed}; [low, high] are 95 % intervals over n deliveries: Wilson for "
-        "shares, bootstrap for means.",
-        soft_wrap=True,
-        markup=False,
-    )
+    console.print(f"map {template.map_name}, seed {template.seed}", markup=False)
     for result in results:
         errors = f", {result.errors} ended in an error" if result.errors else ""
         console.print(

@@ -6,6 +6,7 @@ robot be tested.
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -59,7 +60,8 @@ class NearObstacles:
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
-        self._active: dict[int, tuple[int, int]] = {}  # obstacle -> body, shape
+        self._active: dict[int, int] = {}  # obstacle -> body
+        self._prisms: dict[int, Prism] = {}  # obstacle -> shape; PyBullet keeps shapes until its server is emptied
         self._center = (math.inf, math.inf)  # [m] where the choice was made
         self._clearance = 0.0  # [m] of the nearest obstacle from there
 
@@ -79,22 +81,27 @@ class NearObstacles:
         wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
         self._center, self._clearance = (x, y), min(nearest, self.ACTIVE_RADIUS)
         for number in [number for number in self._active if number not in set(wanted)]:
-            body, shape = self._active.pop(number)
+            body = self._active.pop(number)
             del self.touchable[body]
             bullet.removeBody(body, physicsClientId=self._client)
-            bullet.removeCollisionShape(shape, physicsClientId=self._client)
         for number in wanted:
             if number not in self._active:
-                obstacle = self._index.obstacles[number]
-                body, shape = prism(self._client, obstacle.polygon, obstacle.height, self._friction)
-                self._active[number] = body, shape
-                self.touchable[body] = Touched(Partner.PROPERTY, obstacle.kind, number)
+                self._add(number)
+
+    def _add(self, number: int) -> None:
+        obstacle = self._index.obstacles[number]
+        if number not in self._prisms:
+            self._prisms[number] = make_prism(self._client, obstacle.polygon, obstacle.height)
+        prism = self._prisms[number]
+        body = fixed_body(self._client, prism.shape, prism.center, self._friction)
+        self._active[number] = body
+        self.touchable[body] = Touched(Partner.PROPERTY, obstacle.kind, number)
 
 
 def add_ground(client: int) -> int:
     """An endless plane at height 0 without friction: the drive makes the friction of the wheels."""
     plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-    return _fixed_body(client, plane, (0.0, 0.0, 0.0), 0.0)
+    return fixed_body(client, plane, (0.0, 0.0, 0.0), 0.0)
 
 
 def add_robot(client: int, robot: RobotParams) -> int:
@@ -116,12 +123,20 @@ def add_robot(client: int, robot: RobotParams) -> int:
     return body
 
 
-def prism(client: int, polygon: FloatArray, height: float, friction: float) -> tuple[int, int]:
-    """A fixed body for an upright prism over a convex counter-clockwise polygon (N, 2); returns body and shape.
+@dataclass(frozen=True, slots=True)
+class Prism:
+    """The collision shape of an obstacle."""
 
-    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because PyBullet finds all contact
-    points of two boxes at once, but those of other shapes one per step. At a sharp corner a wall may stick out by its
-    thickness of 0.05 m.
+    shape: int  # number in the physics server
+    center: tuple[float, float, float]  # [m] where its body goes, map frame
+
+
+def make_prism(client: int, polygon: FloatArray, height: float) -> Prism:
+    """The shape of an upright prism over a convex counter-clockwise polygon (N, 2).
+
+    A rectangle is one box. Any other polygon is a ring of thin boxes along its edges, because PyBullet finds all
+    contact points of two boxes at once, but those of other shapes one per step. At a sharp corner a wall may stick out
+    by its thickness of 0.05 m.
     """
     x, y = polygon.mean(axis=0)
     boxes = [_rectangle(polygon, height)] if is_rectangle(polygon) else _ring(polygon, height)
@@ -132,7 +147,7 @@ def prism(client: int, polygon: FloatArray, height: float, friction: float) -> t
         collisionFrameOrientations=[(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, _, yaw in boxes],
         physicsClientId=client,
     )
-    return _fixed_body(client, shape, (float(x), float(y), 0.5 * height), friction), shape
+    return Prism(int(shape), (float(x), float(y), 0.5 * height))
 
 
 def is_rectangle(polygon: FloatArray) -> bool:
@@ -166,19 +181,24 @@ def _ring(polygon: FloatArray, height: float) -> list[_Box]:
     return boxes
 
 
-def add_person(client: int, radius: float, height: float, reach: float, mass: float, friction: float) -> int:
-    """An upright capsule that cannot tip; returns the body, whose origin is at the ground below its axis.
+def person_shape(client: int, radius: float, height: float, robot_height: float) -> int:
+    """The shape of an upright capsule that stands on its origin; lengths in [m].
 
     An upright capsule touches an upright face along a line, whose ends carry the contact: two spheres, at the lower end
-    of the capsule's cylinder and at its upper end or the robot's top (``reach`` [m]), whichever is lower.
+    of the capsule's cylinder and at its upper end or the robot's top, whichever is lower.
     """
-    top = max(min(height - radius, reach), radius)
+    top = max(min(height - radius, robot_height), radius)
     shape = bullet.createCollisionShapeArray(
         [bullet.GEOM_SPHERE] * 2,
         radii=[radius] * 2,
         collisionFramePositions=[(0.0, 0.0, radius), (0.0, 0.0, top)],
         physicsClientId=client,
     )
+    return int(shape)
+
+
+def add_person(client: int, shape: int, mass: float, friction: float) -> int:
+    """A body of a :func:`person_shape` that cannot tip."""
     body = _rigid_body(client, mass, shape, (0.0, 0.0, 0.0))
     _set_dynamics(client, body, mass, (1e9, 1e9, 1e9), friction)
     bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
@@ -190,7 +210,8 @@ def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, flo
     return int(body)
 
 
-def _fixed_body(client: int, shape: int, position: tuple[float, float, float], friction: float) -> int:
+def fixed_body(client: int, shape: int, position: tuple[float, float, float], friction: float) -> int:
+    """A body that nothing moves and only the robot touches."""
     body = _rigid_body(client, 0.0, shape, position)
     bullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
     bullet.setCollisionFilterGroupMask(body, -1, FIXED, ROBOT, physicsClientId=client)

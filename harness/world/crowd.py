@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from harness.truth import Partner
-from harness.world.bodies import add_person
+from harness.world.bodies import add_person, person_shape
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
 from harness.world.pedestrians import PedestrianModel
@@ -34,7 +34,7 @@ class Crowd:
         self._params = params
         self._is_dynamic = params.pedestrian_bodies.kind == "dynamic"
         self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
-        self._robot_height = robot.height
+        self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
         self._robot_reach = math.hypot(*robot.half_size)
         self._bodies: dict[int, int] = {}  # person -> body
         self.touchable: dict[int, Touched] = {}  # body -> who it is
@@ -67,8 +67,7 @@ class Crowd:
                 self._add(person)
 
     def _add(self, person: int) -> None:
-        people, friction = self._params.people, self._params.pedestrian_bodies.friction
-        body = add_person(self._client, people.radius, people.height, self._robot_height, self._mass, friction)
+        body = add_person(self._client, self._shape, self._mass, self._params.pedestrian_bodies.friction)
         x, y, vx, vy = self._model.states[person].tolist()
         self._put(body, x, y, vx, vy)
         self._bodies[person] = body

@@ -64,14 +64,9 @@ def drive_wrench(qx, qy, qz, qw, vx, vy, yaw_rate, height, speed_command, yaw_ra
     The forces attack at the ground below the axle, so that braking pitches the body. Simplifications: the driven wheels
     carry the whole weight evenly whatever the tilt up to ``TRACTION_TILT``, and nothing beyond.
 
-    Args:
-        qx, qy, qz, qw: orientation.
-        vx, vy: [m/s] velocity of the centre of mass, map frame.
-        yaw_rate: [rad/s].
-        height: [m] of the centre of mass above ground.
-        speed_command: [m/s] forward.
-        yaw_rate_command: [rad/s].
-        constants: (12,) of :func:`drive_constants`.
+    Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the yaw rate [rad/s] in the map
+    frame, the height [m] of the centre of mass above ground, the command (forward [m/s], yaw rate [rad/s]) and the
+    constants (12,) of :func:`drive_constants`.
     """
     dt, mass, inertia, lever, grip, max_force, half_track = constants[:7]
     up, down, yaw_up, time_constant, weight = constants[7:]

@@ -23,12 +23,8 @@ def point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
 def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
     """How the base origin moves in the plane.
 
-    Args:
-        px, py, pz: [m] centre of mass, map frame.
-        qx, qy, qz, qw: orientation.
-        vx, vy, vz: [m/s] of the centre of mass, map frame.
-        wx, wy, wz: [rad/s] map frame.
-        x, y, z: [m] base origin in the body frame, from the centre of mass.
+    Takes position [m], orientation (quaternion), velocity [m/s] and spin [rad/s] of the centre of mass in the map
+    frame, and the base origin (x, y, z) [m] in the body frame from the centre of mass.
 
     Returns:
         Position x, y [m] and yaw [rad] in the map frame; velocity forward and to the left [m/s]; tilt [rad].

@@ -8,8 +8,9 @@ from numba import njit
 from navstack.planning.navfn_kernels import COST_NEUTRAL, POT_HIGH, round_half_away
 from navstack.types import Float32Array
 
-STALLED_STEPS = 1000  # half-cell steps without a lower potential: the descent goes round in circles
-FAILED = -1  # no way on: a flat or unreached neighbourhood, or circles
+STALLED_STEPS = 200  # half-cell steps without a lower potential: the descent goes round in circles
+GRID_STEPS = 20  # cells to follow along the grid after that
+FAILED = -1  # no way on
 EXHAUSTED = -2  # the buffer is too short for the path
 STEP = np.float32(0.5)  # [cells] pathStep
 
@@ -96,33 +97,44 @@ def advance(potential: Float32Array, width: int, n: int, dx: float, dy: float) -
 
 
 @njit(cache=True)
-def descend(potential: Float32Array, width: int, start: int, source: int, path: Float32Array) -> int:
-    """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps.
+def step(potential: Float32Array, width: int, n: int, dx: float, dy: float, on_grid: bool) -> tuple[int, float, float]:
+    """The next cell and offset: down the gradient, or to the lowest neighbour near unreached cells; cell -1: stuck."""
+    if n <= width or n >= potential.size - width - 1:
+        return -1, dx, dy
+    if on_grid or not all_reached(potential, width, n):
+        lowest = lowest_neighbour(potential, width, n)
+        return (lowest if potential[lowest] < POT_HIGH else -1), np.float32(0.0), np.float32(0.0)
+    return advance(potential, width, n, dx, dy)
 
-    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Near unreached cells it
-    steps to the lowest of eight neighbours instead. Upstream gives up after 4 * max(width, height) points, however
-    long the way is; here only a descent without progress fails.
+
+@njit(cache=True)
+def descend(potential: Float32Array, width: int, start: int, source: int, path: Float32Array) -> int:
+    """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
+
+    Writes points in cells into ``path`` (N, 2) and returns how many, FAILED or EXHAUSTED. Upstream gives up after
+    4 * max(width, height) points however long the way is, and where the gradient is zero or leads round in circles
+    (A* leaves such places). Here the descent then goes back to the lowest point and on along the grid for a
+    while: every reached cell has a lower neighbour.
     """
     n, dx, dy = start, np.float32(0.0), np.float32(0.0)
-    lowest, lowest_at = np.inf, 0
-    for i in range(len(path)):
+    lowest, lowest_n, lowest_i = np.inf, start, 0
+    grid_until, stalled_i, i = 0, -1, 0
+    while i < len(path):
         nearest = n + round_half_away(dx) + width * round_half_away(dy)
         value = potential[max(0, min(potential.size - 1, nearest))]
         if value < COST_NEUTRAL:
             path[i, 0], path[i, 1] = source % width, source // width
             return i + 1
-        if n <= width or n >= potential.size - width - 1 or i - lowest_at > STALLED_STEPS:
-            return FAILED
         if value < lowest:
-            lowest, lowest_at = value, i
+            lowest, lowest_n, lowest_i = value, max(0, min(potential.size - 1, nearest)), i
         path[i, 0], path[i, 1] = np.float32(n % width) + dx, np.float32(n // width) + dy
         oscillates = i >= 2 and path[i, 0] == path[i - 2, 0] and path[i, 1] == path[i - 2, 1]
-        if oscillates or not all_reached(potential, width, n):
-            n, dx, dy = lowest_neighbour(potential, width, n), np.float32(0.0), np.float32(0.0)
-            if potential[n] >= POT_HIGH:
+        n, dx, dy = step(potential, width, n, dx, dy, oscillates or i < grid_until)
+        i += 1
+        if n < 0 or i - lowest_i > STALLED_STEPS:
+            if lowest_i == stalled_i:  # no lower point since the last time
                 return FAILED
-        else:
-            n, dx, dy = advance(potential, width, n, dx, dy)
-            if n < 0:
-                return FAILED
+            stalled_i, i = lowest_i, lowest_i + 1
+            n, dx, dy = lowest_n, np.float32(0.0), np.float32(0.0)
+            grid_until = i + GRID_STEPS
     return EXHAUSTED

@@ -1,10 +1,10 @@
 """The hot loops of NavFn: the wavefront and the descent along its gradient (nav2_navfn_planner/navfn.cpp).
 
-Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are flat arrays. Arithmetic is float32 where
-navfn.cpp has float and float64 where it has double, so that potentials agree bit for bit.
+Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are flat arrays. Arithmetic is float32
+where navfn.cpp has float and float64 where it has double, so that potentials agree bit for bit.
 
-While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag costs no memory access of
-its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; it
+While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag costs no memory access
+of its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; it
 is marked as waiting for the time of the wave.
 """
 
@@ -16,12 +16,15 @@ from numba import njit
 
 from navstack.types import ByteArray, Float32Array
 
+Buffers = npt.NDArray[np.uint32]  # cell numbers
+
 POT_HIGH = np.float32(1.0e10)  # the potential of a cell that the wave has not reached
 COST_NEUTRAL = np.float32(50.0)  # cost of crossing a free cell
 COST_OBSTACLE = np.float32(254.0)
 PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold rises
 BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
-BLOCK_SHIFT = np.uint64(6)  # cells are marked dirty in blocks of 64
+BLOCK_SHIFT = np.uint64(6)
+BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
 
 
@@ -40,11 +43,10 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
 @njit(cache=True)
 def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
     """Set the potential back to POT_HIGH in the dirty blocks only."""
-    block = 1 << BLOCK_SHIFT
     for i in range(dirty.size):
         if dirty[i]:
             dirty[i] = 0
-            potential[i * block : min(potential.size, (i + 1) * block)] = POT_HIGH
+            potential[i * BLOCK_SIZE : min(potential.size, (i + 1) * BLOCK_SIZE)] = POT_HIGH
 
 
 @njit(cache=True)
@@ -85,7 +87,7 @@ def distance_cost(n: int, width: int, target_x: int, target_y: int) -> float:
 
 
 @njit(cache=True)
-def unmark(potential: Float32Array, buffer: npt.NDArray[np.uint32], count: int) -> None:
+def unmark(potential: Float32Array, buffer: Buffers, count: int) -> None:
     """Take the waiting mark off the cells of a buffer."""
     for i in range(count):
         n = np.uint64(buffer[np.uint64(i)])
@@ -99,7 +101,7 @@ def seed_wave(
     gain: Float32Array,
     width: int,
     source: int,
-    buffer: npt.NDArray[np.uint32],
+    buffer: Buffers,
 ) -> int:
     """Put the source's neighbours into a buffer (initCost); returns how many."""
     potential[source] = np.float32(0.0)
@@ -113,9 +115,7 @@ def seed_wave(
 
 
 @njit(cache=True)
-def push(
-    potential: Float32Array, buffer: npt.NDArray[np.uint32], count: int, n: int, value: float, lowest: float
-) -> int:
+def push(potential: Float32Array, buffer: Buffers, count: int, n: int, value: float, lowest: float) -> int:
     """Let cell ``n`` of potential ``value`` wait in a buffer if it could be lowered; returns the new count."""
     if value > lowest and count < buffer.size:
         buffer[count] = n
@@ -129,7 +129,7 @@ def push_neighbours(
     potential: Float32Array,
     costs: ByteArray,
     gain: Float32Array,
-    buffer: npt.NDArray[np.uint32],
+    buffer: Buffers,
     count: int,
     n: int,
     row: int,
@@ -153,7 +153,7 @@ def run_wave(
     width: int,
     target: int,
     use_astar: bool,
-    buffers: npt.NDArray[np.uint32],
+    buffers: Buffers,
     n_current: int,
     threshold: float,
     margin: float,
@@ -211,7 +211,7 @@ def propagate(
     source: int,  # cell where the potential is 0
     target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
     use_astar: bool,
-    buffers: npt.NDArray[np.uint32],  # (3, size)
+    buffers: Buffers,  # (3, size)
     margin: float,  # of potential beyond the target; -inf: end when the target is reached, as upstream
 ) -> float:
     """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""

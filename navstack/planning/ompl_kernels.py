@@ -62,18 +62,6 @@ def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> f
 
 
 @njit(cache=True)
-def keep_free(costs: ByteArray, blocked: BoolArray, uniforms: FloatArray, points: FloatArray) -> int:
-    """Scale random numbers (N, 2) in [0, 1) to the map, write the free ones into ``points`` [cells], return how many."""
-    count = 0
-    for i in range(len(uniforms)):
-        x, y = uniforms[i, 0] * costs.shape[1], uniforms[i, 1] * costs.shape[0]
-        if is_free(costs, blocked, x, y):
-            points[count, 0], points[count, 1] = x, y
-            count += 1
-    return count
-
-
-@njit(cache=True)
 def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
     best, best_column, best_row = radius * radius + 1e-9, -1, -1

@@ -108,7 +108,7 @@ class OmplPlanner(Planner):
         points = self._solve(first, last, costmap.data, self._params.range / costmap.resolution, seed)
         if points is None:
             raise NoPathFoundError(
-                f"{self._params.algorithm} found no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m "
+                f"{self._params.algorithm}: no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m "
                 f"in {self._params.max_iterations} iterations; raise max_iterations or check for closed ways"
             )
         if self._params.simplify:

@@ -3,9 +3,10 @@
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
+from navstack.planning.incremental_kernels import respread
 from navstack.planning.navfn_descent import EXHAUSTED, descend
 from navstack.planning.navfn_kernels import (
-    BLOCK_SHIFT,
+    BLOCK_SIZE,
     BUFFER_SIZE,
     POT_HIGH,
     clear_potential,
@@ -18,6 +19,11 @@ from navstack.types import ByteArray, Float32Array, FloatArray, Pose2D
 NOWHERE = -1  # a target that is never reached: the wave goes on until nothing is left
 
 
+def flat_costs(costmap: Costmap) -> ByteArray:
+    """The costs (height * width,) of a costmap, a view where it is C-contiguous."""
+    return np.ascontiguousarray(costmap.data).reshape(-1)
+
+
 class PotentialField:
     """The potential of every cell: the cost of the way from a source, in NavFn's units (a free cell costs 50).
 
@@ -25,9 +31,10 @@ class PotentialField:
     of which it needs two costs what the two cost.
     """
 
-    def __init__(self, allow_unknown: bool) -> None:
+    def __init__(self, allow_unknown: bool, buffer_size: int = BUFFER_SIZE) -> None:
+        """``buffer_size`` is how many cells may wait at once; more are dropped."""
         self._crossing, self._gain = cost_tables(allow_unknown)
-        self._buffers = np.empty((3, BUFFER_SIZE), dtype=np.uint32)
+        self._buffers = np.empty((3, buffer_size), dtype=np.uint32)
         self._path = np.empty((4096, 2), dtype=np.float32)
         self._resize((0, 0))
 
@@ -36,23 +43,49 @@ class PotentialField:
         """(height, width) cost of the way from the source; POT_HIGH where the wave has not been."""
         return self._flat.reshape(self._shape)
 
-    def expand(self, costmap: Costmap, source: int, target: int, use_astar: bool = False) -> None:
-        """Spread the potential anew from cell ``source`` until cell ``target`` (or NOWHERE) is reached."""
+    def expand(
+        self, costmap: Costmap, source: int, target: int, use_astar: bool = False, margin: float = -np.inf
+    ) -> float:
+        """Spread the potential anew from cell ``source`` until cell ``target`` (or NOWHERE) is reached.
+
+        ``margin`` and what is returned: see :func:`run_wave`.
+        """
         if costmap.data.shape != self._shape:
             self._resize((costmap.size_y, costmap.size_x))
         clear_potential(self._flat, self._dirty)
-        propagate(
-            self._flat,
-            self._dirty,
-            np.ascontiguousarray(costmap.data).reshape(-1),
-            self._crossing,
-            self._gain,
-            costmap.size_x,
-            source,
-            target,
-            use_astar,
-            self._buffers,
-            -np.inf,
+        return float(
+            propagate(
+                self._flat,
+                self._dirty,
+                flat_costs(costmap),
+                self._crossing,
+                self._gain,
+                costmap.size_x,
+                source,
+                target,
+                use_astar,
+                self._buffers,
+                margin,
+            )
+        )
+
+    def resume(self, costmap: Costmap, source: int, target: int, level: float, margin: float) -> float:
+        """Forget all potentials of ``level`` and above and spread them anew from those below, as :meth:`expand`."""
+        return float(
+            respread(
+                self._flat,
+                self._dirty,
+                self._tops,
+                flat_costs(costmap),
+                self._crossing,
+                self._gain,
+                costmap.size_x,
+                source,
+                target,
+                level,
+                self._buffers,
+                margin,
+            )
         )
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:
@@ -70,7 +103,7 @@ class PotentialField:
         return None if np.isnan(x) else Pose2D(float(x), float(y), goal.yaw)
 
     def descend(self, start: int, source: int) -> FloatArray | None:
-        """Points (N, 2) in [cells] from cell ``start`` down to cell ``source``; None where the gradient leads nowhere."""
+        """Points (N, 2) in [cells] from cell ``start`` down to ``source``; None where the gradient leads nowhere."""
         count = EXHAUSTED
         while (count := descend(self._flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
             self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)
@@ -80,4 +113,5 @@ class PotentialField:
         self._shape = shape
         cells = shape[0] * shape[1]
         self._flat: Float32Array = np.full(cells, POT_HIGH)
-        self._dirty: ByteArray = np.zeros((cells >> int(BLOCK_SHIFT)) + 1, dtype=np.uint8)
+        self._dirty: ByteArray = np.zeros(cells // BLOCK_SIZE + 1, dtype=np.uint8)
+        self._tops: Float32Array = np.zeros(self._dirty.size, dtype=np.float32)

@@ -1,0 +1,132 @@
+"""NavFn that keeps its potential between plans to one goal: a plugin of our own, for replanning at 1 Hz."""
+
+import math
+
+import numpy as np
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.params.planners import IncrementalNavfnParams, NavfnParams
+from navstack.planning.incremental_kernels import take_in_changes
+from navstack.planning.navfn import NavfnPlanner, cell, end_at
+from navstack.planning.navfn_kernels import COST_OBSTACLE, PRIORITY_STEP, cost_tables
+from navstack.planning.placement import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.planner import Planner
+from navstack.planning.potential_field import PotentialField, flat_costs
+from navstack.types import ByteArray, FloatArray, Path, Pose2D
+
+WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from its whole edge
+MARGIN = 1000.0  # of potential (1 m of free cells) beyond the robot, so that straying does not end the field
+
+
+class IncrementalNavfn(Planner):
+    """NavFn's Dijkstra with the potential rooted at the goal instead of at the robot.
+
+    While the goal stays, a plan is a descent from the robot. Cells that have become costlier matter only where the path
+    crosses them: without them the field is a lower bound, and a path that attains it is the best. Cells that
+    have become cheaper always matter. What matters is taken in: potentials below the lowest one touched stay,
+    the rest is forgotten and spread anew as far as the robot.
+
+    Changes are looked for within ``change_radius`` of the robot only (along x and y), which must cover the reach of the
+    sensors and the way between two plans. Elsewhere a costlier cell is noticed when the path crosses it, a cheaper
+    one when the robot comes near. Whatever the field cannot answer (occupied start or goal, no path)
+    NavfnPlanner does.
+    """
+
+    def __init__(self, params: IncrementalNavfnParams, rng: np.random.Generator | None = None) -> None:
+        """Keep the parameters; ``rng`` is not used."""
+        self._params = params
+        self._field = PotentialField(params.allow_unknown, WAITING_CELLS)
+        self._crossing, _ = cost_tables(params.allow_unknown)
+        self._known: ByteArray = np.empty(0, dtype=np.uint8)  # the costs that the potential stands for
+        self._key: tuple[object, ...] = ()  # what the field was made for
+        self._sound_below = 0.0  # potentials below this are final for the costs known
+        self._fallback = NavfnPlanner(
+            NavfnParams(params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation)
+        )
+
+    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+        """A path from ``start`` to ``goal``; errors as :class:`NavfnPlanner`."""
+        require_on_map(start, goal, costmap)
+        if self._params.tolerance == 0.0 and costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
+            raise goal_occupied(goal, costmap)
+        if (start.x, start.y) == (goal.x, goal.y):
+            return Path(single_pose(start, goal, self._params.use_final_approach_orientation), stamp)
+        robot, source = cell(start, costmap), cell(goal, costmap)
+        if not (self._is_open(robot, costmap) and self._is_open(source, costmap)):
+            return self._fallback.plan(start, goal, costmap, stamp)
+        points = self._descend(robot, source, costmap)
+        if points is None:
+            return self._fallback.plan(start, goal, costmap, stamp)
+        poses = np.zeros((len(points), 3))
+        poses[:, :2] = (costmap.origin_x, costmap.origin_y) + points * costmap.resolution
+        poses = end_at(poses, goal)
+        if self._params.use_final_approach_orientation:
+            face_along_last_step(poses, start.yaw)
+        return Path(poses, stamp)
+
+    def _descend(self, robot: int, source: int, costmap: Costmap) -> FloatArray | None:
+        """Points (N, 2) in [cells] from the robot's cell to the goal's through an up-to-date field."""
+        key = (source, costmap.data.shape, costmap.resolution, costmap.origin_x, costmap.origin_y)
+        if key != self._key:
+            return self._descend_anew(key, robot, source, costmap)
+        for only_cheaper in (True, False):
+            self._take_in_changes(robot, costmap, only_cheaper)
+            if not self._repair(robot, source, costmap):
+                break
+            points = self._field.descend(robot, source)
+            if points is not None and not self._crosses_costlier(points, costmap):
+                return points
+        return self._descend_anew(key, robot, source, costmap)
+
+    def _descend_anew(self, key: tuple[object, ...], robot: int, source: int, costmap: Costmap) -> FloatArray | None:
+        """As :meth:`_descend`, with a field from nothing."""
+        self._key = key
+        self._known = flat_costs(costmap).copy()
+        self._sound_below = self._field.expand(costmap, source, robot, margin=MARGIN) - float(PRIORITY_STEP)
+        return self._field.descend(robot, source)
+
+    def _take_in_changes(self, robot: int, costmap: Costmap, only_cheaper: bool) -> None:
+        """Compare the costs about the robot with those known and lower the sound level accordingly."""
+        reach = math.ceil(self._params.change_radius / costmap.resolution)
+        column, row = robot % costmap.size_x, robot // costmap.size_x
+        window = (
+            max(1, column - reach),
+            min(costmap.size_x - 1, column + reach + 1),
+            max(1, row - reach),
+            min(costmap.size_y - 1, row + reach + 1),
+        )
+        level = take_in_changes(
+            self._field.potential.reshape(-1),
+            flat_costs(costmap),
+            self._known,
+            self._crossing,
+            costmap.size_x,
+            window,
+            only_cheaper,
+        )
+        self._sound_below = min(self._sound_below, float(level))
+
+    def _repair(self, robot: int, source: int, costmap: Costmap) -> bool:
+        """Spread the field anew above the sound level unless the robot stands below; False: it has to be renewed."""
+        needed = float(self._field.potential.reshape(-1)[robot]) + 2.0 * float(COST_OBSTACLE)
+        if needed < self._sound_below:
+            return True
+        if self._sound_below <= 2.0 * float(COST_OBSTACLE):
+            return False
+        known = Costmap(self._known.reshape(costmap.data.shape), costmap.resolution, costmap.origin_x, costmap.origin_y)
+        self._sound_below = self._field.resume(known, source, robot, self._sound_below, MARGIN) - float(PRIORITY_STEP)
+        return self._sound_below > 0.0
+
+    def _crosses_costlier(self, points: FloatArray, costmap: Costmap) -> bool:
+        """Whether the path leads through a cell that costs more than the field knows."""
+        columns, rows = np.floor(points + 0.5).astype(np.int64).T
+        cells = rows * costmap.size_x + columns
+        return bool((self._crossing[flat_costs(costmap)[cells]] > self._crossing[self._known[cells]]).any())
+
+    def _is_open(self, n: int, costmap: Costmap) -> bool:
+        """Whether NavFn can cross a cell: on the map, off its border, not an obstacle."""
+        row, column = divmod(n, costmap.size_x)
+        if not (0 < row < costmap.size_y - 1 and 0 < column < costmap.size_x - 1):
+            return False
+        cost = costmap.data[row, column]
+        return bool(cost < INSCRIBED_INFLATED_OBSTACLE or (cost == NO_INFORMATION and self._params.allow_unknown))
