@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from harness.truth import CargoState
-from harness.world.engine import bullet, connect, disconnect
+from harness.world.engine import Server, bullet
 from harness.world.world_params import CargoParams
 from navstack.types import BoolArray, FloatArray
 
@@ -54,7 +54,8 @@ class Cargo:
         self._gravity = gravity
         self._dt = dt
         self._radius = piece_radius(params)
-        self._client = connect()
+        self._server = Server()
+        self._client = self._server.client
 
     def reset(self, rng: np.random.Generator) -> None:
         """Fill the bucket; ``rng`` chooses among the eight ways to turn and mirror one settled heap."""
@@ -111,7 +112,7 @@ class Cargo:
 
     def close(self) -> None:
         """Free the physics server."""
-        disconnect(self._client)
+        self._server.close()
 
     def _wake(self, orientation: Quaternion) -> None:
         """Choose the server's frame so that the bucket stands in it as it did when the pieces came to rest."""
@@ -236,14 +237,15 @@ def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, s
 def settled_heap(params: CargoParams, gravity: float, dt: float) -> FloatArray:
     """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; once per process."""
     radius = piece_radius(params)
-    client = connect()
+    server = Server()
+    client = server.client
     try:
         bucket, pieces = build(client, params, _poured(params, radius), radius, dt)
         for _ in range(round(_SETTLING / dt)):
             step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
         places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
     finally:
-        disconnect(client)
+        server.close()
     heap = np.array(places) / SCALE
     heap.setflags(write=False)
     return heap

@@ -1,5 +1,6 @@
 """What the robot touched: counted contacts as published, and contact events with who moved into whom."""
 
+import dataclasses
 from dataclasses import dataclass, field
 
 from harness.truth import Contact, CountedContact, Partner
@@ -49,7 +50,7 @@ class ContactPoint:
 
 @dataclass(slots=True)
 class _Event:
-    first: ContactPoint  # the one with the largest impulse of the first step
+    first: ContactPoint  # of the first step
     stamp: float  # [s] of the first touch
     last: float  # [s] of the last touch
     robot_speed: float  # [m/s] towards the partner
@@ -78,7 +79,14 @@ class _Event:
 
 @dataclass(slots=True)
 class ContactBook:
-    """Keeps the contacts of one episode; fed once per physics step with contact."""
+    """Keeps the contacts of one episode; fed once per physics step with contact.
+
+    How an impact spreads over contact points is a matter of the engine: here a person or a wall touches the robot's
+    side in two to four points at once. With ``sum_points`` the points of one partner count as one. The published mean
+    counted impulse, above 100 N s per contact, speaks for impacts that one point carried whole.
+
+    An event's impulse is that of its first impact; a second one within ``separation_time`` shows in its peak only.
+    """
 
     params: ContactParams
     dt: float  # [s] physics step
@@ -102,19 +110,14 @@ class ContactBook:
         """
         if not points:
             return
-        self._count(stamp, points)
-        sums: dict[Touched, float] = {}
-        strongest: dict[Touched, ContactPoint] = {}
-        for point in points:
+        merged = merge(points)
+        self._count(stamp, merged if self.params.sum_points else points)
+        for point in merged:
             if point.impulse > 0.0:
-                sums[point.touched] = sums.get(point.touched, 0.0) + point.impulse
-                if point.touched not in strongest or point.impulse > strongest[point.touched].impulse:
-                    strongest[point.touched] = point
-        for touched, point in strongest.items():
-            self._extend(stamp, point, sums[touched], robot)
+                self._extend(stamp, point, robot)
 
     def _count(self, stamp: float, points: list[ContactPoint]) -> None:
-        """The published accounting: the first single point that is strong enough, then a cool-down in reports."""
+        """The published accounting: the first point that is strong enough, then a cool-down in reports."""
         if self._cool_down > 0:
             self._cool_down -= 1
             return
@@ -126,7 +129,7 @@ class ContactBook:
                 self._cool_down = self.params.cool_down
                 return
 
-    def _extend(self, stamp: float, point: ContactPoint, impulse: float, robot: Motion) -> None:
+    def _extend(self, stamp: float, point: ContactPoint, robot: Motion) -> None:
         event = self._open.get(point.touched)
         if event is None:
             event = self._open[point.touched] = _Event(
@@ -139,7 +142,7 @@ class ContactBook:
         event.last = stamp
         event.peak = max(event.peak, point.impulse)
         if stamp < event.stamp + (self.params.impact_steps - 0.5) * self.dt:
-            event.impulse += impulse
+            event.impulse += point.impulse
 
     def close_old(self, stamp: float) -> None:
         """Finish the events whose bodies have been apart for long enough."""
@@ -151,3 +154,14 @@ class ContactBook:
         """Finish every event: the episode is over."""
         self.finished += tuple(event.finished(self.dt) for event in self._open.values())
         self._open.clear()
+
+
+def merge(points: list[ContactPoint]) -> list[ContactPoint]:
+    """One point per partner, in order of appearance: the strongest, with the impulses of all."""
+    sums: dict[Touched, float] = {}
+    strongest: dict[Touched, ContactPoint] = {}
+    for point in points:
+        sums[point.touched] = sums.get(point.touched, 0.0) + point.impulse
+        if point.touched not in strongest or point.impulse > strongest[point.touched].impulse:
+            strongest[point.touched] = point
+    return [dataclasses.replace(point, impulse=sums[touched]) for touched, point in strongest.items()]

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+import weakref
 from collections.abc import Iterator
 from types import ModuleType
 
@@ -34,20 +35,21 @@ def _import_quietly() -> ModuleType:
 bullet = _import_quietly()
 
 
-def connect() -> int:
-    """A physics server of its own inside this process; returns its number.
+class Server:
+    """A physics server of its own inside this process; it is freed with the last reference at the latest."""
 
-    Raises:
-        RuntimeError: PyBullet has no server left.
-    """
-    with quiet():
-        client = int(bullet.connect(bullet.DIRECT))
-    if client < 0:
-        raise RuntimeError("PyBullet cannot open another physics server; close worlds that are no longer used")
-    return client
+    def __init__(self) -> None:
+        """Open it.
 
+        Raises:
+            RuntimeError: PyBullet has no server left.
+        """
+        with quiet():
+            self.client = int(bullet.connect(bullet.DIRECT))  # number for PyBullet's physicsClientId
+        if self.client < 0:
+            raise RuntimeError("PyBullet cannot open another physics server; close worlds that are no longer used")
+        self._finalizer = weakref.finalize(self, bullet.disconnect, self.client)
 
-def disconnect(client: int) -> None:
-    """Close a server; closing it twice is no harm."""
-    with contextlib.suppress(bullet.error):
-        bullet.disconnect(physicsClientId=client)
+    def close(self) -> None:
+        """Free it; once more is no harm."""
+        self._finalizer()

@@ -13,7 +13,7 @@ from harness.world.cargo import Cargo
 from harness.world.contacts import ContactBook, ContactPoint, Motion
 from harness.world.crowd import Crowd
 from harness.world.drive_kernels import drive_constants, drive_wrench
-from harness.world.engine import bullet, connect, disconnect
+from harness.world.engine import Server, bullet
 from harness.world.motion_kernels import base_motion, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
@@ -59,7 +59,8 @@ class PyBulletWorld(World):
         self._sensors = sensors
         self._steps_per_tick = steps_per_tick
         self._index = static_index(scene)
-        self._client = connect()
+        self._server = Server()
+        self._client = self._server.client
         self._dt = 1.0 / params.physics.rate  # [s]
         self._constants = drive_constants(robot, params.physics.gravity, self._dt)
         self._base_offset = (-robot.center[0], -robot.center[1], -robot.center_of_mass_height)  # from centre of mass
@@ -124,7 +125,7 @@ class PyBulletWorld(World):
 
     def close(self) -> None:
         """Free the physics servers; the world cannot be used afterwards."""
-        disconnect(self._client)
+        self._server.close()
         if self._cargo:
             self._cargo.close()
 

@@ -19,7 +19,7 @@ class World(ABC):
 
         Args:
             mission: where it starts.
-            generators: one per consumer of chance (``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps``, ``cargo``).
+            generators: one each under ``pedestrians``, ``lidar``, ``odometry``, ``imu``, ``gps`` and ``cargo``.
         """
 
     @abstractmethod

@@ -61,6 +61,7 @@ class ContactParams:
     """What is a counted contact and what one contact event."""
 
     counted_impulse: float = 50.0  # [N s] of one contact point in one step, from which it counts; published
+    sum_points: bool = True  # whether the points of one partner in one step count as one; see ContactBook
     cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
     impact_steps: int = 3  # steps over which an event's impulse is summed: the impact without the push after it
     separation_time: float = 0.25  # [s] apart after which an event has ended
@@ -88,7 +89,7 @@ class CargoParams:
     friction: float = 0.5  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
     restitution: float = 0.3  # [-] of speed kept in a bounce between pieces and off the walls; assumed
     rolling_friction: float = 0.05  # [-] of a piece's radius; stands for the irregular shape; assumed
-    wake_acceleration: float = 2.0  # [m/s2] of the bucket above which the pieces are simulated
+    wake_acceleration: float = 4.5  # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
     settle_time: float = 0.5  # [s] below it after which they rest again
 
     def __post_init__(self) -> None:

@@ -22,6 +22,7 @@ class Costmap:
     resolution: float  # [m/cell]
     origin_x: float  # [m] of the lower left corner of cell (0, 0)
     origin_y: float  # [m]
+    floor: ByteArray | None = None  # (height, width) costs that no update goes below; None: not known
 
     @property
     def size_x(self) -> int:

@@ -182,9 +182,12 @@ class LayeredCostmap:
         inflation = self._inflation(last if isinstance(last, InflationLayerParams) else nothing)
         margin = inflation.kernel.radius if self.params.rolling_window else 0
         obstacles = [ObstacleCells(layer, sources, self._window) for layer, sources in self._buffers]
+        inflated = inflated_map(self._map, margin, self._fill, inflation)
+        if inflated.shape == self.master.data.shape:
+            self.master.floor = inflated  # obstacles only ever raise it
         return FastUpdate(
             obstacles,
-            inflated_map(self._map, margin, self._fill, inflation),
+            inflated,
             margin,
             inflation.kernel,
             self.master,

@@ -44,7 +44,7 @@ class OmplParams:
     allow_unknown: bool = True  # plan through unknown cells
     max_allowed_cost: int = 252  # highest costmap cost the path may touch; 253 and above are contact
     cost_weight: float = 0.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path
-    range: float = 10.0  # [m] longest extension of the tree in one step
+    range: float = 5.0  # [m] longest extension of the tree in one step
     simplify: bool = True  # take short cuts along the path found
 
     def __post_init__(self) -> None:

@@ -125,7 +125,20 @@ def respread(
         threshold = np.float32(-1.0)
     else:
         threshold = run_wave(
-            potential, dirty, costs, crossing, gain, width, target, False, buffers, count, np.float32(level), margin
+            potential,
+            dirty,
+            costs,
+            crossing,
+            gain,
+            width,
+            target,
+            False,
+            buffers,
+            count,
+            np.float32(level),
+            margin,
+            tops[:0],  # no bound
+            POT_HIGH,
         )
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0

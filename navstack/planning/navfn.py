@@ -5,6 +5,7 @@ import numpy as np
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import NoPathFoundError
 from navstack.params.planners import NavfnParams
+from navstack.planning.goal_bound import GoalBound, is_exact
 from navstack.planning.navfn_kernels import round_half_away
 from navstack.planning.placement import face_along_last_step, goal_occupied, require_on_map, single_pose
 from navstack.planning.planner import Planner
@@ -27,6 +28,7 @@ class NavfnPlanner(Planner):
         """Keep the parameters; ``rng`` is not used."""
         self._params = params
         self._field = PotentialField(params.allow_unknown)
+        self._bound = GoalBound(params.allow_unknown)
 
     @property
     def potential(self) -> Float32Array:
@@ -46,13 +48,25 @@ class NavfnPlanner(Planner):
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, self._params.use_final_approach_orientation), stamp)
         source = clamped_cell(start, costmap)
-        self._field.expand(costmap, source, cell(goal, costmap), self._params.use_astar)
+        self._spread(costmap, source, cell(goal, costmap))
         poses = self._extract(source, goal, costmap)
         if poses is None:
             raise no_path(start, goal, self._params.tolerance)
         if self._params.use_final_approach_orientation:
             face_along_last_step(poses, start.yaw)
         return Path(poses, stamp)
+
+    def _spread(self, costmap: Costmap, source: int, target: int) -> None:
+        """Spread the potential from the robot to the goal, no further than a path can lead where a bound is known."""
+        bound = None
+        if not self._params.use_astar and target != NOWHERE:
+            bound = self._bound.towards(target, source, costmap)
+        if bound is not None:
+            ahead, limit = bound
+            self._field.expand(costmap, source, target, ahead=ahead, limit=limit)
+            if is_exact(self._field.flat[target], limit):
+                return
+        self._field.expand(costmap, source, target, self._params.use_astar)
 
     def _extract(self, source: int, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
         """The poses (N, 3) from the source to the reached point nearest to the goal; None where there is none."""

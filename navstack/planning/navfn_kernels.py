@@ -25,6 +25,7 @@ PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold ri
 BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
 BLOCK_SHIFT = np.uint64(6)
 BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
+NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
 
 
@@ -157,6 +158,8 @@ def run_wave(
     n_current: int,
     threshold: float,
     margin: float,
+    ahead: Float32Array,
+    limit: float,
 ) -> float:
     """Visit the waiting cells and those they wake, until the target is reached (propNavFnDijkstra, propNavFnAstar).
 
@@ -164,9 +167,13 @@ def run_wave(
     others wait for the next one: buckets, not a heap. The wave ends once the target's potential + ``margin`` is
     at most the threshold. Upstream's limit of cycles is left out; it only makes small mazes fail.
 
+    Where ``ahead`` is not empty it bounds from below what remains from each cell to the target, and the wave does not
+    go on from cells whose potential and bound exceed ``limit``: no way that costs less leads over them.
+
     Returns:
         The threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
+    is_bounded = ahead.size > 0
     current, following, overflow = buffers[0], buffers[1], buffers[2]
     n_following, n_overflow = 0, 0
     target_x, target_y = target % width, target // width
@@ -181,6 +188,8 @@ def run_wave(
                 continue
             potential[n] = math.copysign(new, potential[n])
             dirty[n >> BLOCK_SHIFT] = 1
+            if is_bounded and new + ahead[n] > limit:
+                continue
             if use_astar:
                 new = np.float32(new + distance_cost(n, width, target_x, target_y))
             if new < threshold:
@@ -213,6 +222,8 @@ def propagate(
     use_astar: bool,
     buffers: Buffers,  # (3, size)
     margin: float,  # of potential beyond the target; -inf: end when the target is reached, as upstream
+    ahead: Float32Array,  # (height * width,) or empty, see run_wave
+    limit: float,
 ) -> float:
     """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""
     set_border(potential, width, -POT_HIGH)
@@ -222,7 +233,20 @@ def propagate(
     if use_astar:
         threshold = np.float32(threshold + distance_cost(source, width, target % width, target // width))
     threshold = run_wave(
-        potential, dirty, costs, crossing, gain, width, target, use_astar, buffers, n_current, threshold, margin
+        potential,
+        dirty,
+        costs,
+        crossing,
+        gain,
+        width,
+        target,
+        use_astar,
+        buffers,
+        n_current,
+        threshold,
+        margin,
+        ahead,
+        np.float32(limit),
     )
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0

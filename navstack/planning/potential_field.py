@@ -8,6 +8,7 @@ from navstack.planning.navfn_descent import EXHAUSTED, descend
 from navstack.planning.navfn_kernels import (
     BLOCK_SIZE,
     BUFFER_SIZE,
+    NO_BOUND,
     POT_HIGH,
     clear_potential,
     cost_tables,
@@ -43,12 +44,24 @@ class PotentialField:
         """(height, width) cost of the way from the source; POT_HIGH where the wave has not been."""
         return self._flat.reshape(self._shape)
 
+    @property
+    def flat(self) -> Float32Array:
+        """The potential (height * width,) by cell number."""
+        return self._flat
+
     def expand(
-        self, costmap: Costmap, source: int, target: int, use_astar: bool = False, margin: float = -np.inf
+        self,
+        costmap: Costmap,
+        source: int,
+        target: int,
+        use_astar: bool = False,
+        margin: float = -np.inf,
+        ahead: Float32Array = NO_BOUND,
+        limit: float = np.inf,
     ) -> float:
         """Spread the potential anew from cell ``source`` until cell ``target`` (or NOWHERE) is reached.
 
-        ``margin`` and what is returned: see :func:`run_wave`.
+        ``margin``, ``ahead``, ``limit`` and what is returned: see :func:`run_wave`.
         """
         if costmap.data.shape != self._shape:
             self._resize((costmap.size_y, costmap.size_x))
@@ -66,6 +79,8 @@ class PotentialField:
                 use_astar,
                 self._buffers,
                 margin,
+                ahead,
+                limit,
             )
         )
 

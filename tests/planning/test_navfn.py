@@ -1,0 +1,303 @@
+"""NavFn against Nav2's own C++, against a slow twin, and on real maps."""
+
+import json
+import os
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from navstack.costmap.costmap import Costmap
+from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
+from navstack.params.planners import NavfnParams
+from navstack.planning.navfn import NavfnPlanner
+from navstack.planning.navfn_descent import FAILED, descend
+from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
+from navstack.types import Pose2D
+
+GOLDEN = FilePath(os.environ.get("NAVSTACK_GOLDEN", FilePath(__file__).parents[1] / "golden"))
+DATA = os.environ.get("NAVSTACK_DATA")
+LIMITED_UPSTREAM = {"walls_infl", "unknown_allowed"}  # upstream gives up at 4 * max(width, height) points
+
+
+def golden_cases():
+    found = []
+    for file in sorted(GOLDEN.glob("navfn*.npz")):
+        with np.load(file) as data:
+            meta = json.loads(str(data["meta_json"]))
+            for case, facts in meta.items():
+                for algorithm in ("dijkstra", "astar"):
+                    if f"{case}_{algorithm}_potential" in data.files:
+                        found.append(pytest.param(file, case, facts, algorithm, id=f"{case}-{algorithm}"))
+    return found
+
+
+def plan_case(data, case, facts, algorithm):
+    params = NavfnParams(
+        tolerance=facts.get("tol", 0.5),
+        use_astar=algorithm == "astar",
+        use_final_approach_orientation=facts.get("fin", False),
+    )
+    planner = NavfnPlanner(params)
+    costmap = Costmap(data[f"{case}_costmap"], facts["resolution"], *facts["origin"])
+    try:
+        path = planner.plan(Pose2D(*facts["start_xyyaw"]), Pose2D(*facts["goal_xyyaw"]), costmap)
+    except (GoalOccupiedError, GoalOutsideMapError, NoPathFoundError) as error:
+        return planner, error
+    return planner, path
+
+
+def test_golden_cases_are_found():
+    assert len(golden_cases()) >= 20
+
+
+@pytest.mark.parametrize(("file", "case", "facts", "algorithm"), golden_cases())
+def test_golden(file, case, facts, algorithm):
+    with np.load(file) as data:
+        planner, result = plan_case(data, case, facts, algorithm)
+        error = facts[algorithm]["error"]
+        if "outside bounds" in error:
+            assert isinstance(result, GoalOutsideMapError)
+            return
+        if "lethal" in error:
+            assert isinstance(result, GoalOccupiedError)
+            return
+        if facts["start_xyyaw"][:2] != facts["goal_xyyaw"][:2]:
+            np.testing.assert_array_equal(planner.potential, data[f"{case}_{algorithm}_potential"])
+        if case in LIMITED_UPSTREAM:
+            assert np.hypot(*(result.poses[-1, :2] - facts["goal_xyyaw"][:2])) < 0.5
+        elif error:
+            assert isinstance(result, NoPathFoundError)
+        else:
+            expected = data[f"{case}_{algorithm}_path"]
+            assert result.poses.shape == expected.shape
+            np.testing.assert_allclose(result.poses, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("case", ["empty60", "walls_infl", "unknown_allowed"])
+def test_cost_translation(case):
+    with np.load(GOLDEN / "navfn_small.npz") as data:
+        crossing, _ = cost_tables(allow_unknown=True)
+        ours = crossing[data[f"{case}_costmap"]]
+        ours[0], ours[-1], ours[:, 0], ours[:, -1] = 254, 254, 254, 254
+        theirs = data[f"{case}_dijkstra_navfn_cost"]
+        differs = ours != theirs
+        assert differs.sum() <= 1  # the robot's own cell is cleared upstream; its cost is never read here
+
+
+def slow_update(potential, n, width, cost):
+    """The planar wave from the description of updateCell, in float32 scalars."""
+    f = np.float32
+    a, b = min(potential[n - 1], potential[n + 1]), min(potential[n - width], potential[n + width])
+    low, gap = min(a, b), f(abs(f(a - b)))
+    if gap >= cost:
+        return f(low + cost)
+    ratio = float(f(gap / cost))
+    return f(low + f(cost * f(-0.2301 * ratio * ratio + 0.5307 * ratio + 0.7040)))
+
+
+class SlowWave:
+    """NavFn's wave with plain lists, written from the description of the algorithm."""
+
+    def __init__(self, costs):
+        crossing, _ = cost_tables(allow_unknown=True)
+        cost = crossing[costs]
+        cost[0], cost[-1], cost[:, 0], cost[:, -1] = 254, 254, 254, 254
+        self.width, self.cost, self.potential = costs.shape[1], cost.ravel(), np.full(costs.size, POT_HIGH)
+        self.waiting = set()
+
+    def sides(self, n):
+        return (n + 1, n - 1, n - self.width, n + self.width)
+
+    def wake(self, cells, n):
+        if self.cost[n] < 254 and n not in self.waiting and len(cells) < 10000:
+            cells.append(n)
+            self.waiting.add(n)
+
+    def visit(self, n, threshold, following, overflow):
+        new = slow_update(self.potential, n, self.width, self.cost[n])
+        if new >= self.potential[n]:
+            return
+        self.potential[n] = new
+        for m in (n - 1, n + 1, n - self.width, n + self.width):
+            if self.potential[m] > np.float32(new + np.float32(0.707106781 * float(self.cost[m]))):
+                self.wake(following if new < threshold else overflow, m)
+
+    def run(self, source, target):
+        self.potential[source] = 0
+        current, overflow, threshold = [], [], np.float32(254)
+        for n in self.sides(source):
+            self.wake(current, n)
+        while current:
+            self.waiting.difference_update(current)
+            following = []
+            for n in current:
+                self.visit(n, threshold, following, overflow)
+            current = following
+            if not current:
+                threshold, current, overflow = threshold + np.float32(100), overflow, []
+            if self.potential[target] < POT_HIGH:
+                break
+        return self.potential.reshape(-1, self.width)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wave_equals_slow_twin(seed):
+    rng = np.random.default_rng(seed)
+    costs = rng.choice(np.array((0, 0, 0, 30, 120, 252, 253, 254, 255), dtype=np.uint8), (40, 50))
+    costs[20, 5] = costs[30, 45] = 0
+    planner = NavfnPlanner(NavfnParams(tolerance=0.0))
+    try:
+        planner.plan(Pose2D(5.0, 20.0), Pose2D(45.0, 30.0), Costmap(costs, 1.0, 0.0, 0.0))
+    except NoPathFoundError:
+        pass
+    np.testing.assert_array_equal(planner.potential, SlowWave(costs).run(20 * 50 + 5, 30 * 50 + 45))
+
+
+def room(width=80, height=60):
+    """A room with a wall that leaves a gap at the top."""
+    costs = np.zeros((height, width), dtype=np.uint8)
+    costs[: height - 10, width // 2] = 254
+    return Costmap(costs, 0.1, -2.0, 1.0)
+
+
+START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
+
+
+@pytest.mark.parametrize("use_astar", [False, True])
+def test_second_plan_does_not_remember_the_first(use_astar):
+    planner, costmap = NavfnPlanner(NavfnParams(use_astar=use_astar)), room()
+    planner.plan(START, GOAL, costmap)
+    costmap.data[:40, 20] = 254
+    costmap.data[5:, 60] = 254
+    again, fresh_planner = planner.plan(GOAL, START, costmap), NavfnPlanner(NavfnParams(use_astar=use_astar))
+    fresh = fresh_planner.plan(GOAL, START, costmap)
+    np.testing.assert_array_equal(again.poses, fresh.poses)
+    np.testing.assert_array_equal(planner.potential, fresh_planner.potential)
+
+
+def test_a_map_of_another_size_may_follow():
+    planner = NavfnPlanner(NavfnParams())
+    planner.plan(START, GOAL, room())
+    small = room(70, 50)
+    fresh = NavfnPlanner(NavfnParams()).plan(START, Pose2D(4.0, 2.0), small)
+    np.testing.assert_array_equal(planner.plan(START, Pose2D(4.0, 2.0), small).poses, fresh.poses)
+
+
+def test_costmap_is_left_as_it_is():
+    costmap = room()
+    costmap.data[10, 10] = 254
+    before = costmap.data.copy()
+    NavfnPlanner(NavfnParams()).plan(Pose2D(-1.0, 2.0), GOAL, costmap)
+    np.testing.assert_array_equal(costmap.data, before)
+
+
+def test_start_in_an_obstacle_is_cleared():
+    costmap = room()
+    costmap.data[10, 10] = 254
+    path = NavfnPlanner(NavfnParams()).plan(Pose2D(-1.0, 2.0), GOAL, costmap)
+    np.testing.assert_allclose(path.poses[0, :2], (-1.0, 2.0))
+
+
+def test_path_ends_at_the_goal_with_its_heading():
+    path = NavfnPlanner(NavfnParams()).plan(START, GOAL, room(), stamp=7.0)
+    assert path.stamp == 7.0
+    np.testing.assert_array_equal(path.poses[-1], GOAL.as_array())
+    assert not path.poses[:-1, 2].any()
+
+
+def test_final_approach_orientation_follows_the_path():
+    path = NavfnPlanner(NavfnParams(use_final_approach_orientation=True)).plan(START, GOAL, room())
+    step = path.poses[-1, :2] - path.poses[-2, :2]
+    assert path.poses[-1, 2] == pytest.approx(np.arctan2(step[1], step[0]))
+
+
+@pytest.mark.parametrize(("final", "yaw"), [(False, 1.5), (True, 0.5)])
+def test_start_at_the_goal(final, yaw):
+    params = NavfnParams(use_final_approach_orientation=final)
+    path = NavfnPlanner(params).plan(Pose2D(0.0, 2.0, 0.5), Pose2D(0.0, 2.0, 1.5), room())
+    np.testing.assert_array_equal(path.poses, [[0.0, 2.0, yaw]])
+
+
+def test_errors():
+    planner, costmap = NavfnPlanner(NavfnParams(tolerance=0.0)), room()
+    with pytest.raises(StartOutsideMapError, match=r"start \(-9, 2\) m .* x -2 to 6 m"):
+        planner.plan(Pose2D(-9.0, 2.0), GOAL, costmap)
+    with pytest.raises(GoalOutsideMapError):
+        planner.plan(START, Pose2D(float("nan"), 0.0), costmap)
+    with pytest.raises(GoalOccupiedError, match="nearest free cell is 0.10 m away"):
+        planner.plan(START, Pose2D(2.05, 2.05), costmap)
+    costmap.data[:, 40] = 254
+    with pytest.raises(NoPathFoundError, match="no path from"):
+        planner.plan(START, GOAL, costmap)
+    costmap.data[:, 40] = 255
+    planner.plan(START, GOAL, costmap)
+    with pytest.raises(NoPathFoundError):
+        NavfnPlanner(NavfnParams(allow_unknown=False)).plan(START, GOAL, costmap)
+
+
+def test_poses_at_the_very_edge_of_the_map():
+    costmap = room()
+    path = NavfnPlanner(NavfnParams()).plan(Pose2D(5.99, 4.0), START, costmap)
+    np.testing.assert_array_equal(path.poses[-1], START.as_array())
+    path = NavfnPlanner(NavfnParams()).plan(START, Pose2D(5.99, 6.99), costmap)
+    assert np.hypot(*(path.poses[-1, :2] - (5.99, 6.99))) < 0.5
+
+
+def test_descent_leaves_a_flat_place_along_the_grid():
+    width = 9
+    potential = np.add.outer(np.arange(9) * 0.0, np.arange(width) * 60.0).astype(np.float32)
+    potential[3:6, 3:6] = 180.0  # a plateau: the gradient is zero in its middle
+    path = np.zeros((500, 2), dtype=np.float32)
+    count = descend(potential.ravel(), width, 4 * width + 4, 4 * width, path)
+    assert count == FAILED  # no lower neighbour at all
+    potential[3, 4] = 170.0
+    potential[4, 3] = 130.0
+    assert descend(potential.ravel(), width, 4 * width + 4, 4 * width, path) > 0
+
+
+@pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no real maps")
+@pytest.mark.parametrize("use_astar", [False, True])
+@pytest.mark.parametrize("start", [(428, 746), (350, 400)])
+def test_willow_regression(start, use_astar):
+    from PIL import Image
+
+    pixels = np.array(Image.open(FilePath(DATA) / "navfn_regression" / "willow_costmap.pgm"))
+    costs = np.full(pixels.shape, 254, dtype=np.uint8)  # the file holds NavFn's own costs
+    costs[pixels == 50], costs[pixels == 253] = 0, 255
+    path = NavfnPlanner(NavfnParams(use_astar=use_astar)).plan(
+        Pose2D(*start), Pose2D(350.0, 450.0), Costmap(costs, 1.0, 0.0, 0.0)
+    )
+    cells = np.floor(path.poses[:, :2] + 0.5).astype(int)
+    assert (costs[cells[:, 1], cells[:, 0]] != 254).all()
+    np.testing.assert_allclose(path.poses[[0, -1], :2], (start, (350, 450)))
+
+
+@pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no street maps")
+@pytest.mark.parametrize("name", ["Berlin_0_256", "NewYork_0_256"])
+def test_street_maps_against_optimal_lengths(name):
+    folder = FilePath(DATA) / "movingai"
+    rows = (folder / f"{name}.map").read_text().splitlines()[4:]
+    costs = np.full((258, 258), 254, dtype=np.uint8)  # a rim, for NavFn never enters the border of a map
+    costs[1:-1, 1:-1] = [[0 if tile in ".GS" else 254 for tile in row] for row in rows]
+    costmap, planner = Costmap(costs, 1.0, -1.0, -1.0), NavfnPlanner(NavfnParams(tolerance=0.0))
+    ratios = []
+    for line in (folder / f"{name}.map.scen").read_text().splitlines()[1::3]:
+        fields = line.split("\t")
+        start_x, start_y, goal_x, goal_y = (float(field) for field in fields[4:8])
+        path = planner.plan(Pose2D(start_x, start_y), Pose2D(goal_x, goal_y), costmap)
+        if float(fields[8]) > 0.0:
+            ratios.append(path.length / float(fields[8]))
+    assert len(ratios) > 280
+    assert np.median(ratios) < 0.98  # any angle is shorter than eight
+    assert max(ratios) < 1.03
+
+
+def test_golden_paths_within_one_cell():
+    """The tolerance that other versions of Nav2 are held to; here all are equal."""
+    with np.load(GOLDEN / "navfn_small.npz") as data:
+        facts = json.loads(str(data["meta_json"]))["walls_raw"]
+        _, path = plan_case(data, "walls_raw", facts, "dijkstra")
+        distances = cdist(path.poses[:, :2], data["walls_raw_dijkstra_path"][:, :2])
+        assert max(distances.min(axis=0).max(), distances.min(axis=1).max()) <= facts["resolution"]

@@ -1,0 +1,186 @@
+"""Sampling-based plans: valid, repeatable, and short where the algorithm promises it."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from navstack.costmap.costmap import Costmap
+from navstack.errors import (
+    GoalOccupiedError,
+    NoPathFoundError,
+    ParameterError,
+    StartOccupiedError,
+    UnknownNameError,
+)
+from navstack.params.planners import OMPL_ALGORITHMS, OmplParams
+from navstack.planning.ompl_kernels import (
+    blocked_table,
+    cumulative_length,
+    is_line_free,
+    nearest_free_cell,
+    polyline_cost,
+    shortcut,
+)
+from navstack.planning.ompl_planner import ALGORITHMS, OmplPlanner
+from navstack.types import Pose2D
+
+START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
+CORNER_LEFT, CORNER_RIGHT = (1.975, 6.0), (2.125, 6.0)  # of the gap in the wall
+SHORTEST = np.hypot(3.0, 4.0) + 0.1 + np.hypot(2.9, 3.5)  # [m] around the wall's top, to within some cells
+
+
+def room():
+    """An 8 x 6 m room with a wall that leaves a gap at the top."""
+    costs = np.zeros((60, 80), dtype=np.uint8)
+    costs[:50, 40] = 254
+    return Costmap(costs, 0.1, -2.0, 1.0)
+
+
+def make(algorithm="RRTConnect", seed=1, iterations=1500, **values):
+    params = OmplParams(algorithm=algorithm, max_iterations=iterations, **values)
+    return OmplPlanner(params, np.random.default_rng(seed))
+
+
+def is_valid(path, costmap):
+    blocked = blocked_table(252, True)
+    cells = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+    return all(is_line_free(costmap.data, blocked, *a, *b) for a, b in zip(cells[:-1], cells[1:], strict=True))
+
+
+def test_every_algorithm_named_is_there():
+    assert set(ALGORITHMS) == set(OMPL_ALGORITHMS)
+
+
+@pytest.mark.parametrize("algorithm", OMPL_ALGORITHMS)
+def test_path_is_valid_dense_and_faces_along_itself(algorithm):
+    costmap = room()
+    path = make(algorithm).plan(START, GOAL, costmap, stamp=3.0)
+    assert path.stamp == 3.0
+    assert is_valid(path, costmap)
+    np.testing.assert_allclose(path.poses[0, :2], (START.x, START.y))
+    np.testing.assert_allclose(path.poses[-1], GOAL.as_array())
+    steps = np.diff(path.poses[:, :2], axis=0)
+    assert np.hypot(*steps.T).max() <= costmap.resolution + 1e-9
+    np.testing.assert_allclose(path.poses[:-1, 2], np.arctan2(steps[:, 1], steps[:, 0]))
+    assert path.length >= SHORTEST - 0.3
+
+
+@pytest.mark.parametrize("algorithm", ["BITstar", "InformedRRTstar", "RRTstar"])
+def test_optimising_algorithms_come_near_the_shortest_path(algorithm):
+    path = make(algorithm, iterations=4000).plan(START, GOAL, room())
+    assert path.length < 1.02 * SHORTEST
+
+
+@pytest.mark.parametrize("algorithm", OMPL_ALGORITHMS)
+def test_same_seed_same_path_whatever_came_before(algorithm):
+    costmap = room()
+    first = make(algorithm).plan(START, GOAL, costmap)
+    make("RRTstar", seed=5).plan(GOAL, START, costmap)
+    np.testing.assert_array_equal(make(algorithm).plan(START, GOAL, costmap).poses, first.poses)
+    assert not np.array_equal(make(algorithm, seed=2).plan(START, GOAL, costmap).poses, first.poses)
+
+
+def test_same_seed_same_path_in_another_process():
+    code = (
+        "import numpy as np; from navstack.costmap.costmap import Costmap; from navstack.types import Pose2D\n"
+        "from navstack.params.planners import OmplParams; from navstack.planning.ompl_planner import OmplPlanner\n"
+        "costs = np.zeros((60, 80), dtype=np.uint8); costs[:50, 40] = 254\n"
+        "params = OmplParams(algorithm='InformedRRTstar', max_iterations=1500)\n"
+        "planner = OmplPlanner(params, np.random.default_rng(1))\n"
+        "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, 0.1, -2.0, 1.0))\n"
+        "print(path.poses.tobytes().hex())"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    here = make("InformedRRTstar").plan(START, GOAL, room())
+    assert answer.stdout.strip() == here.poses.tobytes().hex()
+    assert answer.stderr == ""
+
+
+def test_cost_weight_keeps_clear_of_costly_cells():
+    costmap = room()
+    costmap.data[:, 41:] = 0
+    costmap.data[:50, 40] = 0
+    costmap.data[5:30, 20:60] = 250  # costly, not forbidden, on the straight line
+    short = make("RRTstar", iterations=3000).plan(START, GOAL, costmap)
+    clear = make("RRTstar", iterations=3000, cost_weight=5.0).plan(START, GOAL, costmap)
+    mean_cost = [np.mean([costmap.cost_at(x, y) for x, y, _ in path.poses]) for path in (short, clear)]
+    assert mean_cost[0] > 100 > 40 > mean_cost[1]
+    assert short.length < clear.length
+
+
+def test_occupied_ends_move_to_the_nearest_free_cell():
+    costmap = room()
+    costmap.data[8:13, 8:13] = 253
+    path = make().plan(START, GOAL, costmap)
+    np.testing.assert_allclose(path.poses[0, :2], (START.x, START.y))
+    goal = make().plan(GOAL, START, costmap).poses[-1]
+    assert 0.1 < np.hypot(*(goal[:2] - (START.x, START.y))) <= 0.5
+    with pytest.raises(StartOccupiedError, match="start .* nearest free cell is"):
+        make(tolerance=0.0).plan(START, GOAL, costmap)
+    with pytest.raises(GoalOccupiedError):
+        make(tolerance=0.0).plan(GOAL, START, costmap)
+
+
+def test_closed_way_and_unknown_cells():
+    costmap = room()
+    costmap.data[:, 40] = 255
+    make().plan(START, GOAL, costmap)
+    with pytest.raises(NoPathFoundError, match="RRTConnect: no path .* 500 iterations"):
+        make(iterations=500, allow_unknown=False).plan(START, GOAL, costmap)
+
+
+def test_parameters_are_checked():
+    with pytest.raises(UnknownNameError, match="did you mean 'RRTConnect'"):
+        OmplParams(algorithm="RRTconect")
+    for values in ({"max_iterations": 0}, {"range": 0.0}, {"tolerance": -1.0}, {"max_allowed_cost": 253}):
+        with pytest.raises(ParameterError):
+            OmplParams(**values)
+
+
+def test_line_check_equals_fine_sampling():
+    rng = np.random.default_rng(3)
+    costs = (rng.random((30, 40)) < 0.06).astype(np.uint8) * 254
+    blocked = blocked_table(252, True)
+    disagreements = 0
+    for x0, y0, x1, y1 in rng.random((500, 4)) * (40, 30, 40, 30):
+        t = np.linspace(0.0, 1.0, 20001)
+        cells = costs[(y0 + t * (y1 - y0)).astype(int), (x0 + t * (x1 - x0)).astype(int)]
+        free = is_line_free(costs, blocked, x0, y0, x1, y1)
+        assert not (free and cells.any())  # never misses an obstacle
+        disagreements += free != (not cells.any())
+    assert disagreements <= 2  # a corner clipped by less than the sampling's step
+
+
+def test_line_check_at_grid_lines_and_off_the_map():
+    costs, blocked = np.zeros((10, 10), dtype=np.uint8), blocked_table(252, True)
+    assert is_line_free(costs, blocked, 2.0, 3.0, 7.0, 3.0)
+    assert is_line_free(costs, blocked, 5.0, 9.0, 5.0, 1.0)
+    assert is_line_free(costs, blocked, 4.5, 4.5, 4.5, 4.5)
+    assert not is_line_free(costs, blocked, 4.5, 4.5, 10.0, 4.5)
+    assert not is_line_free(costs, blocked, float("nan"), 4.5, 5.0, 4.5)
+    costs[3, 5] = 254
+    assert not is_line_free(costs, blocked, 2.0, 3.5, 7.0, 3.5)
+
+
+def test_nearest_free_cell_is_nearest():
+    costs, blocked = np.full((20, 20), 254, dtype=np.uint8), blocked_table(252, True)
+    costs[4, 10], costs[10, 15] = 0, 0
+    assert nearest_free_cell(costs, blocked, 10, 10, 8.0) == (15, 10)
+    assert nearest_free_cell(costs, blocked, 10, 10, 4.9) == (-1, -1)
+
+
+def test_shortcut_straightens_a_zigzag():
+    costs, blocked = np.zeros((40, 40), dtype=np.uint8), blocked_table(252, True)
+    zigzag = np.stack((np.arange(1.0, 39.0), 20.0 + 5.0 * (np.arange(38) % 2)), axis=1)
+    line = shortcut(costs, blocked, zigzag, 0.0, np.random.default_rng(0).random((300, 2)))
+    np.testing.assert_array_equal(line[[0, -1]], zigzag[[0, -1]])
+    assert cumulative_length(line)[-1] < 1.02 * np.hypot(37.0, 5.0)
+
+
+def test_polyline_cost_weighs_costs():
+    costs = np.full((5, 20), 126, dtype=np.uint8)
+    line = np.array(((1.5, 2.5), (5.5, 2.5), (5.5, 4.5)))
+    assert polyline_cost(costs, line, 0.0) == pytest.approx(6.0)
+    assert polyline_cost(costs, line, 2.0) == pytest.approx(12.0)

@@ -1,0 +1,154 @@
+"""Popcorn in its bucket: conserved, at rest when calm, and lost the more, the harder it is shaken."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from harness.world.cargo import Cargo, in_frame, is_inside, piece_radius, settled_heap, turned
+from harness.world.world_params import CargoParams
+
+DT, GRAVITY = 1.0 / 120.0, 9.81
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+STILL = (0.0, 0.0, 0.0)
+PARAMS = CargoParams()
+
+
+@pytest.fixture(scope="module")
+def cargo():
+    made = Cargo(PARAMS, GRAVITY, DT)
+    yield made
+    made.close()
+
+
+def shake(cargo, accelerations, seed=0, calm=1.2):
+    """The final state after accelerations (n, 3) [m/s2], one per physics step, and a calm time in [s]."""
+    cargo.reset(np.random.default_rng(seed))
+    for acceleration in accelerations:
+        cargo.step(tuple(acceleration), LEVEL, STILL)
+    for _ in range(round(calm / DT)):
+        cargo.step(STILL, LEVEL, STILL)
+    return cargo.state
+
+
+def braking(deceleration, duration=0.5):
+    return np.tile((-deceleration, 0.0, 0.0), (round(duration / DT), 1))
+
+
+def shock(speed, direction=0.0):
+    return [(-speed * math.cos(direction) / DT, -speed * math.sin(direction) / DT, 0.0)]
+
+
+def surface_height(heap, radius):
+    """Mean height [m] of the heap's surface, sampled from above."""
+    axis = (np.arange(40) + 0.5) / 40 * PARAMS.bucket_width - 0.5 * PARAMS.bucket_width
+    x, y = np.meshgrid(axis, axis)
+    squared = (x[..., None] - heap[:, 0]) ** 2 + (y[..., None] - heap[:, 1]) ** 2
+    tops = np.where(squared < radius**2, heap[:, 2] + np.sqrt(np.maximum(radius**2 - squared, 0.0)), 0.0)
+    return tops.max(axis=-1).mean()
+
+
+def test_the_bucket_is_filled_as_asked():
+    heap, radius = settled_heap(PARAMS, GRAVITY, DT), piece_radius(PARAMS)
+    assert heap.shape == (PARAMS.pieces, 3)
+    assert is_inside(heap, PARAMS).all()
+    assert surface_height(heap, radius) / PARAMS.bucket_height == pytest.approx(PARAMS.fill, abs=0.06)
+    distances = np.linalg.norm(heap[:, None] - heap[None], axis=-1)[np.triu_indices(len(heap), 1)]
+    assert distances.min() > 1.9 * radius  # pieces hardly overlap
+    assert heap[:, 2].min() > 0.9 * radius
+
+
+def test_all_pieces_are_in_the_bucket_at_the_start_and_stay_while_calm(cargo):
+    state = shake(cargo, np.tile((1.0, 0.5, 0.0), (240, 1)))
+    assert (state.pieces_at_start, state.pieces_outside) == (50, 0)
+    assert not cargo.is_awake
+
+
+def test_it_wakes_when_shaken_and_rests_again(cargo):
+    cargo.reset(np.random.default_rng(0))
+    cargo.step((-5.0, 0.0, 0.0), LEVEL, STILL)
+    assert cargo.is_awake
+    for _ in range(round(PARAMS.settle_time / DT) + 2):
+        cargo.step(STILL, LEVEL, STILL)
+    assert not cargo.is_awake
+
+
+def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
+    for deceleration in (4.0, 6.0):
+        assert shake(cargo, braking(deceleration)).pieces_outside == 0
+
+
+def test_harder_shocks_spill_more(cargo):
+    directions = (0.0, 0.7, 2.0)
+    losses = [
+        sum(shake(cargo, shock(v, d), seed=i).pieces_outside for i, d in enumerate(directions)) for v in (1, 3, 5)
+    ]
+    assert losses[0] == 0
+    assert losses[0] < losses[1] < losses[2]
+
+
+def test_harder_braking_spills_more_of_a_fuller_bucket():
+    full = Cargo(dataclasses.replace(PARAMS, fill=0.9), GRAVITY, DT)
+    try:
+        losses = [sum(shake(full, braking(a), seed=s).pieces_outside for s in (0, 2)) for a in (6.0, 16.0, 26.0)]
+    finally:
+        full.close()
+    assert losses[0] <= losses[1] <= losses[2]
+    assert losses[0] < losses[2]
+
+
+def test_pieces_are_conserved(cargo):
+    state = shake(cargo, shock(5.0))
+    inside = int(is_inside(cargo.positions, PARAMS).sum())
+    assert inside + state.pieces_outside == state.pieces_at_start == 50
+    assert state.lost_fraction == state.pieces_outside / 50
+
+
+def test_turning_over_empties_the_bucket(cargo):
+    cargo.reset(np.random.default_rng(0))
+    rate = math.pi  # [rad/s]
+    for step in range(240):
+        angle = min(step * DT * rate, math.pi)
+        spin = (rate, 0.0, 0.0) if angle < math.pi else STILL
+        cargo.step(STILL, (math.sin(0.5 * angle), 0.0, 0.0, math.cos(0.5 * angle)), spin)
+    assert cargo.state.pieces_outside == 50
+
+
+def test_the_heading_of_the_robot_is_of_no_account(cargo):
+    """The same shake seen from another heading moves the pieces the same way in the bucket."""
+    places = []
+    for heading in (0.0, 2.1):
+        cargo.reset(np.random.default_rng(3))
+        q = (0.0, 0.0, math.sin(0.5 * heading), math.cos(0.5 * heading))
+        for _ in range(30):
+            cargo.step((-8.0 * math.cos(heading), -8.0 * math.sin(heading), 0.0), q, STILL)
+        places.append(cargo.positions)
+    assert places[0] == pytest.approx(places[1], abs=2e-3)
+
+
+def test_the_same_shake_gives_the_same_pieces_bit_for_bit(cargo):
+    shake(cargo, shock(3.0), seed=4)
+    places = cargo.positions
+    other = Cargo(PARAMS, GRAVITY, DT)
+    try:
+        shake(other, shock(3.0), seed=4)
+        assert np.array_equal(places, other.positions)
+    finally:
+        other.close()
+
+
+def test_the_eight_images_of_a_heap_are_different_and_inside():
+    heap = settled_heap(PARAMS, GRAVITY, DT)
+    images = [turned(heap, which) for which in range(8)]
+    assert all(is_inside(image, PARAMS).all() for image in images)
+    assert len({image.round(9).tobytes() for image in images}) == 8
+
+
+def test_in_frame_takes_the_heading_off():
+    heading, tilt = 0.9, 0.2
+    tilted = (0.0, math.sin(0.5 * tilt), 0.0, math.cos(0.5 * tilt))  # pitched in the frame
+    ch, sh = math.cos(0.5 * heading), math.sin(0.5 * heading)
+    x, y, z, w = tilted
+    turned_too = (ch * x - sh * y, ch * y + sh * x, ch * z + sh * w, ch * w - sh * z)
+    assert in_frame(heading, turned_too) == pytest.approx(tilted)

@@ -1,0 +1,195 @@
+"""Collisions and tipping against mechanics: momentum, energy, time step."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from harness.truth import Partner
+from harness.world.engine import bullet
+from harness.world.scene import Obstacle
+from harness.world.shapes import box, octagon
+from navstack.types import Pose2D, Twist2D
+
+FRONT = 0.14  # [m] of the robot's body ahead of the base origin
+PERSON_RADIUS = 0.3  # [m]
+
+
+def wall(x, yaw=0.0, height=1.5):
+    return Obstacle("building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height)
+
+
+def post(x, y=0.0, height=0.9, radius=0.1):
+    return Obstacle("bollard", octagon(x, y, radius), height)
+
+
+def with_physics(params, **changes):
+    return dataclasses.replace(params, physics=dataclasses.replace(params.physics, **changes))
+
+
+@pytest.mark.parametrize("obstacle", [wall(1.0), post(1.1, height=1.2)], ids=["wall", "post"])
+@pytest.mark.parametrize("speed", [0.5, 1.26, 2.0, 3.5])
+def test_the_impulse_on_something_fixed_is_the_lost_momentum(lab, robot, params, obstacle, speed):
+    with lab.world(lab.without_drive(robot), params, [obstacle], steps_per_tick=1) as world:
+        lab.fling(world, speed)
+        after = speed
+        for _ in range(400):
+            world.step(Twist2D())
+            after = min(after, world._velocity[0])
+        (event,) = world.close_episode().contacts
+    assert event.partner is Partner.PROPERTY and event.kind == obstacle.kind
+    assert event.impulse == pytest.approx(robot.mass * (speed - after), rel=0.03)
+    assert event.impulse == pytest.approx(robot.mass * speed, rel=0.03)  # without rebound
+    assert event.closing_speed == pytest.approx(speed, rel=1e-3)
+    assert event.robot_speed == pytest.approx(speed, rel=1e-3)
+    assert event.partner_speed == 0.0
+    assert event.x == pytest.approx(1.0, abs=0.04)
+
+
+def test_an_oblique_wall_takes_the_momentum_along_its_normal(lab, robot, params):
+    with lab.world(
+        lab.without_drive(robot), params, [wall(1.0)], steps_per_tick=1, start=Pose2D(0.0, 0.0, 1.0)
+    ) as world:
+        before = np.array((1.5, 0.3))
+        lab.fling(world, *before)
+        while world._velocity[0] == pytest.approx(before[0], abs=1e-6):
+            world.step(Twist2D())
+        lab.drive(world, 2)
+        after = np.array(world._velocity[:2])
+        (event,) = world.close_episode().contacts
+    assert after[1] == pytest.approx(before[1], abs=1e-3)  # frictionless: nothing along the wall
+    assert event.impulse == pytest.approx(robot.mass * (before[0] - after[0]), rel=0.03)
+    a, b = robot.half_size
+    lever = a * math.sin(1.0) - b * math.cos(1.0)  # [m] of the touching corner beside the centre of mass
+    effective_mass = 1.0 / (1.0 / robot.mass + lever**2 / robot.inertia[2])  # off-centre impact, textbook
+    assert event.impulse == pytest.approx(effective_mass * before[0], rel=0.03)
+
+
+def test_momentum_is_conserved_with_a_dynamic_person(lab, robot, params):
+    # The person's steering is all but off: what acts is the impact.
+    bodies = dataclasses.replace(params.pedestrian_bodies, kind="dynamic", push_force=1e-6, friction=0.0)
+    speed = 1.2
+    with lab.world(
+        lab.without_drive(robot),
+        dataclasses.replace(params, pedestrian_bodies=bodies),
+        people=[(1.0, 0.0, 0.0, 0.0)],
+        steps_per_tick=1,
+    ) as world:
+        lab.fling(world, speed)
+        lab.drive(world, 90)
+        (event,) = world.close_episode().contacts
+        truth = world.truth
+        robot_after, person_after = world._velocity[0], truth.pedestrians[0, 2]
+    total = robot.mass + bodies.mass
+    common = robot.mass * speed / total
+    assert robot.mass * robot_after + bodies.mass * person_after == pytest.approx(robot.mass * speed, rel=1e-3)
+    assert person_after == pytest.approx(common, rel=0.03)
+    assert event.impulse == pytest.approx(bodies.mass * common, rel=0.03)
+    assert event.partner is Partner.PEDESTRIAN
+
+
+def test_a_kinematic_person_walks_into_the_standing_robot(lab, robot, params):
+    start_x = FRONT + PERSON_RADIUS + 0.5
+    with lab.world(robot, params, people=[(start_x, 0.0, -1.0, 0.0)]) as world:
+        truths = lab.drive(world, 120)
+        (event,) = world.close_episode().contacts
+    assert event.stamp == pytest.approx(0.5, abs=0.03)
+    assert event.robot_speed == pytest.approx(0.0, abs=1e-3)
+    assert event.partner_speed == pytest.approx(1.0, abs=1e-3)
+    # Nothing stops the person: the robot is taken along, and the first impact gives it the person's speed.
+    assert truths[-1].twist.linear_x == pytest.approx(-1.0, abs=0.1)
+    assert truths[-1].pedestrians[0, 0] == pytest.approx(start_x - 2.0, abs=1e-6)
+    assert event.impulse == pytest.approx(50.0, rel=0.25)  # 3 steps of the wheels' resistance included
+    assert event.duration > 1.0
+
+
+def test_a_dynamic_person_gives_way_and_returns_to_the_way(lab, robot, params):
+    bodies = dataclasses.replace(params.pedestrian_bodies, kind="dynamic")
+    people = [(2.0, 0.1, 0.0, 0.0)]
+    with lab.world(robot, dataclasses.replace(params, pedestrian_bodies=bodies), people=people) as world:
+        truths = lab.drive(world, 100, v=1.5)
+        pushed = max(t.pedestrians[0, 0] for t in truths)
+        back = lab.drive(world, 240, v=-1.5)[-1].pedestrians[0]
+    assert pushed > 2.05
+    assert back[:2] == pytest.approx((2.0, 0.1), abs=0.06)
+
+
+def test_a_hard_hit_counts_once_until_the_cool_down_is_over(lab, robot, params):
+    start_x = FRONT + PERSON_RADIUS + 0.3
+    with lab.world(lab.without_drive(robot), params, people=[(start_x, 0.0, -1.8, 0.0)]) as world:
+        lab.drive(world, 60)
+        (counted,) = world.close_episode().counted_contacts
+        (event,) = world.truth.contacts
+    assert counted.partner is Partner.PEDESTRIAN and counted.partner_id == 0
+    assert counted.impulse == pytest.approx(event.peak_step_impulse)
+    assert counted.impulse == pytest.approx(robot.mass * 1.8, rel=0.03)
+
+
+def test_energy_never_grows_without_drive(lab, robot, params):
+    gravity, inertia = params.physics.gravity, np.array(robot.inertia)
+    obstacles = [wall(1.5), post(-2.0, 0.1, height=0.3), wall(-3.0, yaw=math.pi)]
+    with lab.world(lab.without_drive(robot), params, obstacles, steps_per_tick=1) as world:
+        lab.fling(world, 2.5, 0.2, 0.0, (0.0, 0.3, 0.8))
+        energies = []
+        for _ in range(600):
+            world.step(Twist2D())
+            rotation = np.array(bullet.getMatrixFromQuaternion(world._orientation)).reshape(3, 3)
+            spin = rotation.T @ world._spin
+            kinetic = 0.5 * robot.mass * np.dot(world._velocity, world._velocity) + 0.5 * spin @ (inertia * spin)
+            energies.append(kinetic + robot.mass * gravity * world._position[2])
+    growth = np.diff(energies)
+    assert growth.max() < 0.5  # [J] of about 390; potential energy is first order in the step
+    assert energies[-1] <= energies[0] + 1e-6
+
+
+def test_it_stands_still_on_level_ground(lab, robot, params):
+    with lab.world(robot, params) as world:
+        truth = lab.drive(world, 600)[-1]
+    assert math.hypot(truth.pose.x, truth.pose.y) < 1e-6
+    assert truth.tilt < 1e-4
+    assert abs(truth.twist.linear_x) < 1e-9
+
+
+def test_it_tips_over_a_low_edge_when_fast_and_not_when_slow(lab, robot, params):
+    """A step of 0.12 m trips the body; the threshold is the lever of the centre of mass (textbook)."""
+    kerb = wall(1.0, height=0.12)
+    tilts = {}
+    for speed in (0.5, 3.5):
+        with lab.world(lab.without_drive(robot), params, [kerb]) as world:
+            lab.fling(world, speed)
+            tilts[speed] = max(t.tilt for t in lab.drive(world, 180))
+    assert tilts[0.5] < 0.1
+    assert tilts[3.5] > 0.5
+
+
+def test_a_push_high_up_tips_it_and_a_low_one_does_not(lab, robot, params):
+    tilts = {}
+    for height in (0.1, 1.1):
+        with lab.world(robot, params, steps_per_tick=1) as world:
+            worst = 0.0
+            for step in range(150):
+                if step < 60:
+                    x, y, z = world._position
+                    bullet.applyExternalForce(
+                        world._body,
+                        -1,
+                        (0.0, 330.0, 0.0),
+                        (x, y, height),
+                        bullet.WORLD_FRAME,
+                        physicsClientId=world._client,
+                    )
+                world.step(Twist2D())
+                worst = max(worst, world.truth.tilt)
+            tilts[height] = worst
+    assert tilts[0.1] < 0.02
+    assert tilts[1.1] > 0.5
+
+
+def test_tipping_does_not_hang_on_the_time_step(lab, robot, params):
+    tilts = []
+    for rate in (120.0, 240.0):
+        with lab.world(lab.without_drive(robot), with_physics(params, rate=rate), [wall(1.0, height=0.12)]) as world:
+            lab.fling(world, 1.5)
+            tilts.append(max(t.tilt for t in lab.drive(world, 240)))
+    assert tilts[0] == pytest.approx(tilts[1], rel=0.2)

@@ -1,0 +1,115 @@
+"""The accounting of contacts, on made-up contact points."""
+
+import pytest
+
+from harness.truth import Partner
+from harness.world.contacts import ContactBook, ContactPoint, Motion, Touched
+from harness.world.world_params import ContactParams
+
+DT = 1.0 / 120.0
+PERSON = Touched(Partner.PEDESTRIAN, "pedestrian", 3)
+MAILBOX = Touched(Partner.PROPERTY, "mailbox", 7)
+STILL = Motion((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+ROBOT = Motion((0.0, 0.0, 0.45), (1.5, 0.2, 0.0), (0.0, 0.0, 0.5))
+
+
+def point(impulse, touched=PERSON, partner=STILL, position=(0.4, 0.0, 0.3)):
+    return ContactPoint(touched, position, (-1.0, 0.0, 0.0), impulse, partner)
+
+
+def feed(book, steps, first=1):
+    """Record a list of contact points per physics step; an empty list is a step without contact."""
+    for number, points in enumerate(steps, first):
+        book.record(number * DT, points, ROBOT)
+        book.close_old(number * DT)
+
+
+@pytest.fixture
+def book():
+    return ContactBook(ContactParams(), DT)
+
+
+def test_the_points_of_one_partner_count_as_one(book):
+    feed(book, [[point(20.0), point(30.0), point(90.0, MAILBOX)]])
+    (counted,) = book.counted
+    assert (counted.impulse, counted.kind) == (50.0, "pedestrian")
+
+
+def test_partners_are_not_added_to_each_other(book):
+    feed(book, [[point(30.0), point(40.0, MAILBOX)]])
+    assert book.counted == ()
+
+
+def test_without_summing_the_first_strong_point_of_a_step_counts_alone():
+    book = ContactBook(ContactParams(sum_points=False), DT)
+    feed(book, [[point(20.0), point(50.0), point(90.0, MAILBOX)]])
+    (counted,) = book.counted
+    assert (counted.impulse, counted.kind, counted.partner_id, counted.stamp) == (50.0, "pedestrian", 3, DT)
+
+
+def test_steps_below_the_threshold_never_add_up(book):
+    feed(book, [[point(49.9)]] * 5)
+    assert book.counted == ()
+
+
+def test_nothing_counts_during_thirty_reports_whoever_it_is(book):
+    feed(book, [[point(60.0)]] + [[point(200.0, MAILBOX)]] * 30)
+    assert len(book.counted) == 1
+    feed(book, [[point(200.0, MAILBOX)]], first=32)
+    assert [contact.kind for contact in book.counted] == ["pedestrian", "mailbox"]
+
+
+def test_steps_without_contact_do_not_shorten_the_cool_down(book):
+    feed(book, [[point(60.0)]] + [[]] * 200 + [[point(60.0)]] * 30)
+    assert len(book.counted) == 1
+    feed(book, [[point(60.0)]], first=232)
+    assert len(book.counted) == 2
+
+
+def test_a_touch_without_force_is_a_report(book):
+    feed(book, [[point(60.0)]] + [[point(0.0)]] * 30 + [[point(60.0)]])
+    assert len(book.counted) == 2
+
+
+def test_an_event_sums_the_impact_and_not_the_push_after_it(book):
+    feed(book, [[point(30.0), point(10.0)], [point(5.0)], [point(2.0)], [point(3.0)], [point(3.0)]])
+    book.close_all()
+    (event,) = book.finished
+    assert event.impulse == pytest.approx(47.0)
+    assert event.peak_step_impulse == 40.0
+    assert event.stamp == DT
+    assert event.duration == pytest.approx(5 * DT)
+
+
+def test_an_event_ends_after_a_quarter_second_apart_and_then_begins_anew(book):
+    feed(book, [[point(30.0)]] + [[]] * 29 + [[point(4.0)]] + [[]] * 31 + [[point(8.0)]])
+    book.close_all()
+    assert [event.impulse for event in book.finished] == [30.0, 8.0]
+    assert book.finished[0].duration == pytest.approx(31 * DT)
+
+
+def test_partners_have_events_of_their_own(book):
+    feed(book, [[point(30.0), point(11.0, MAILBOX)], [point(1.0, MAILBOX)]])
+    book.close_all()
+    assert {event.kind: event.impulse for event in book.finished} == {"pedestrian": 30.0, "mailbox": 12.0}
+
+
+def test_it_says_who_moved_into_whom(book):
+    walker = Motion((0.7, 0.0, 0.0), (-1.0, 0.3, 0.0))
+    feed(book, [[point(30.0, partner=walker, position=(0.4, -0.2, 0.3))]])
+    book.close_all()
+    (event,) = book.finished
+    # Velocity of the robot's surface: v + w x r = 1.5 + 0.5 * 0.2 along x.
+    assert event.robot_speed == pytest.approx(1.6)
+    assert event.partner_speed == pytest.approx(1.0)
+    assert event.closing_speed == pytest.approx(2.6)
+    assert (event.x, event.y) == (0.4, -0.2)
+
+
+def test_spin_about_any_axis_moves_the_surface():
+    spinning = Motion((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (0.3, -0.4, 0.5))
+    point_there = (1.5, 2.2, 2.6)
+    # w x r with w = (0.3, -0.4, 0.5), r = (0.5, 0.2, -0.4), by hand.
+    expected = (0.06, 0.37, 0.26)
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    assert [spinning.along(axis, point_there) for axis in axes] == pytest.approx(expected)

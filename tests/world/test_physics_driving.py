@@ -1,0 +1,150 @@
+"""The physical world: driving, determinism and bookkeeping."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.world.engine import bullet
+from harness.world.scene import Obstacle
+from harness.world.shapes import box, octagon
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.types import Pose2D
+
+FRONT = 0.14  # [m] of the robot's body ahead of the base origin
+
+
+def wall(x, yaw=0.0, height=1.5):
+    return Obstacle("building_glass", box(x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw), yaw, 1.0, 4.0), height)
+
+
+def post(x, y=0.0, height=0.9, radius=0.1):
+    return Obstacle("bollard", octagon(x, y, radius), height)
+
+
+def with_physics(params, **changes):
+    return dataclasses.replace(params, physics=dataclasses.replace(params.physics, **changes))
+
+
+def test_it_reaches_and_holds_the_commanded_speed_on_a_straight_line(lab, robot, params):
+    with lab.world(robot, params, start=Pose2D(3.0, -2.0, 0.7)) as world:
+        truth = lab.drive(world, 240, v=1.5)[-1]
+    assert truth.twist.linear_x == pytest.approx(1.5, abs=1e-6)
+    off_line = -math.sin(0.7) * (truth.pose.x - 3.0) + math.cos(0.7) * (truth.pose.y + 2.0)
+    assert abs(off_line) < 1e-6
+    assert truth.pose.yaw == pytest.approx(0.7, abs=1e-9)
+    # Constant acceleration until the servo's exponential approach takes over.
+    acceleration, lag = robot.max_acceleration, robot.servo_time_constant
+    ramp = 1.5 / acceleration - lag
+    missed = 1.5 * ramp - 0.5 * acceleration * ramp**2 + acceleration * lag**2
+    assert math.hypot(truth.pose.x - 3.0, truth.pose.y + 2.0) == pytest.approx(1.5 * 4.0 - missed, abs=0.01)
+
+
+def test_it_turns_in_place_about_the_axle(lab, robot, params):
+    with lab.world(robot, params, start=Pose2D(1.0, 1.0, 0.0)) as world:
+        truths = lab.drive(world, 300, w=1.0)
+    assert truths[-1].twist.angular_z == pytest.approx(1.0, abs=1e-6)
+    assert max(math.hypot(t.pose.x - 1.0, t.pose.y - 1.0) for t in truths) < 0.01
+    assert max(abs(t.twist.linear_y) for t in truths) < 0.01
+
+
+def test_it_drives_the_commanded_circle(lab, robot, params):
+    with lab.world(robot, params) as world:
+        truths = lab.drive(world, 600, v=1.0, w=0.5)[120:]
+    points = np.array([(t.pose.x, t.pose.y) for t in truths])
+    # Circle through the points by linear least squares: x^2 + y^2 = 2 a x + 2 b y + c.
+    system = np.column_stack((2.0 * points, np.ones(len(points))))
+    a, b, c = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
+    assert math.sqrt(c + a * a + b * b) == pytest.approx(2.0, rel=0.01)
+
+
+def test_braking_is_limited_by_the_drive_and_by_friction(lab, robot, params):
+    for friction, expected in ((robot.wheel_friction, robot.max_deceleration), (0.3, 0.3 * params.physics.gravity)):
+        slippery = dataclasses.replace(robot, wheel_friction=friction)
+        with lab.world(slippery, params) as world:
+            x0 = lab.drive(world, 240, v=2.0)[-1].pose.x
+            distance = lab.drive(world, 200)[-1].pose.x - x0
+        shortest = 2.0**2 / (2.0 * expected) - 2.0 / params.physics.rate
+        # The servo's last, exponential part costs at most two time constants more.
+        assert shortest <= distance < shortest + 2.0 * 2.0 * robot.servo_time_constant
+
+
+def test_commands_beyond_the_robots_limits_are_clipped(lab, robot, params):
+    with lab.world(robot, params) as world:
+        truth = lab.drive(world, 300, v=10.0)[-1]
+        assert truth.twist.linear_x == pytest.approx(robot.max_speed, abs=1e-3)
+
+
+def test_wheels_resist_a_sideways_shove_by_friction_only(lab, robot, params):
+    with lab.world(robot, params) as world:
+        lab.fling(world, 0.0, vy=1.0)
+        truths = lab.drive(world, 60)
+    # Friction mu g stops the slide of the axle within mu g t = v; 0.3 s is ample, and 0.02 s would be a rail.
+    assert abs(truths[0].twist.linear_y) > 0.5
+    assert abs(truths[30].twist.linear_y) < 0.02
+
+
+def test_two_fresh_worlds_agree_bit_for_bit(lab, robot, params):
+    loaded = dataclasses.replace(params, cargo=dataclasses.replace(params.cargo, pieces=20))
+    obstacles = [wall(3.0), post(1.5, 0.3), post(1.5, -1.0, height=0.3)]
+    people = [(2.0, -0.2, -1.0, 0.05), (-2.0, 0.1, 1.1, 0.0)]
+
+    def journey(world):
+        return [
+            (*dataclasses.astuple(t.pose), t.tilt, *dataclasses.astuple(t.twist), t.cargo.pieces_outside)
+            for t in lab.drive(world, 150, v=1.8, w=0.2)
+        ], world.close_episode()
+
+    with lab.world(robot, loaded, obstacles, people) as first, lab.world(robot, loaded, obstacles, people) as second:
+        trace, truth = journey(first)
+        again, truth_again = journey(second)
+        lab.restart(first, Pose2D())  # nothing is left of an earlier episode
+        third, truth_third = journey(first)
+    assert trace == again == third
+    assert truth.contacts == truth_again.contacts == truth_third.contacts
+    assert truth.counted_contacts == truth_again.counted_contacts == truth_third.counted_contacts
+    assert truth.contacts
+
+
+def test_obstacles_far_ahead_are_met_when_the_robot_gets_there(lab, robot, params):
+    with lab.world(robot, params, [wall(14.0)]) as world:
+        truth = lab.drive(world, 900, v=2.0)[-1]
+    assert 14.0 - FRONT - 0.01 < truth.pose.x < 14.0 - FRONT + 0.03
+
+
+def test_the_reported_acceleration_is_that_of_the_base(lab, robot, params):
+    with lab.world(robot, params) as world:
+        lab.drive(world, 12, v=3.0)
+        assert world.body_state.ax == pytest.approx(robot.max_acceleration, rel=0.01)
+        lab.drive(world, 600, v=1.0, w=0.5)
+        assert world.body_state.ax == pytest.approx(0.0, abs=0.02)
+        assert world.body_state.ay == pytest.approx(1.0 * 0.5, abs=0.02)
+
+
+def test_bad_parameters_are_named(lab, robot, params):
+    with pytest.raises(ParameterError, match="mass"):
+        dataclasses.replace(robot, mass=0.0)
+    with pytest.raises(UnknownNameError, match="kinematic"):
+        dataclasses.replace(params.pedestrian_bodies, kind="kinematik")
+    with pytest.raises(ParameterError, match="contact_erp"):
+        with_physics(params, contact_erp=0.9)
+
+
+def test_nothing_is_written_to_standard_output(lab, robot, params, capfd):
+    with lab.world(robot, params, [wall(2.0)]) as world:
+        lab.drive(world, 120, v=2.0)
+        lab.restart(world, Pose2D())
+    assert capfd.readouterr().out == ""
+    assert Path(bullet.__file__).exists()
+
+
+def test_worlds_that_nobody_holds_free_their_servers(lab, robot, params):
+    loaded = dataclasses.replace(params, cargo=dataclasses.replace(params.cargo, pieces=2))
+    clients = set()
+    for _ in range(20):
+        with lab.world(robot, loaded) as world:
+            clients.add(world._client)
+            world.close()  # closing twice is no harm
+    assert len(clients) <= 2
