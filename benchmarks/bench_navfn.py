@@ -78,7 +78,7 @@ def bench(name: str, planner: Planner, costmap: Costmap, pairs: list[tuple[Pose2
 def drive(
     costmap: Costmap, inflation: Inflation, route: np.ndarray, rng: np.random.Generator
 ) -> Iterator[tuple[Pose2D, Costmap]]:
-    """Poses along a route, each with a costmap in which pedestrians stand near it."""
+    """Poses along a route, each with a costmap in which pedestrians stand near it; the empty map is its floor."""
     for x, y, _ in route[:-STEP:STEP]:
         data = costmap.data.copy()
         mx, my = costmap.world_to_map(x, y)
@@ -88,7 +88,7 @@ def drive(
             if inside and np.hypot(dx, dy) > 30:
                 data[row - 6 : row + 6, column - 6 : column + 6] = LETHAL_OBSTACLE
                 inflation.apply(data, column - 40, column + 40, row - 40, row + 40)
-        yield Pose2D(x, y), Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y)
+        yield Pose2D(x, y), Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.data)
 
 
 def bench_replanning(costmap: Costmap, inflation: Inflation, pairs: list[tuple[Pose2D, Pose2D]]) -> None:
@@ -124,7 +124,7 @@ def main() -> None:
     bench("A*", NavfnPlanner(NavfnParams(use_astar=True)), costmap, pairs)
     bench_replanning(costmap, inflation, pairs)
     for algorithm in sorted(OMPL_ALGORITHMS):
-        planner = OmplPlanner(OmplParams(algorithm=algorithm), np.random.default_rng(1))
+        planner = OmplPlanner(OmplParams(algorithm=algorithm))
         bench(algorithm, planner, costmap, pairs)
 
 

@@ -25,7 +25,7 @@ class Contact:
     x: float  # [m] where
     y: float  # [m]
     impulse: float  # [N s] exchanged during the impact itself, independent of the physics step
-    peak_step_impulse: float  # [N s] of the largest single contact point in one physics step
+    peak_step_impulse: float  # [N s] the most that was exchanged in one physics step
     closing_speed: float  # [m/s] along the contact normal at first touch
     robot_speed: float  # [m/s] of the robot towards the partner, along the normal
     partner_speed: float  # [m/s] of the partner towards the robot, along the normal

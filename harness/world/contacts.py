@@ -81,9 +81,9 @@ class _Event:
 class ContactBook:
     """Keeps the contacts of one episode; fed once per physics step with contact.
 
-    How an impact spreads over contact points is a matter of the engine: here a person or a wall touches the robot's
-    side in two to four points at once. With ``sum_points`` the points of one partner count as one. The published mean
-    counted impulse, above 100 N s per contact, speaks for impacts that one point carried whole.
+    The published rule looks at single contact points. How an impact spreads over them is a matter of the engine: here
+    a person or a wall touches the robot's side in two to four points at once. With ``sum_points`` the points of one
+    partner count as one, which counts more contacts.
 
     An event's impulse is that of its first impact; a second one within ``separation_time`` shows in its peak only.
     """

@@ -1,5 +1,8 @@
 """Hot loops that repair NavFn's potential where the costmap has changed; conventions as in navfn_kernels."""
 
+# mypy: disable-error-code="arg-type, assignment, return-value"
+# as in the other kernels: mypy takes 32-bit numbers for mistakes
+
 import numpy as np
 from numba import njit
 

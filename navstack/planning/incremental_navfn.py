@@ -32,8 +32,7 @@ class IncrementalNavfn(Planner):
     NavfnPlanner does.
     """
 
-    def __init__(self, params: IncrementalNavfnParams, rng: np.random.Generator | None = None) -> None:
-        """Keep the parameters; ``rng`` is not used."""
+    def __init__(self, params: IncrementalNavfnParams) -> None:
         self._params = params
         self._field = PotentialField(params.allow_unknown, WAITING_CELLS)
         self._crossing, _ = cost_tables(params.allow_unknown)
@@ -43,6 +42,10 @@ class IncrementalNavfn(Planner):
         self._fallback = NavfnPlanner(
             NavfnParams(params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation)
         )
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Forget the field: a plan must not depend on the deliveries before; ``rng`` is not used."""
+        self._key = ()
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal``; errors as :class:`NavfnPlanner`."""

@@ -24,8 +24,7 @@ class NavfnPlanner(Planner):
     to a column or row beyond the map takes the last one (undefined there).
     """
 
-    def __init__(self, params: NavfnParams, rng: np.random.Generator | None = None) -> None:
-        """Keep the parameters; ``rng`` is not used."""
+    def __init__(self, params: NavfnParams) -> None:
         self._params = params
         self._field = PotentialField(params.allow_unknown)
         self._bound = GoalBound(params.allow_unknown)

@@ -170,10 +170,8 @@ def run_wave(
     Where ``ahead`` is not empty it bounds from below what remains from each cell to the target, and the wave does not
     go on from cells whose potential and bound exceed ``limit``: no way that costs less leads over them.
 
-    Returns:
-        The threshold at the end: potentials below it by PRIORITY_STEP are final.
+    Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
-    is_bounded = ahead.size > 0
     current, following, overflow = buffers[0], buffers[1], buffers[2]
     n_following, n_overflow = 0, 0
     target_x, target_y = target % width, target // width
@@ -188,7 +186,7 @@ def run_wave(
                 continue
             potential[n] = math.copysign(new, potential[n])
             dirty[n >> BLOCK_SHIFT] = 1
-            if is_bounded and new + ahead[n] > limit:
+            if ahead.size > 0 and new + ahead[n] > limit:
                 continue
             if use_astar:
                 new = np.float32(new + distance_cost(n, width, target_x, target_y))

@@ -79,15 +79,19 @@ class _Objective(ob.OptimizationObjective):  # type: ignore[misc]
 class OmplPlanner(Planner):
     """Plans for a point in the plane with one of OMPL's algorithms.
 
-    A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from ``rng``, so that it does
-    not depend on what else the process has planned. An occupied start or goal is replaced by the nearest free cell.
+    A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from the generator that
+    ``reset`` gave, so that it does not depend on what else the process has planned. An occupied start or goal is
+    replaced by the nearest free cell.
     """
 
-    def __init__(self, params: OmplParams, rng: np.random.Generator) -> None:
-        """Keep the parameters; ``rng`` is drawn from once per plan."""
+    def __init__(self, params: OmplParams) -> None:
         self._params = params
-        self._rng = rng
+        self._rng = np.random.default_rng(0)  # until reset
         self._blocked = blocked_table(params.max_allowed_cost, params.allow_unknown)
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Draw from ``rng`` from here on."""
+        self._rng = rng
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal`` in steps of one cell, each pose looking along it, the last one as the goal.

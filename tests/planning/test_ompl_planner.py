@@ -39,8 +39,9 @@ def room():
 
 
 def make(algorithm="RRTConnect", seed=1, iterations=1500, **values):
-    params = OmplParams(algorithm=algorithm, max_iterations=iterations, **values)
-    return OmplPlanner(params, np.random.default_rng(seed))
+    planner = OmplPlanner(OmplParams(algorithm=algorithm, max_iterations=iterations, **values))
+    planner.reset(np.random.default_rng(seed))
+    return planner
 
 
 def is_valid(path, costmap):
@@ -88,7 +89,7 @@ def test_same_seed_same_path_in_another_process():
         "from navstack.params.planners import OmplParams; from navstack.planning.ompl_planner import OmplPlanner\n"
         "costs = np.zeros((60, 80), dtype=np.uint8); costs[:50, 40] = 254\n"
         "params = OmplParams(algorithm='InformedRRTstar', max_iterations=1500)\n"
-        "planner = OmplPlanner(params, np.random.default_rng(1))\n"
+        "planner = OmplPlanner(params); planner.reset(np.random.default_rng(1))\n"
         "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, 0.1, -2.0, 1.0))\n"
         "print(path.poses.tobytes().hex())"
     )

@@ -27,7 +27,9 @@ def room():
 @pytest.fixture(params=sorted(PLANNERS))
 def make(request):
     def planner() -> Planner:
-        return PLANNERS[request.param](PARAMS[request.param], np.random.default_rng(4))
+        made = PLANNERS[request.param](PARAMS[request.param])
+        made.reset(np.random.default_rng(4))
+        return made
 
     return planner
 
@@ -56,6 +58,16 @@ def test_new_plan_is_a_new_object_and_repeatable(make):
     assert not np.shares_memory(first.poses, second.poses)
     np.testing.assert_array_equal(other.plan(START, GOAL, costmap).poses, first.poses)
     np.testing.assert_array_equal(other.plan(START, GOAL, costmap).poses, second.poses)
+
+
+def test_reset_forgets_what_came_before(make):
+    used, costmap = make(), room()
+    detour = room()
+    detour.data[10:50, 20] = 254
+    used.plan(START, GOAL, detour)
+    used.plan(GOAL, START, costmap)
+    used.reset(np.random.default_rng(4))
+    np.testing.assert_array_equal(used.plan(START, GOAL, costmap).poses, make().plan(START, GOAL, costmap).poses)
 
 
 def test_costmap_is_only_read(make):
