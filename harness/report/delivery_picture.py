@@ -21,9 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MARGIN = 6.0  # [m] around the trajectory
-ASPECT = 0.5  # height over width of the picture at the least
+ASPECT = (0.42, 0.75)  # height over width of the picture, at the least and at the most
 NEAR = 15.0  # [m] from the robot within which a person's steps are drawn
 WIDTH_INCH, DPI = 9.0, 180
+STRIP_INCH = 0.36  # above the map for the title, below it for the legend
 ROBOT, PEOPLE, GOAL, CONTACT = "#0b6e4f", "#7b3fa0", "#0b6e4f", "#d1242f"
 
 
@@ -47,17 +48,26 @@ def draw_delivery(run: Path, stack: str, episode: int, picture: Path) -> None:
     scene = load_scene(json.loads((run / "run.json").read_text(encoding="utf-8"))["map_name"])
     bounds = _bounds(trace, row)
     height = WIDTH_INCH * bounds.depth / bounds.width
-    figure = Figure(figsize=(WIDTH_INCH, height + 0.5), dpi=DPI)
+    total = height + 2 * STRIP_INCH
+    figure = Figure(figsize=(WIDTH_INCH, total), dpi=DPI)
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.01, 0.01, 0.98, height / (height + 0.5) - 0.01))
+    axes = figure.add_axes((0.0, STRIP_INCH / total, 1.0, height / total))
     draw_scene(axes, scene, bounds)
     _draw_people(axes, trace, crowd)
-    _draw_robot(figure, axes, trace, row)
+    _draw_robot(figure, axes, trace, row, STRIP_INCH / total)
     _draw_contacts(axes, events)
     axes.set_xticks([])
     axes.set_yticks([])
-    axes.legend(loc="upper left", fontsize=8, framealpha=0.9)
-    figure.suptitle(_title(row), fontsize=10, y=1.0 - 0.14 / (height + 0.5))
+    axes.set(xlabel="", ylabel="")
+    figure.legend(
+        *axes.get_legend_handles_labels(),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 0.0),
+        ncols=4,
+        fontsize=8,
+        frameon=False,
+    )
+    figure.suptitle(_title(row), fontsize=10, y=1.0 - 0.3 * STRIP_INCH / total)
     figure.savefig(picture, facecolor="white")
 
 
@@ -72,12 +82,12 @@ def _rows(run: Path, stack: str, episode: int) -> tuple[dict[str, Any], list[dic
 
 
 def _bounds(trace: FloatArray, row: dict[str, Any]) -> Rect:
-    """What the picture shows: the trajectory with a margin, at least ``ASPECT`` high."""
+    """What the picture shows: the trajectory with a margin, in a pleasant shape."""
     points = np.vstack((trace[:, 1:3], [[row["goal_x_m"], row["goal_y_m"]]]))
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-    missing = np.maximum((ASPECT * (high - low)[0] - (high - low)[1], 0.35 * (high - low)[1] - (high - low)[0]), 0.0)
-    low, high = low - missing[::-1] / 2, high + missing[::-1] / 2
-    return Rect(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    width, depth = high - low
+    more = np.array((max(depth / ASPECT[1] - width, 0.0), max(ASPECT[0] * width - depth, 0.0))) / 2
+    return Rect(*(low - more).tolist(), *(high + more).tolist())
 
 
 def _draw_people(axes: "Axes", trace: FloatArray, crowd: FloatArray) -> None:
@@ -91,7 +101,7 @@ def _draw_people(axes: "Axes", trace: FloatArray, crowd: FloatArray) -> None:
         label = None
 
 
-def _draw_robot(figure: Any, axes: "Axes", trace: FloatArray, row: dict[str, Any]) -> None:
+def _draw_robot(figure: Any, axes: "Axes", trace: FloatArray, row: dict[str, Any], strip: float) -> None:
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
@@ -103,9 +113,9 @@ def _draw_robot(figure: Any, axes: "Axes", trace: FloatArray, row: dict[str, Any
     goal = (row["goal_x_m"], row["goal_y_m"])
     axes.plot(*goal, marker="*", ms=14, color=GOAL, mec="white", zorder=6, ls="none", label="goal, 2 m around it")
     axes.add_patch(Circle(goal, 2.0, fill=False, ec=GOAL, lw=1.2, zorder=6))
-    bar = figure.colorbar(lines, ax=axes, shrink=0.6, pad=0.01)
-    bar.set_label("speed [m/s]", fontsize=8)
-    bar.ax.tick_params(labelsize=7)
+    bar = figure.colorbar(lines, cax=figure.add_axes((0.66, 0.55 * strip, 0.2, 0.3 * strip)), orientation="horizontal")
+    bar.ax.tick_params(labelsize=7, length=2, pad=1)
+    figure.text(0.87, 0.55 * strip, "speed [m/s]", fontsize=8)
 
 
 def _draw_contacts(axes: "Axes", events: list[dict[str, Any]]) -> None:
