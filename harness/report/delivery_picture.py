@@ -25,6 +25,7 @@ ASPECT = (0.42, 0.75)  # height over width of the picture, at the least and at t
 NEAR = 15.0  # [m] from the robot within which a person's steps are drawn
 WIDTH_INCH, DPI = 9.0, 180
 STRIP_INCH = 0.36  # above the map for the title, below it for the legend
+OUTCOMES = {"sla": "delivered intact", "spoiled": "delivered, food spoiled"}
 ROBOT, PEOPLE, GOAL, CONTACT = "#0b6e4f", "#7b3fa0", "#0b6e4f", "#d1242f"
 
 
@@ -128,8 +129,9 @@ def _draw_contacts(axes: "Axes", events: list[dict[str, Any]]) -> None:
 
 def _title(row: dict[str, Any]) -> str:
     lost = "" if row["pieces_lost"] is None else f", {row['pieces_lost']} of {row['pieces_at_start']} pieces lost"
+    outcome = OUTCOMES.get(row["outcome"], row["outcome"].replace("_", " "))
     name = f"{row['stack']}, seed {row['seed']}, episode {row['episode']}"
-    return f"{name}: {row['outcome']} after {row['duration_s']:.0f} s and {row['distance_m']:.0f} m{lost}"
+    return f"{name}: {outcome} after {row['duration_s']:.0f} s and {row['distance_m']:.0f} m{lost}"
 
 
 if __name__ == "__main__":

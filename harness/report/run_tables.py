@@ -30,6 +30,10 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     template = study.template
     console.print(f"map {template.map_name}, seed {template.seed}", markup=False)
     for result in results:
+        runs = result.economics.break_even_runs
+        if runs is not None and runs > prices.robot_life_runs:
+            life = f"{prices.robot_life_runs:,.0f}"
+            console.print(f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs", markup=False)
         errors = f", {result.errors} ended in an error" if result.errors else ""
         console.print(
             f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}", markup=False
