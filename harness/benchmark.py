@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -14,17 +13,25 @@ from harness.economics.cost_model import Economics, Measured, price
 from harness.economics.prices import Prices
 from harness.episode import Delivery, run_episode
 from harness.execution import Finished, run_tasks
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row, summarize
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row, summarize, summarize_more
 from harness.runs import RunFolder
-from harness.setup import nav2_parameters, prices_of, scene_of
+from harness.setup import nav2_parameters, prices_of, rules_of, scene_of, world_params
 from harness.stack import Stack
 from harness.statistics import Interval, bootstrap_mean, wilson_interval
 from harness.study import EpisodeTask, Study
+from harness.world.robot import RobotParams
+from harness.world.sensors import SensorParams
+from navstack.params.strict import dump_dataclass, load_dataclass
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 LIBRARIES = ("navbench", "numpy", "scipy", "numba", "pybullet", "ompl", "shapely", "pyarrow")
 BOOTSTRAP_DRAWS = 10_000
+DOLLARS = (
+    *("pedestrian_safety", "property_damage", "repair", "service_compensation"),
+    *("opex", "revenue", "contribution_margin"),
+)
+CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +41,12 @@ class StackResult:
     stack: Stack
     episodes: int  # finished, errors not counted
     errors: int
-    measured: Row  # keys of the paper's simulation table
-    economics: Economics
+    measured: Row | None  # keys of the paper's simulation table; None: no episode finished
+    more: Row  # means that the paper's table does not have
+    economics: Economics | None
     intervals: dict[str, Interval]  # of rates (Wilson) and of means (bootstrap)
-    real_time_factor_per_core: float
-    wall_s: float  # summed over the episodes
+    real_time_factor_per_core: float | None
+    wall_s: float  # of driving, summed over the episodes
 
 
 Progress = Callable[[Finished[EpisodeTask, Delivery], Row], None]
@@ -68,22 +76,21 @@ def _record(finished: Finished[EpisodeTask, Delivery]) -> Row:
         return {"row": delivery.row, "events": delivery.events, "timing": delivery.timing}
     task = finished.task
     where = {"stack": task.stack.name, "episode": task.episode}
-    row = {**where, "stack_number": task.stack_number, "map": task.map_name, "seed": task.seed}
+    row = {**where, "stack_number": task.stack_number, "map": Path(task.map_name).stem, "seed": task.seed}
     return {"row": {**row, "error": finished.error}, "events": [], "timing": where}
 
 
 def summarize_study(study: Study, records: Sequence[Row]) -> list[StackResult]:
-    """One result per stack that finished at least one episode."""
+    """One result per stack."""
     prices = prices_of(study.template.prices)
-    results = [_summarize_stack(study, stack, records, prices) for stack in study.stacks]
-    return [result for result in results if result is not None]
+    return [_summarize_stack(study, stack, records, prices) for stack in study.stacks]
 
 
-def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices: Prices) -> StackResult | None:
+def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices: Prices) -> StackResult:
     own = sorted((r for r in records if r["row"]["stack"] == stack.name), key=lambda r: r["row"]["episode"])
     rows = [r["row"] for r in own if r["row"].get("error") is None]
     if not rows:
-        return None
+        return StackResult(stack, 0, len(own), None, {}, None, {}, None, 0.0)
     summary = summarize(rows, prices.rolling_resistance_force)
     economics = price(Measured(**summary), stack.carries, False, prices)
     wall = sum(r["timing"]["wall_s"] for r in own if r["row"].get("error") is None)
@@ -93,6 +100,7 @@ def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices:
         episodes=len(rows),
         errors=len(own) - len(rows),
         measured=summary,
+        more=summarize_more(rows),
         economics=economics,
         intervals=_intervals(rows, stack, prices, study.template.seed),
         real_time_factor_per_core=simulated / wall,
@@ -107,52 +115,62 @@ def _intervals(rows: Sequence[Row], stack: Stack, prices: Prices, seed: int) -> 
     if any(row["outcome"] == "arrived" for row in rows):
         del intervals["sla"], intervals["spoiled"]
     per_episode = [summarize([row], prices.rolling_resistance_force) for row in rows]
-    means = [key for key in per_episode[0] if key not in OUTCOMES]
-    for key in means:
+    for key in [key for key in per_episode[0] if key not in OUTCOMES]:
         intervals[key] = _bootstrap([summary[key] for summary in per_episode], seed)
+    more = [summarize_more([row]) for row in rows]
+    for key in more[0]:
+        intervals[key] = _bootstrap([summary[key] for summary in more], seed)
     priced = [price(Measured(**summary), stack.carries, False, prices) for summary in per_episode]
-    for term in ("pedestrian_safety", "property_damage", "repair", "service_compensation", "opex", "revenue"):
-        intervals[term] = _bootstrap([getattr(p, term) for p in priced], seed)
-    intervals["contribution_margin"] = _bootstrap([p.contribution_margin for p in priced], seed)
+    for term in DOLLARS:
+        intervals[term] = _bootstrap([getattr(p, term) for p in priced], seed, CENT)
     return {key: interval for key, interval in intervals.items() if interval is not None}
 
 
-def _bootstrap(values: Sequence[float | None], seed: int) -> Interval | None:
+def _bootstrap(values: Sequence[float | None], seed: int, resolution: float = 0.0) -> Interval | None:
     """Mean and interval; None where a value is undefined. No bounds where all deliveries are alike: too few to tell."""
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         return None
-    if min(known) == max(known):
-        return Interval(known[0], None, None, len(known))
+    if max(known) - min(known) <= resolution:
+        return Interval(float(np.mean(known)), None, None, len(known))
     return bootstrap_mean(np.array(known), np.random.default_rng(seed), BOOTSTRAP_DRAWS)
 
 
 def about(study: Study, command: Sequence[str]) -> Row:
-    """Content of ``run.json``: all that is needed to run it again."""
+    """Content of ``run.json``: all that is needed to run it again, with the files in ``params/`` by name."""
     template = study.template
+    names = _names(study)
     scene = scene_of(template.map_name)
     digest = hashlib.sha256(scene.geometry.data.tobytes() + scene.walkable.data.tobytes()).hexdigest()
-    task = dataclasses.asdict(dataclasses.replace(template, stack_number=0))
-    del task["stack"], task["stack_number"], task["episode"]
+    task = dataclasses.asdict(template)
+    for key in ("stack", "stack_number", "episode"):
+        del task[key]
     return {
-        "command": list(command),
-        "stacks": [dataclasses.asdict(stack) for stack in study.stacks],
+        "command": ["navbench", *command[1:]],
+        "stacks": [{**dataclasses.asdict(stack), **names[stack.name]} for stack in study.stacks],
         "episodes": study.episodes,
         **task,
+        **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
         "map_sha256": digest,
         "versions": {name: version(name) for name in LIBRARIES},
     }
 
 
 def parameters(study: Study) -> dict[str, str]:
-    """The merged parameters of every stack and the files they lean on, by file name."""
+    """What the run really uses, defaults and overrides filled in, by file name in ``params/``."""
     template = study.template
-    files = {Path(template.world), Path(template.rules)}
-    texts = {f"{path.parent.name}-{path.name}": path.read_text(encoding="utf-8") for path in sorted(files)}
-    texts[f"prices-{Path(template.prices).name}"] = Path(template.prices).read_text(encoding="utf-8")
+    world = world_params(template.world, template.pedestrians)
+    texts = {
+        "world.yaml": dump_dataclass(world),
+        "rules.yaml": dump_dataclass(rules_of(template.rules)),
+        "prices.yaml": dump_dataclass(prices_of(template.prices)),
+    }
     for stack in study.stacks:
-        for path in (Path(stack.sensors), Path(stack.robot)):
-            texts[f"{stack.name}-{path.parent.name}-{path.name}"] = path.read_text(encoding="utf-8")
+        names = _names(study)[stack.name]
+        texts[names["sensors"].removeprefix("params/")] = dump_dataclass(
+            load_dataclass(SensorParams, Path(stack.sensors))
+        )
+        texts[names["robot"].removeprefix("params/")] = dump_dataclass(load_dataclass(RobotParams, Path(stack.robot)))
         if stack.nav2_file:
             nav2 = nav2_parameters(stack.nav2_file, template.allow_unknown)
             texts[f"{stack.name}-nav2.yaml"] = nav2.dump_merged()
@@ -160,34 +178,34 @@ def parameters(study: Study) -> dict[str, str]:
     return texts
 
 
-def run_document(result: StackResult, study: Study, folder: Path | None, wall_s: float) -> Row:
+def _names(study: Study) -> dict[str, dict[str, str]]:
+    """Where each stack's files are in the run folder."""
+    kinds = ("sensors", "robot")
+    return {
+        stack.name: {
+            **{kind: f"params/{stack.name}-{kind}.yaml" for kind in kinds},
+            "nav2_file": f"params/{stack.name}-nav2.yaml" if stack.nav2_file else "",
+        }
+        for stack in study.stacks
+    }
+
+
+def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
     """One entry of ``runs`` in the JSON document of ``navbench run``."""
     outcomes = {name: result.intervals[name].as_json() if name in result.intervals else None for name in OUTCOMES}
     document: Row = {
         "stack": result.stack.name,
-        "map": study.template.map_name,
+        "map": Path(study.template.map_name).stem,
         "seed": study.template.seed,
         "episodes": result.episodes,
         "errors": result.errors,
         "outcomes": outcomes,
-        "measured": result.measured,
-        "economics": dataclasses.asdict(result.economics),
+        "measured": None if result.measured is None else {**result.measured, **result.more},
+        "economics": None if result.economics is None else dataclasses.asdict(result.economics),
         "intervals": {name: interval.as_json() for name, interval in result.intervals.items()},
     }
     if folder is not None:
         document["real_time_factor_per_core"] = result.real_time_factor_per_core
-        document["wall_s"] = wall_s
+        document["wall_s"] = result.wall_s
         document["folder"] = str(folder)
     return document
-
-
-class Stopwatch:
-    """Wall time since it was made."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-
-    @property
-    def seconds(self) -> float:
-        """Elapsed [s]."""
-        return time.perf_counter() - self._start

@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -12,7 +13,6 @@ from harness.benchmark import (
     TABLES,
     Row,
     StackResult,
-    Stopwatch,
     about,
     parameters,
     run_document,
@@ -84,8 +84,8 @@ class LineDisplay:
 
     def __init__(self, tally: Tally) -> None:
         self._tally = tally
-        self._watch = Stopwatch()
-        self._last = 0.0  # [s]
+        self._start = time.monotonic()
+        self._last = self._start  # [s]
         self._said = 0  # deliveries in the last line
 
     def start(self) -> None:
@@ -98,14 +98,16 @@ class LineDisplay:
 
     def update(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Say something if the last line is old enough."""
-        if self._watch.seconds - self._last >= LINE_PERIOD:
-            self._last = self._watch.seconds
+        if time.monotonic() - self._last >= LINE_PERIOD:
+            self._last = time.monotonic()
             self._say()
 
     def _say(self) -> None:
         self._said = done = self._tally.done
         total = self._tally.total
-        eta = f", about {self._watch.seconds / done * (total - done):.0f} s left" if 0 < done < total else ""
+        eta = (
+            f", about {(time.monotonic() - self._start) / done * (total - done):.0f} s left" if 0 < done < total else ""
+        )
         sys.stderr.write(f"{done} of {total} deliveries{eta}: {self._tally.text}\n")
         sys.stderr.flush()
 
@@ -116,7 +118,6 @@ def run_command(study: Study, out: Path | None, as_json: bool) -> int:
     for note in check(study):
         errors.print(f"note: {note}", markup=False, soft_wrap=True)
     path = out or default_folder("-".join(stack.name for stack in study.stacks))
-    watch = Stopwatch()
     tally = Tally(study.episodes * len(study.stacks), study.workers)
     display = BarDisplay(errors, tally) if errors.is_terminal else LineDisplay(tally)
     records: list[Row] = []
@@ -136,11 +137,11 @@ def run_command(study: Study, out: Path | None, as_json: bool) -> int:
         finally:
             display.stop()
         results = summarize_study(study, records)
-        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None, 0.0) for result in results]})
+        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
     _say_what_failed(records, errors)
     if interrupted:
         errors.print(f"interrupted after {len(records)} of {tally.total} deliveries; they are kept in {path}")
-    _print(results, study, path, watch.seconds, as_json)
+    _print(results, study, path, as_json)
     if interrupted:
         return INTERRUPTED
     return SOME_ERRORS if any(record["row"].get("error") for record in records) else 0
@@ -153,9 +154,9 @@ def _say_what_failed(records: list[Row], console: Console) -> None:
             console.print(f"error in {row['stack']} episode {row['episode']}: {row['error']}", markup=False)
 
 
-def _print(results: list[StackResult], study: Study, path: Path, wall_s: float, as_json: bool) -> None:
+def _print(results: list[StackResult], study: Study, path: Path, as_json: bool) -> None:
     if as_json:
-        document = {"schema": 1, "runs": [run_document(result, study, path, wall_s) for result in results]}
+        document = {"schema": 1, "runs": [run_document(result, study, path) for result in results]}
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
         return
     print_results(results, study, prices_of(study.template.prices), path, report_console(sys.stdout))

@@ -4,18 +4,19 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from harness.economics.prices import Prices
+from harness.economics.prices import Price, Prices
 from harness.injury import injury_cost
-from harness.metrics import DeliveryLog, Row, event_rows
+from harness.metrics import DeliveryLog, Row, event_rows, is_paid
 from harness.mission import Mission
 from harness.outcome import Verdict
-from harness.setup import Brain, build_brain, build_world, mission_of, prices_of, rules_of
+from harness.setup import Brain, build_brain, build_world, mission_of, prices_of, rules_of, scene_of
 from harness.study import EpisodeTask
-from harness.truth import Partner, Truth
+from harness.truth import CountedContact, Partner, Truth
 from navstack.types import Belief
 
 
@@ -36,25 +37,30 @@ def run_episode(task: EpisodeTask) -> Delivery:
         NavstackError: the task cannot be set up.
     """
     began = time.perf_counter()
+    scene = scene_of(task.map_name)
     generators = task.generators()
     mission = mission_of(task, generators["mission"])
     rules = rules_of(task.rules)
     world = build_world(task)
     brain = build_brain(task, world)
+    ready = time.perf_counter()
 
     observation = world.reset(mission, generators)
     brain.reset(mission.goal, Belief(mission.start), generators["planner"])
-    log = DeliveryLog(world.truth, task.keep_trace)
+    log = DeliveryLog(world.truth, frozenset(obstacle.kind for obstacle in scene.obstacles), task.keep_trace)
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
         observation = world.step(command)
         log.record(world.truth, brain.belief, command)
 
     truth = world.close_episode()
+    wall = time.perf_counter() - ready
+    where = {"stack": task.stack.name, "episode": task.episode}
+    events = event_rows(truth, _costs(truth, prices_of(task.prices)))
     return Delivery(
         row=_row(task, mission, verdict, truth, brain, log),
-        events=[{"stack": task.stack.name, "episode": task.episode, **event} for event in event_rows(truth)],
-        timing=_timing(task, truth, time.perf_counter() - began),
+        events=[{**where, **event} for event in events],
+        timing={**where, "setup_s": ready - began, "wall_s": wall, "real_time_factor": truth.stamp / wall},
         recording=log.recording() if task.keep_trace else None,
     )
 
@@ -65,7 +71,7 @@ def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, br
     return {
         "stack": task.stack.name,
         "stack_number": task.stack_number,
-        "map": task.map_name,
+        "map": Path(task.map_name).stem,
         "seed": task.seed,
         "episode": task.episode,
         "start_x_m": start.x,
@@ -98,10 +104,13 @@ def _injury(truth: Truth, prices: Prices) -> Row:
     }
 
 
-def _timing(task: EpisodeTask, truth: Truth, wall_s: float) -> Row:
-    return {
-        "stack": task.stack.name,
-        "episode": task.episode,
-        "wall_s": wall_s,
-        "real_time_factor": truth.stamp / wall_s,
-    }
+def _costs(truth: Truth, prices: Prices) -> list[float]:
+    """What each counted contact costs, in [USD]."""
+    return [_cost(contact, prices) if is_paid(contact) else 0.0 for contact in truth.counted_contacts]
+
+
+def _cost(contact: CountedContact, prices: Prices) -> float:
+    if contact.partner is Partner.PEDESTRIAN:
+        return float(injury_cost(contact.impulse / prices.robot_mass.value, prices))
+    price: Price = getattr(prices.property_damage, contact.kind)
+    return price.value

@@ -3,11 +3,14 @@
 import multiprocessing
 import os
 import signal
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+WORKER_DIED = "a worker process died (out of memory?)"
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -56,32 +59,42 @@ def _ignore_interrupts() -> None:
 def _run_pool(function: Callable[[Task], Result], tasks: list[Task], workers: int) -> Iterator[Finished[Task, Result]]:
     context = multiprocessing.get_context("spawn")  # fork would copy the state of numba and PyBullet
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupts)
-    waiting = iter(tasks)
+    waiting = deque(tasks)
     running: dict[Future[Result], Task] = {}
     try:
-        for task in waiting:
-            running[pool.submit(function, task)] = task
-            if len(running) >= 2 * workers:
-                break
-        while running:
+        while waiting or running:
+            while waiting and len(running) < 2 * workers and _submit(pool, function, waiting, running):
+                pass
+            if not running:  # the pool takes no more
+                yield from (Finished(task, None, WORKER_DIED) for task in waiting)
+                return
             done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                task = running.pop(future)
-                following = next(waiting, None)
-                if following is not None:
-                    running[pool.submit(function, following)] = following
-                yield _collect(task, future)
-    except BrokenProcessPool:
-        for task in [*running.values(), *waiting]:
-            yield Finished(task, None, "a worker process died (out of memory?)")
+            yield from [_collect(running.pop(future), future) for future in done]
     finally:
         for process in list((pool._processes or {}).values()):  # a running episode cannot be cancelled
             process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _submit(
+    pool: ProcessPoolExecutor,
+    function: Callable[[Task], Result],
+    waiting: deque[Task],
+    running: dict[Future[Result], Task],
+) -> bool:
+    """Hand the next waiting task to the pool; False, with the task still waiting, if the pool is broken."""
+    try:
+        future = pool.submit(function, waiting[0])
+    except BrokenProcessPool:
+        return False
+    running[future] = waiting.popleft()
+    return True
+
+
 def _collect(task: Task, future: "Future[Result]") -> Finished[Task, Result]:
     error = future.exception()
     if error is None:
         return Finished(task, future.result())
+    if isinstance(error, BrokenProcessPool):
+        return Finished(task, None, WORKER_DIED)
     return Finished(task, None, f"{type(error).__name__}: {error}")

@@ -46,8 +46,15 @@ EVENT_COLUMNS = {
     **dict.fromkeys(("impulse_ns", "peak_step_impulse_ns", "duration_s", "closing_speed_mps"), "double"),
     **dict.fromkeys(("robot_speed_mps", "partner_speed_mps", "x_m", "y_m"), "double"),
     "fault": "string",
+    "cost_usd": "double",
 }
-TIMING_COLUMNS = {"stack": "string", "episode": "int64", "wall_s": "double", "real_time_factor": "double"}
+TIMING_COLUMNS = {
+    "stack": "string",
+    "episode": "int64",
+    **dict.fromkeys(
+        ("setup_s", "wall_s", "real_time_factor"), "double"
+    ),  # setup: map, world and brain; wall: the drive
+}
 
 
 @dataclass(slots=True)
@@ -55,6 +62,7 @@ class DeliveryLog:
     """Watches one delivery, tick by tick."""
 
     _before: Truth  # when the brain last saw the world
+    kinds: frozenset[str]  # of obstacles in this world; contacts with others are undefined, not 0
     keep_trace: bool = False
     _rows: list[tuple[float, ...]] = field(default_factory=list)  # of TRACE_COLUMNS
     _crowd: list[FloatArray] = field(default_factory=list)  # (n, 2) positions of people at the same stamps
@@ -64,18 +72,19 @@ class DeliveryLog:
     _error_max: float = 0.0  # [m]
     _records: int = 0
 
-    def record(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
-        """Take in the state after a step, and what was believed and commanded before it."""
+    def record(self, truth: Truth, belief: Belief | None, command: Twist2D) -> None:
+        """Take in the state after a step, and what was believed (None: nobody localizes) and commanded before it."""
         before = self._before.pose
         self._before = truth
         self._distance += math.hypot(truth.pose.x - before.x, truth.pose.y - before.y)
         self._max_tilt = max(self._max_tilt, truth.tilt)
-        error = math.hypot(belief.pose.x - before.x, belief.pose.y - before.y)
-        self._error_sum += error
-        self._error_max = max(self._error_max, error)
-        self._records += 1
+        if belief is not None:
+            error = math.hypot(belief.pose.x - before.x, belief.pose.y - before.y)
+            self._error_sum += error
+            self._error_max = max(self._error_max, error)
+            self._records += 1
         if self.keep_trace and truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
-            self._trace(truth, belief, command)
+            self._trace(truth, belief or Belief(before), command)
 
     def _trace(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
         pose, believed = truth.pose, belief.pose
@@ -101,7 +110,7 @@ class DeliveryLog:
             "average_speed_mps": self._distance / truth.stamp if truth.stamp else 0.0,
             "collision_impulse_ns": float(sum(c.impulse for c in truth.counted_contacts)),
             "pedestrian_contacts": len(pedestrian),
-            **{f"{kind}_contacts": count for kind, count in property_contacts(truth.counted_contacts).items()},
+            **property_contacts(truth.counted_contacts, self.kinds),
             "soft_contacts": _soft_contacts(truth),
             "max_tilt_rad": self._max_tilt,
             "pieces_at_start": truth.cargo.pieces_at_start if truth.cargo else None,
@@ -111,10 +120,17 @@ class DeliveryLog:
         }
 
 
-def property_contacts(contacts: Sequence[CountedContact]) -> dict[str, int]:
-    """Paid contacts per kind of property: those of at least :data:`PROPERTY_IMPULSE`."""
-    paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and c.impulse >= PROPERTY_IMPULSE]
-    return {kind: paid.count(kind) for kind in PRICED_PROPERTY}
+def is_paid(contact: CountedContact) -> bool:
+    """Whether a counted contact costs money: with a person, or hard enough with priced property."""
+    if contact.partner is Partner.PEDESTRIAN:
+        return True
+    return contact.kind in PRICED_PROPERTY and contact.impulse >= PROPERTY_IMPULSE
+
+
+def property_contacts(contacts: Sequence[CountedContact], kinds: frozenset[str]) -> dict[str, int | None]:
+    """Paid contacts per priced kind of property under ``<kind>_contacts``; None: no such thing in this world."""
+    paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and is_paid(c)]
+    return {f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY}
 
 
 def _soft_contacts(truth: Truth) -> int:
@@ -131,8 +147,11 @@ def _soft_contacts(truth: Truth) -> int:
     return sum(not was_counted(event) for event in truth.contacts)
 
 
-def event_rows(truth: Truth) -> list[Row]:
-    """The costed events of an episode: counted contacts as published, and contact events beside them."""
+def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
+    """The events of an episode: counted contacts as published with their ``costs`` [USD], and contact events.
+
+    Contact events show the same impacts whole and those too soft to count; they carry no cost of their own.
+    """
     rows: list[Row] = [
         {
             "type": "counted_contact",
@@ -141,8 +160,15 @@ def event_rows(truth: Truth) -> list[Row]:
             "kind": c.kind,
             "partner_id": c.partner_id,
             "impulse_ns": c.impulse,
+            "closing_speed_mps": c.robot_speed + c.partner_speed,
+            "robot_speed_mps": c.robot_speed,
+            "partner_speed_mps": c.partner_speed,
+            "x_m": c.x,
+            "y_m": c.y,
+            "fault": fault(c),
+            "cost_usd": cost,
         }
-        for c in truth.counted_contacts
+        for c, cost in zip(truth.counted_contacts, costs, strict=True)
     ]
     rows += [
         {
@@ -166,7 +192,7 @@ def event_rows(truth: Truth) -> list[Row]:
     return sorted(rows, key=lambda row: (row["stamp_s"], row["type"], row["partner_id"]))
 
 
-def fault(contact: Contact, standing: float = 0.05) -> str:
+def fault(contact: Contact | CountedContact, standing: float = 0.05) -> str:
     """Who moved into whom; a robot slower than ``standing`` [m/s] along the normal was walked into."""
     if contact.partner is Partner.PROPERTY:
         return "robot_into_property"
@@ -185,6 +211,9 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
     def mean(key: str) -> float:
         return float(np.mean([row[key] for row in rows]))
 
+    def mean_or_none(key: str) -> float | None:
+        return None if any(row[key] is None for row in rows) else mean(key)
+
     def share(outcome: str) -> float:
         return sum(row["outcome"] == outcome for row in rows) / len(rows)
 
@@ -200,7 +229,19 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
         "avg_collision_impulse_ns": mean("collision_impulse_ns"),
         "avg_collision_delta_v_mps": mean("collision_delta_v_mps"),
         "pedestrian_injury_usd_per_run": mean("pedestrian_injury_usd"),
-        **{f"{kind}_contacts": mean(f"{kind}_contacts") for kind in PRICED_PROPERTY},
+        **{f"{kind}_contacts": mean_or_none(f"{kind}_contacts") for kind in PRICED_PROPERTY},
         "avg_runtime_h": mean("duration_s") / 3600.0,
         "avg_distance_km": mean("distance_m") / 1000.0,
+    }
+
+
+MORE = ("shortest_path_m", "pedestrian_contacts", "soft_contacts", "pieces_lost", "recoveries")
+
+
+def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
+    """Means that the paper's table does not have; None where undefined in some episode."""
+    keys = (*MORE, "localization_error_mean_m")
+    return {
+        f"avg_{key}": None if any(row[key] is None for row in rows) else float(np.mean([row[key] for row in rows]))
+        for key in keys
     }

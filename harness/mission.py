@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 from scipy import ndimage
 
 from harness.shortest_paths import descend, distance_field, path_length, string_pull
 from navstack.costmap.field_cache import cached_array, content_key
-from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import InputError, MapError
-from navstack.types import BoolArray, Float32Array, IntArray, Pose2D
+from navstack.geometry import transform_points
+from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 
 CLEARANCE = 1.0  # [m] of start and goal to what is not walkable (published sampling)
 ROBOT_RADIUS = 0.4  # [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
@@ -144,11 +146,6 @@ class MissionSampler:
         return nearest
 
 
-def sample_mission(walkable: OccupancyGrid, rng: np.random.Generator) -> Mission:
-    """One mission on a map; use :class:`MissionSampler` for several."""
-    return MissionSampler(walkable).sample(rng)
-
-
 def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
     """Check that a pose that a user gave stands on free ground of an axis-aligned map.
 
@@ -173,6 +170,27 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
     offsets = (free[:, ::-1] + 0.5) * r + (origin.x - pose.x, origin.y - pose.y)
     distance = float(np.hypot(*offsets.T).min())
     raise InputError(f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away")
+
+
+def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: FloatArray) -> None:
+    """Check that the robot's footprint (N, 2) [m], base frame, covers no occupied cell at a start.
+
+    Raises:
+        InputError: it does.
+    """
+    polygon = transform_points(start, footprint)
+    low = np.floor((polygon.min(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution).astype(int)
+    high = np.ceil((polygon.max(axis=0) - (geometry.origin.x, geometry.origin.y)) / geometry.resolution).astype(int)
+    low = np.maximum(low, 0)
+    rows, columns = np.mgrid[low[1] : min(high[1], geometry.height), low[0] : min(high[0], geometry.width)]
+    x = geometry.origin.x + (columns + 0.5) * geometry.resolution
+    y = geometry.origin.y + (rows + 0.5) * geometry.resolution
+    covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
+    if (geometry.data[rows, columns][covered] == OCCUPIED).any():
+        raise InputError(
+            f"start ({start.x:g}, {start.y:g}) m, yaw {start.yaw:g}: the robot's footprint reaches into an obstacle "
+            "there; give a start farther from it or another yaw"
+        )
 
 
 def _clearance(walkable: OccupancyGrid) -> Float32Array:

@@ -22,9 +22,9 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     given = Path(name_or_file)
     if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
         if not given.is_file():
-            raise InputError(
-                f"{what} file '{name_or_file}' does not exist; give a YAML file or a name of {names(folder)}"
-            )
+            trouble = "is a folder" if given.is_dir() else "does not exist"
+            known = ", ".join(names(folder))
+            raise InputError(f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}")
         return given
     candidate = folder / f"{name_or_file}.yaml"
     if not candidate.is_file():

@@ -1,5 +1,6 @@
 """Run folders: finished episodes are on disk before the next one begins, and the folder tells how to repeat them."""
 
+import contextlib
 import json
 import os
 import time
@@ -62,10 +63,14 @@ class RunFolder:
 
     def add(self, record: Row) -> None:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
+        line = json.dumps(record, allow_nan=False) + "\n"
+        try:
+            self._journal.write(line)
+            self._journal.flush()
+            os.fsync(self._journal.fileno())
+        except OSError as error:
+            raise self._failed(error) from None
         self._rows.append(record)
-        self._journal.write(json.dumps(record, allow_nan=False) + "\n")
-        self._journal.flush()
-        os.fsync(self._journal.fileno())
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
         """Keep the trajectories of one episode as ``recordings/<name>.npz``."""
@@ -84,17 +89,25 @@ class RunFolder:
         """Turn the journal into the three tables, ordered by stack and episode whatever the order of work."""
         if self._journal.closed:
             return
-        self._journal.close()
+        with contextlib.suppress(OSError):  # a full disk has been reported by then
+            self._journal.close()
         ordered = sorted(self._rows, key=lambda record: (record["row"]["stack_number"], record["row"]["episode"]))
         rows = {
             "episodes": [record["row"] for record in ordered],
             "events": [event for record in ordered for event in record["events"]],
             "timings": [record["timing"] for record in ordered],
         }
-        for table, columns in self._tables.items():
-            write_table(self.path / f"{table}.parquet", columns, rows[table])
-        (self.path / JOURNAL).unlink()
+        try:
+            for table, columns in self._tables.items():
+                write_table(self.path / f"{table}.parquet", columns, rows[table])
+            (self.path / JOURNAL).unlink()
+        except OSError as error:
+            raise self._failed(error) from None
         _point_latest(self.path)
+
+    def _failed(self, error: OSError) -> InputError:
+        kept = f"{len(self._rows)} finished deliveries are kept in {self.path / JOURNAL}"
+        return InputError(f"run folder '{self.path}' cannot be written ({error.strerror}); {kept}")
 
 
 def write_table(path: Path, columns: Columns, rows: Sequence[Row]) -> None:

@@ -1,5 +1,6 @@
 """From a task to a world and a brain; what belongs to a map is made once per process."""
 
+import contextlib
 import dataclasses
 import math
 from functools import lru_cache
@@ -9,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from harness.economics.prices import Prices, load_prices
-from harness.mission import Mission, MissionSampler
+from harness.mission import Mission, MissionSampler, check_footprint_free, check_pose_free
 from harness.outcome import Rules
 from harness.study import EpisodeTask, Study
 from harness.world.ground_truth import GroundTruthLocalizer
@@ -24,19 +25,23 @@ from harness.world.world_params import WorldParams
 from navstack.behavior_tree import Counts, Status
 from navstack.build import build_localizer, build_navigator, read_frequencies
 from navstack.costmap.occupancy_grid import FREE
+from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
 from navstack.params.nav2_file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Observation, Pose2D, Twist2D
 
+REDRAWS = 50  # of a mission of which the user gave one end
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
 class Brain(Protocol):
     """What drives: a navigator, or nobody."""
 
-    belief: Belief
+    @property
+    def belief(self) -> Belief | None:
+        """Where it believes the robot to be; None: it does not localize."""
 
     @property
     def status(self) -> Status:
@@ -62,14 +67,13 @@ class Parked:
 
     status = Status.RUNNING
     last_error = ""
+    belief = None
 
     def __init__(self) -> None:
-        self.belief = Belief(Pose2D())
         self.counts = Counts()
 
     def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
         """Stay where the delivery starts."""
-        self.belief = initial_belief
 
     def tick(self, observation: Observation) -> Twist2D:
         """Standstill."""
@@ -111,13 +115,24 @@ def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
     Raises:
         InputError: a given pose is not on walkable ground, or no path connects start and goal.
     """
-    sampler = _missions_on(task.map_name)
+    sampler, scene = _missions_on(task.map_name), scene_of(task.map_name)
+    for what, given in (("start", task.start), ("goal", task.goal)):
+        if given is not None:
+            check_pose_free(scene.walkable, given, what)
+    if task.start is not None:
+        check_footprint_free(scene.geometry, task.start, robot_of(task.stack.robot).polygon)
     if task.start is not None and task.goal is not None:
         return sampler.mission(task.start, task.goal)
-    drawn = sampler.sample(rng)
     if task.start is None and task.goal is None:
-        return drawn
-    return sampler.mission(task.start or drawn.start, task.goal or drawn.goal)
+        return sampler.sample(rng)
+    for _ in range(REDRAWS):
+        drawn = sampler.sample(rng)
+        with contextlib.suppress(InputError):  # the drawn end lies in another part of the map
+            return sampler.mission(task.start or drawn.start, task.goal or drawn.goal)
+    raise InputError(
+        f"none of {REDRAWS} missions drawn on this map connects to the pose given; "
+        "choose it in a larger part of the map, or give both --start and --goal"
+    )
 
 
 def build_world(task: EpisodeTask) -> PyBulletWorld:
@@ -136,28 +151,37 @@ def build_world(task: EpisodeTask) -> PyBulletWorld:
 def _world(
     map_name: str, world: str, robot: str, sensors: str, pedestrians: int | None, steps_per_tick: int
 ) -> PyBulletWorld:
-    scene, params = scene_of(map_name), _world_params(world)
-    people = params.people if pedestrians is None else dataclasses.replace(params.people, count=pedestrians)
+    scene, params = scene_of(map_name), world_params(world, pedestrians)
     return PyBulletWorld(
         scene,
-        load_dataclass(RobotParams, Path(robot)),
+        robot_of(robot),
         params,
-        RandomWalkPedestrians(people, scene.walkable),
-        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene.geometry, people.radius),
+        RandomWalkPedestrians(params.people, scene.walkable),
+        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene.geometry, params.people.radius),
         steps_per_tick,
     )
 
 
 @lru_cache(maxsize=2)
-def _world_params(path: str) -> WorldParams:
-    return load_dataclass(WorldParams, Path(path))
+def world_params(path: str, pedestrians: int | None) -> WorldParams:
+    """A world's parameters, with the number of people that the user asked for (None: the world's own)."""
+    params = load_dataclass(WorldParams, Path(path))
+    if pedestrians is None:
+        return params
+    return dataclasses.replace(params, people=dataclasses.replace(params.people, count=pedestrians))
+
+
+@lru_cache(maxsize=2)
+def robot_of(path: str) -> RobotParams:
+    """The robot of a stack."""
+    return load_dataclass(RobotParams, Path(path))
 
 
 def _steps_per_tick(task: EpisodeTask) -> int:
     """The longest tick, in physics steps, at whose end every part of the brain can run when it is due."""
     if not task.stack.nav2_file:
         return PARKED_STEPS
-    rate = _world_params(task.world).physics.rate
+    rate = world_params(task.world, task.pedestrians).physics.rate
     periods = [rate / frequency for frequency in read_frequencies(nav2_of(task))]
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
         return 1  # some part fits no whole number of steps: it runs at the first step after it is due

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -14,11 +15,12 @@ from navstack.errors import InputError, UnknownNameError
 from navstack.types import Pose2D
 
 RECORDS = ("events", "full")
+MAX_SEED = 2**63 - 1  # what a table can hold
 MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 
 # Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
 # stacks meet the same missions, people and noise (common random numbers).
-CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "localizer", "planner")
+CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,7 @@ def make_study(
         InputError: a count out of range, an unknown name, a pose that is not three numbers.
     """
     _at_least("--episodes", episodes, 1)
-    _at_least("--seed", seed, 0)
+    _at_least("--seed", seed, 0, MAX_SEED)
     if pedestrians is not None:
         _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
     if workers is not None:
@@ -95,7 +97,7 @@ def make_study(
     template = EpisodeTask(
         stack=loaded[0],
         stack_number=0,
-        map_name=map_name,
+        map_name=_absolute(map_name),
         world=str(params / "worlds" / "costnav.yaml"),
         rules=str(params / "rules" / "costnav.yaml"),
         prices=str(resolve(prices, params / "prices", "prices").resolve()),
@@ -108,6 +110,13 @@ def make_study(
         allow_unknown=allow_unknown,
     )
     return Study(loaded, episodes, min(workers or available_cores(), episodes * len(loaded)), template)
+
+
+def _absolute(map_name: str) -> str:
+    """A built-in map's name as it is, a file as its absolute path, which every process and ``run.json`` can use."""
+    path = Path(map_name)
+    is_file = path.suffix in (".yaml", ".yml") or len(path.parts) > 1
+    return str(path.resolve()) if is_file else map_name
 
 
 def parse_pose(option: str, text: str) -> Pose2D:

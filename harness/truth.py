@@ -26,20 +26,28 @@ class Contact:
     y: float  # [m]
     impulse: float  # [N s] exchanged during the impact itself, independent of the physics step
     peak_step_impulse: float  # [N s] the most that was exchanged in one physics step
-    closing_speed: float  # [m/s] along the contact normal at first touch
-    robot_speed: float  # [m/s] of the robot towards the partner, along the normal
-    partner_speed: float  # [m/s] of the partner towards the robot, along the normal
+    robot_speed: float  # [m/s] of the robot towards the partner at first touch, along the normal
+    partner_speed: float  # [m/s] of the partner towards the robot at first touch, along the normal
+
+    @property
+    def closing_speed(self) -> float:
+        """Speed [m/s] at which they met, along the normal."""
+        return self.robot_speed + self.partner_speed
 
 
 @dataclass(frozen=True, slots=True)
 class CountedContact:
-    """One contact as the published evaluation counts it (one contact point in one physics step)."""
+    """One contact as the published evaluation counts it: strong enough within one physics step."""
 
     stamp: float  # [s]
     partner: Partner
-    kind: str
-    partner_id: int
-    impulse: float  # [N s]
+    kind: str  # as in Contact
+    partner_id: int  # as in Contact
+    x: float  # [m] where
+    y: float  # [m]
+    impulse: float  # [N s] exchanged in this step
+    robot_speed: float  # [m/s] of the robot towards the partner before this step, along the normal
+    partner_speed: float  # [m/s] of the partner towards the robot before this step, along the normal
 
 
 @dataclass(frozen=True, slots=True)

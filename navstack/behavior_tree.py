@@ -16,7 +16,7 @@ from navstack.control.controller_server import ControllerServer
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import ControlError, NavstackError, PlanningError
 from navstack.planning.planner import Planner
-from navstack.types import Path, Pose2D, RobotState, Twist2D
+from navstack.types import Pose2D, RobotState, Twist2D
 
 REPLANNING_PERIOD = 1.0  # [s] RateController hz="1.0"
 NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
@@ -69,14 +69,14 @@ class NavigateToPose:
         self._plan_retried = self._control_retried = False
         self._next_plan = 0.0  # [s]
         self._wait_until = 0.0  # [s]
-        self.plan: Path | None = None
         self.status = Status.RUNNING
         self.last_error = ""  # Nav2's name of the last failure
         self.counts = Counts()
 
     def replan(self, state: RobotState) -> None:
         """Compute a new path when one is due; every failure is counted and answered as the tree says."""
-        if self.status is not Status.RUNNING or state.stamp < max(self._next_plan, self._wait_until) - 1e-9:
+        is_due = state.stamp >= max(self._next_plan, self._wait_until) - 1e-9
+        if self.status is not Status.RUNNING or not (is_due and self._global_costmap.is_current):
             return
         try:
             plan = self._planner.plan(state.pose, self._goal, self._global_costmap.master, state.stamp)
@@ -84,7 +84,6 @@ class NavigateToPose:
             self._planning_failed(error, state.stamp)
             return
         self.counts.plans += 1
-        self.plan = plan
         self._plan_retried = False
         self._next_plan = state.stamp + REPLANNING_PERIOD
         if self._following:
@@ -94,8 +93,8 @@ class NavigateToPose:
             self._following = True
 
     def follow(self, state: RobotState) -> Twist2D:
-        """The command of this control cycle; standstill while there is nothing to follow."""
-        if self.status is not Status.RUNNING or not self._following:
+        """The command of this control cycle; standstill while there is nothing to follow or nothing known."""
+        if self.status is not Status.RUNNING or not (self._following and self._local_costmap.is_current):
             return Twist2D()
         if self._controller_server.goal_reached(state):
             self.status = Status.SUCCEEDED
@@ -111,25 +110,22 @@ class NavigateToPose:
         if not self._plan_retried:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
-            return  # and try again with the next update of the costmap
-        self._plan_retried = False
+            return  # and try again after the costmap's next update
         self._recover(error, now)
 
     def _control_failed(self, error: ControlError, now: float) -> None:
         self.counts.failed_controls += 1
-        self._following = False
-        self._next_plan = now
         if not self._control_retried:
             self._control_retried = True
             self._local_costmap.clear_entirely()
+            self._controller_server.begin_again(now)
             return
-        self._control_retried = False
         self._recover(error, now)
 
     def _recover(self, error: NavstackError, now: float) -> None:
         """The next recovery of the round robin, or the end when the retries are used up."""
         self.last_error = getattr(error, "code", "UNKNOWN")
-        self._following = False
+        self._following = self._plan_retried = self._control_retried = False
         if self.counts.recoveries >= NUMBER_OF_RETRIES:
             self.status = Status.FAILED
             return

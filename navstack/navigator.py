@@ -9,7 +9,7 @@ from navstack.behavior_tree import Counts, NavigateToPose, Status
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.safety.velocity_smoother import VelocitySmoother
-from navstack.types import Belief, Observation, Path, Pose2D, RobotState, Twist2D
+from navstack.types import Belief, Observation, Pose2D, RobotState, Twist2D
 
 
 class Rate:
@@ -94,11 +94,6 @@ class Navigator:
     def last_error(self) -> str:
         """Nav2's name of the last failure that called for a recovery; empty: none."""
         return self._tree.last_error
-
-    @property
-    def plan(self) -> Path | None:
-        """The plan being followed."""
-        return self._tree.plan
 
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""

@@ -17,19 +17,23 @@ PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the st
 
 def print_results(results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console) -> None:
     """Print the tables of a run and what its figures rest on."""
-    if not results:
-        console.print(f"no delivery finished; the run folder is {folder}", markup=False)
-        return
     columns = [
         Column(result.stack.name, Measured(**result.measured), result.economics, result.episodes, result.intervals)
         for result in results
+        if result.measured is not None and result.economics is not None
     ]
+    if not columns:
+        console.print(f"no delivery finished; run folder: {folder}", markup=False)
+        return
     published = [column for column in published_columns(load_published(), prices) if column.title == PUBLISHED_BESIDE]
     render_tables([*columns, *published], console)
     console.print()
     template = study.template
     console.print(f"map {template.map_name}, seed {template.seed}", markup=False)
     for result in results:
+        if result.economics is None:
+            console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors", markup=False)
+            continue
         runs = result.economics.break_even_runs
         if runs is not None and runs > prices.robot_life_runs:
             life = f"{prices.robot_life_runs:,.0f}"

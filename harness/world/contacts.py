@@ -47,6 +47,15 @@ class ContactPoint:
     impulse: float  # [N s] along the normal in this step
     partner: Motion  # before the step
 
+    @property
+    def partner_speed(self) -> float:
+        """Speed [m/s] of the partner towards the robot before the step."""
+        return self.partner.along(self.normal, self.position)
+
+    def robot_speed(self, robot: Motion) -> float:
+        """Speed [m/s] of a robot of this motion towards the partner before the step."""
+        return -robot.along(self.normal, self.position)
+
 
 @dataclass(slots=True)
 class _Event:
@@ -71,7 +80,6 @@ class _Event:
             y=position[1],
             impulse=self.impulse,
             peak_step_impulse=self.peak,
-            closing_speed=self.robot_speed + self.partner_speed,
             robot_speed=self.robot_speed,
             partner_speed=self.partner_speed,
         )
@@ -81,9 +89,9 @@ class _Event:
 class ContactBook:
     """Keeps the contacts of one episode; fed once per physics step with contact.
 
-    The published rule looks at single contact points. How an impact spreads over them is a matter of the engine: here
-    a person or a wall touches the robot's side in two to four points at once. With ``sum_points`` the points of one
-    partner count as one, which counts more contacts.
+    The published rule looks at single contact points, and its least contact is that of the whole robot at 1 m/s. How
+    an impact spreads over points is a matter of the engine: here a person or a wall touches the robot's side in two to
+    four points at once. So the points of one partner in one step count as one.
 
     An event's impulse is that of its first impact; a second one within ``separation_time`` shows in its peak only.
     """
@@ -111,21 +119,32 @@ class ContactBook:
         if not points:
             return
         merged = merge(points)
-        self._count(stamp, merged if self.params.sum_points else points)
+        self._count(stamp, merged, robot)
         for point in merged:
             if point.impulse > 0.0:
                 self._extend(stamp, point, robot)
 
-    def _count(self, stamp: float, points: list[ContactPoint]) -> None:
-        """The published accounting: the first point that is strong enough, then a cool-down in reports."""
+    def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
+        """The published accounting: the first partner that is strong enough, then a cool-down in reports."""
         if self._cool_down > 0:
             self._cool_down -= 1
             return
         for point in points:
             if point.impulse >= self.params.counted_impulse:
                 touched = point.touched
-                contact = CountedContact(stamp, touched.partner, touched.kind, touched.number, point.impulse)
-                self.counted += (contact,)
+                self.counted += (
+                    CountedContact(
+                        stamp=stamp,
+                        partner=touched.partner,
+                        kind=touched.kind,
+                        partner_id=touched.number,
+                        x=point.position[0],
+                        y=point.position[1],
+                        impulse=point.impulse,
+                        robot_speed=point.robot_speed(robot),
+                        partner_speed=point.partner_speed,
+                    ),
+                )
                 self._cool_down = self.params.cool_down
                 return
 
@@ -136,8 +155,8 @@ class ContactBook:
                 first=point,
                 stamp=stamp,
                 last=stamp,
-                robot_speed=-robot.along(point.normal, point.position),
-                partner_speed=point.partner.along(point.normal, point.position),
+                robot_speed=point.robot_speed(robot),
+                partner_speed=point.partner_speed,
             )
         event.last = stamp
         event.peak = max(event.peak, point.impulse)

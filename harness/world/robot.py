@@ -33,7 +33,6 @@ class RobotParams:
     max_yaw_acceleration: float  # [rad/s2]
     max_drive_force: float  # [N] of both driven wheels together
     servo_time_constant: float  # [s] of the wheel speed loop
-    rolling_resistance: float  # [-] force per weight, for the energy; the servo makes up for it
     body_friction: float  # [-] Coulomb coefficient of the body against what it touches
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
 
@@ -47,7 +46,7 @@ class RobotParams:
         for name in _POSITIVE:
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is more than 0")
-        for name in ("wheel_friction", "rolling_resistance", "body_friction"):
+        for name in ("wheel_friction", "body_friction"):
             if getattr(self, name) < 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is 0 or more")
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:

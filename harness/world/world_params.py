@@ -60,8 +60,7 @@ class PedestrianBodyParams:
 class ContactParams:
     """What is a counted contact and what one contact event."""
 
-    counted_impulse: float = 50.0  # [N s] of one contact point in one step, from which it counts; published
-    sum_points: bool = False  # whether the points of one partner in one step count as one; see ContactBook
+    counted_impulse: float = 50.0  # [N s] with one partner in one step, from which it counts; published
     cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
     impact_steps: int = 3  # steps over which an event's impulse is summed: the impact without the push after it
     separation_time: float = 0.25  # [s] apart after which an event has ended

@@ -38,6 +38,11 @@ class ControllerServer:
         self.set_plan(plan)
         self._last_valid = now
 
+    def begin_again(self, now: float) -> None:
+        """Start another attempt with the same plan."""
+        if self._plan is not None:
+            self.begin(self._plan, now)
+
     def set_plan(self, plan: Path) -> None:
         """Take over a newer plan to the same goal."""
         self._plan = plan

@@ -65,6 +65,7 @@ class LayeredCostmap:
         )
         self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)  # [m] of the padded one
         self.stamp = 0.0  # [s] of the last update
+        self.is_current = False  # updated since it was last cleared; before that it shows the map alone
         self._layers = params.ordered_layers
         self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
         static = static if any(isinstance(layer, StaticLayerParams) for layer in self._layers) else None
@@ -106,6 +107,7 @@ class LayeredCostmap:
                 self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
         self._updater.update(transform_points(robot_pose, self.footprint))
         self.stamp = stamp
+        self.is_current = True
 
     def observe_scan(self, robot_pose: Pose2D, scan: LaserScan) -> None:
         """Keep a scan for the next update; every source of every obstacle layer is fed with it.
@@ -132,6 +134,7 @@ class LayeredCostmap:
     def clear_entirely(self) -> None:
         """Forget all obstacles; those that the newest scan shows come back with the next update."""
         self._updater.clear()
+        self.is_current = False
 
     def clear_around(self, pose: Pose2D, distance: float) -> None:
         """Forget the obstacles in the square of side ``distance`` [m] around a pose (``ClearAroundRobot``)."""
@@ -151,6 +154,7 @@ class LayeredCostmap:
         self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
         self._updater.clear()
         self.stamp = 0.0
+        self.is_current = False
 
     def _map_costs(self, static: OccupancyGrid | None, keepout: BoolArray | None) -> ByteArray | None:
         if static is None:

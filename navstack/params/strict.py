@@ -1,6 +1,7 @@
 """Our own small YAML files, read into frozen dataclasses; a misspelt key at any depth is an error."""
 
 import dataclasses
+import io
 import math
 import types
 import typing
@@ -74,6 +75,21 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
         if required and field.name not in values:
             raise ParameterError(f"{where}: key '{field.name}' is missing")
     return cls(**values)
+
+
+def dump_dataclass(value: Any) -> str:
+    """A dataclass as YAML text that :func:`load_dataclass` reads back; every field stands in it."""
+    text = io.StringIO()
+    writer = YAML(typ="rt", pure=True)  # keeps the order of the fields
+    writer.default_flow_style = False
+    writer.dump(_plain(dataclasses.asdict(value)), text)
+    return text.getvalue()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
 
 
 def _known(cls: type[Any]) -> str:

@@ -47,7 +47,8 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
         (("--episodes", "0"), ("--episodes 0", "at least 1")),
         (("--episodes", "-3"), ("--episodes -3", "at least 1")),
         (("--episodes", "many"), ("many", "integer")),
-        (("--seed", "-1"), ("--seed -1", "at least 0")),
+        (("--seed", "-1"), ("--seed -1", "0 to")),
+        (("--seed", "99999999999999999999999"), ("out of range",)),
         (("--pedestrians", "-1"), ("--pedestrians -1", "0 to")),
         (("--workers", "0"), ("--workers 0", "at least 1")),
         (("--stack", "nav2-gsp"), ("nav2-gsp", "did you mean 'nav2-gps'", "parked")),
@@ -104,6 +105,16 @@ def test_a_pose_in_an_obstacle_names_the_nearest_free_cell(
     )
     assert option.strip("-") in line
     assert "nearest free" in line
+
+
+def test_a_start_whose_footprint_reaches_into_a_wall(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    pixels = bytearray(PGM)
+    header = len(PGM) - 40_000
+    for row in range(200):
+        pixels[header + row * 200 : header + row * 200 + 20] = bytes(20)  # a wall 1 m thick
+    arguments = run_with(tmp_path, map_yaml=MAP, map_pgm=bytes(pixels))
+    line = complaint(capsys, *arguments, "--pedestrians", "0", "--start", "1.2,5,1.57")
+    assert "footprint" in line
 
 
 def test_a_folder_that_cannot_be_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -1,8 +1,10 @@
 """One failed task does not end the others, in one process or several."""
 
+import os
+
 import pytest
 
-from harness.execution import run_tasks
+from harness.execution import WORKER_DIED, run_tasks
 
 
 def double(number: int) -> int:
@@ -24,3 +26,16 @@ def test_closing_early_stops_the_workers() -> None:
     assert next(tasks).error is None
     tasks.close()
     assert list(tasks) == []
+
+
+def die_on_one(number: int) -> int:
+    if number == 1:
+        os._exit(1)
+    return number
+
+
+def test_a_worker_that_dies_leaves_no_task_unaccounted_for() -> None:
+    finished = list(run_tasks(die_on_one, range(12), 2))
+    assert sorted(item.task for item in finished) == list(range(12))
+    assert any(item.error == WORKER_DIED for item in finished)
+    assert all(item.result == item.task for item in finished if item.error is None)

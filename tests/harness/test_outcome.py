@@ -30,7 +30,9 @@ def rules() -> Rules:
 
 
 def counted(*impulses: float) -> tuple[CountedContact, ...]:
-    return tuple(CountedContact(1.0, Partner.PEDESTRIAN, "pedestrian", 0, impulse) for impulse in impulses)
+    return tuple(
+        CountedContact(1.0, Partner.PEDESTRIAN, "pedestrian", 0, 0.0, 0.0, impulse, 1.0, 1.0) for impulse in impulses
+    )
 
 
 @pytest.mark.parametrize(

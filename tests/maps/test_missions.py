@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free, sample_mission
+from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError, MapError
@@ -58,7 +58,6 @@ def test_distribution(missions: list[Mission]) -> None:
 def test_same_seed_same_missions(walkable: OccupancyGrid, missions: list[Mission]) -> None:
     sampler, rng = MissionSampler(walkable), np.random.default_rng(2)
     assert [sampler.sample(rng) for _ in range(5)] == missions[:5]
-    assert sample_mission(walkable, np.random.default_rng(2)) == missions[0]
 
 
 def test_given_poses_and_the_length_round_a_wall() -> None:

@@ -115,18 +115,26 @@ def test_a_dynamic_person_gives_way_and_returns_to_the_way(lab, robot, params):
     assert back[:2] == pytest.approx((2.0, 0.1), abs=0.06)
 
 
-@pytest.mark.parametrize(("sum_points", "share"), [(True, 1.0), (False, 0.83)])
-def test_a_hard_hit_counts_once_until_the_cool_down_is_over(lab, robot, params, sum_points, share):
-    params = dataclasses.replace(params, contacts=dataclasses.replace(params.contacts, sum_points=sum_points))
+def test_a_hard_hit_counts_once_until_the_cool_down_is_over(lab, robot, params):
     start_x = FRONT + PERSON_RADIUS + 0.3
     with lab.world(lab.without_drive(robot), params, people=[(start_x, 0.0, -1.8, 0.0)]) as world:
         lab.drive(world, 60)
         (counted,) = world.close_episode().counted_contacts
         (event,) = world.truth.contacts
     assert counted.partner is Partner.PEDESTRIAN and counted.partner_id == 0
-    # The lower of the two points of an upright line, nearer to the centre of mass, carries five sixths.
-    assert counted.impulse == pytest.approx(share * event.peak_step_impulse, rel=0.01)
-    assert event.peak_step_impulse == pytest.approx(robot.mass * 1.8, rel=0.03)
+    assert counted.impulse == pytest.approx(event.peak_step_impulse)
+    assert counted.impulse == pytest.approx(robot.mass * 1.8, rel=0.03)
+    assert counted.partner_speed == pytest.approx(1.8) and counted.robot_speed == pytest.approx(0.0, abs=1e-6)
+    assert (counted.x, counted.y) == pytest.approx((FRONT, 0.0), abs=0.05)
+
+
+@pytest.mark.parametrize(("speed", "contacts"), [(0.9, 0), (1.1, 1)])
+def test_somebody_walking_into_the_standing_robot_counts_from_1_mps(lab, robot, params, speed, contacts):
+    """50 kg x 1 m/s is the least that counts (published)."""
+    start_x = FRONT + PERSON_RADIUS + 0.3
+    with lab.world(robot, params, people=[(start_x, 0.0, -speed, 0.0)]) as world:
+        lab.drive(world, 30)
+        assert len(world.close_episode().counted_contacts) == contacts
 
 
 def test_energy_never_grows_without_drive(lab, robot, params):

@@ -29,8 +29,7 @@ def book():
     return ContactBook(ContactParams(), DT)
 
 
-def test_with_summing_the_points_of_one_partner_count_as_one():
-    book = ContactBook(ContactParams(sum_points=True), DT)
+def test_the_points_of_one_partner_count_as_one(book):
     feed(book, [[point(20.0), point(30.0), point(90.0, MAILBOX)]])
     (counted,) = book.counted
     assert (counted.impulse, counted.kind) == (50.0, "pedestrian")
@@ -41,8 +40,8 @@ def test_partners_are_not_added_to_each_other(book):
     assert book.counted == ()
 
 
-def test_the_first_strong_point_of_a_step_counts_alone(book):
-    feed(book, [[point(20.0), point(50.0), point(90.0, MAILBOX)]])
+def test_the_first_strong_partner_of_a_step_counts_alone(book):
+    feed(book, [[point(20.0), point(30.0), point(90.0, MAILBOX)]])
     (counted,) = book.counted
     assert (counted.impulse, counted.kind, counted.partner_id, counted.stamp) == (50.0, "pedestrian", 3, DT)
 
