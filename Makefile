@@ -25,7 +25,7 @@ run: $(READY)
 	$(BIN)/navbench run --stack nav2-gps --episodes 6
 
 test: $(READY)
-	$(DATA) $(BIN)/pytest -n auto
+	$(DATA) $(BIN)/pytest -n auto --dist loadscope
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -43,7 +43,7 @@ def assert_equal(actual, expected):
         if value is None:
             assert actual[key] is None, key
         else:
-            assert actual[key] == pytest.approx(value, rel=1e-9, abs=1e-12), key
+            assert actual[key] == pytest.approx(value, rel=1e-9, abs=0.0), key
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -1,6 +1,7 @@
 """The command line as a user meets it: bad input ends in one clear line and the right status."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from harness.cli import main
 from harness.resources import shipped
 
+FACTS = json.loads((Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8"))
 TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
 MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
 PGM = b"P5 200 200 255\n" + bytes([254]) * 40_000
@@ -138,5 +140,13 @@ def test_help_opens_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
 def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> None:
     assert status("paper", "--json") == 0
     document = json.loads(capsys.readouterr().out)
-    assert len(document["methods"]) == 7
-    assert document["methods"]["nav2_gps"]["economics"]["break_even_runs"] is None
+    columns = {name: method["economics"] for name, method in document["methods"].items()}
+    assert set(columns) == set(FACTS["economics_usd_per_run"])
+    columns["real"] = document["real_world_canvas"]["economics"]
+    published = {**FACTS["economics_usd_per_run"], "real": FACTS["real_world_canvas_economics"]}
+    for name, expected in published.items():
+        for key, value in expected.items():
+            if value is None:
+                assert columns[name][key] is None, (name, key)
+            else:
+                assert math.isclose(columns[name][key], value, rel_tol=1e-9), (name, key)
