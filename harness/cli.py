@@ -1,29 +1,46 @@
 """The command line program ``navbench``."""
 
+import signal
 import sys
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import click
 
+from harness.resources import keep_compiled_code
 from navstack.errors import NavstackError
 
 PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+HELP = """Drive delivery robots through a physical sidewalk world, and price every delivery.
+
+\b
+Examples:
+  navbench run --stack nav2-gps --episodes 20 --seed 0
+  navbench run --stack nav2-gps --stack parked --episodes 10 --out results/first
+  navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
+  navbench paper
+
+Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended in an error; 130
+interrupted, finished deliveries kept.
+"""
+RUN_HELP = """Drive deliveries and print what they did and what they cost.
+
+\b
+Examples:
+  navbench run --stack nav2-gps --episodes 20
+  navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
+  navbench run --start 10,4.5,0 --goal 60,30,0 --episodes 3
+"""
+
+
+@click.group(help=HELP, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="navbench", prog_name="navbench", message="%(prog)s %(version)s")
 def app() -> None:
-    r"""Drive delivery robots through a physical sidewalk world, and price every delivery.
-
-    \b
-    Examples:
-      navbench run --stack nav2-gps --episodes 20 --seed 0
-      navbench run --stack nav2-gps --stack parked --episodes 10 --out results/first
-      navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
-      navbench paper
-    """
+    """Group the commands."""
 
 
 @app.command()
@@ -36,7 +53,7 @@ def paper(prices: str, as_json: bool) -> None:
     run_paper(prices, as_json)
 
 
-@app.command(short_help="Drive deliveries; print what they did and what they cost.")
+@app.command(help=RUN_HELP, short_help="Drive deliveries; print what they did and what they cost.")
 @click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
               help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
 @click.option("--episodes", type=int, default=20, show_default=True, help="Deliveries per stack, at least 1.")
@@ -55,14 +72,7 @@ def paper(prices: str, as_json: bool) -> None:
 @click.option("--allow-unknown", is_flag=True, help="Unknown keys in a Nav2 file are warnings, not errors.")
 @JSON
 def run(out: Path | None, as_json: bool, **choices: Any) -> None:
-    r"""Drive deliveries and print what they did and what they cost.
-
-    \b
-    Examples:
-      navbench run --stack nav2-gps --episodes 20
-      navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
-      navbench run --start 10,4.5,0 --goal 60,30,0 --episodes 3
-    """
+    """Drive a study; see ``RUN_HELP``."""
     from harness.cli_run import run_command
     from harness.study import make_study
 
@@ -70,11 +80,19 @@ def run(out: Path | None, as_json: bool, **choices: Any) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the program; leaves with 0 done, 1 bad input, 2 unknown name, 3 error rows, 130 interrupted."""
+    """Run the program; leaves with one of the statuses that ``HELP`` lists."""
     sys.exit(_status(arguments))
 
 
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
 def _status(arguments: list[str] | None) -> int:
+    for name in ("SIGTERM", "SIGHUP"):  # a batch system's or a closing terminal's way to say Ctrl-C
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _interrupt)
+    keep_compiled_code()
     try:
         app(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -21,10 +21,11 @@ from harness.benchmark import (
 )
 from harness.episode import Delivery
 from harness.execution import Finished
+from harness.preflight import check
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.runs import RunFolder, default_folder
-from harness.setup import check, prices_of
+from harness.runs import RunFolder, default_folder, require_usable
+from harness.setup import prices_of
 from harness.study import EpisodeTask, Study
 
 LINE_PERIOD = 10.0  # [s] between progress lines where there is no terminal
@@ -115,9 +116,10 @@ class LineDisplay:
 def run_command(study: Study, out: Path | None, as_json: bool) -> int:
     """Drive the study, show progress on stderr, print results on stdout; returns the exit status."""
     errors = Console(stderr=True, highlight=False)
+    path = out or default_folder("-".join(stack.name for stack in study.stacks))
+    require_usable(path)
     for note in check(study):
         errors.print(f"note: {note}", markup=False, soft_wrap=True)
-    path = out or default_folder("-".join(stack.name for stack in study.stacks))
     tally = Tally(study.episodes * len(study.stacks), study.workers)
     display = BarDisplay(errors, tally) if errors.is_terminal else LineDisplay(tally)
     records: list[Row] = []
@@ -140,7 +142,8 @@ def run_command(study: Study, out: Path | None, as_json: bool) -> int:
         folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
     _say_what_failed(records, errors)
     if interrupted:
-        errors.print(f"interrupted after {len(records)} of {tally.total} deliveries; they are kept in {path}")
+        kept = f"the finished ones are kept in {path}" if records else "none was finished"
+        errors.print(f"interrupted after {len(records)} of {tally.total} deliveries; {kept}", soft_wrap=True)
     _print(results, study, path, as_json)
     if interrupted:
         return INTERRUPTED
@@ -151,7 +154,9 @@ def _say_what_failed(records: list[Row], console: Console) -> None:
     for record in records:
         row = record["row"]
         if row.get("error"):
-            console.print(f"error in {row['stack']} episode {row['episode']}: {row['error']}", markup=False)
+            console.print(
+                f"error in {row['stack']} episode {row['episode']}: {row['error']}", markup=False, soft_wrap=True
+            )
 
 
 def _print(results: list[StackResult], study: Study, path: Path, as_json: bool) -> None:

@@ -1,8 +1,10 @@
 """Where episodes run: in this process, or in several, with the same results."""
 
 import multiprocessing
+import multiprocessing.connection
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -51,23 +53,37 @@ def _run_one(function: Callable[[Task], Result], task: Task) -> Finished[Task, R
         return Finished(task, None, f"{type(error).__name__}: {error}")
 
 
-def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the parent, so that it decides what is kept."""
+def _begin_worker() -> None:
+    """Leave signals to the parent, so that it decides what is kept, and end when it is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    multiprocessing.connection.wait([sentinel])
+    os._exit(1)
 
 
 def _run_pool(function: Callable[[Task], Result], tasks: list[Task], workers: int) -> Iterator[Finished[Task, Result]]:
-    context = multiprocessing.get_context("spawn")  # fork would copy the state of numba and PyBullet
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupts)
+    """Run in pools of processes; when a worker dies, its pool's running tasks fail and a new pool takes the rest."""
     waiting = deque(tasks)
+    while waiting:
+        yield from _run_one_pool(function, waiting, workers)
+
+
+def _run_one_pool(
+    function: Callable[[Task], Result], waiting: deque[Task], workers: int
+) -> Iterator[Finished[Task, Result]]:
+    context = multiprocessing.get_context("spawn")  # fork would copy the state of numba and PyBullet
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
     running: dict[Future[Result], Task] = {}
     try:
-        while waiting or running:
-            while waiting and len(running) < 2 * workers and _submit(pool, function, waiting, running):
-                pass
-            if not running:  # the pool takes no more
-                yield from (Finished(task, None, WORKER_DIED) for task in waiting)
-                return
+        accepts = True
+        while running or (accepts and waiting):
+            while accepts and waiting and len(running) < workers:
+                accepts = _submit(pool, function, waiting, running)
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             yield from [_collect(running.pop(future), future) for future in done]
     finally:

@@ -65,8 +65,6 @@ class MissionSampler:
         self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]  # 4-connected, as corners are not cut
         self._roomy = clearance >= CLEARANCE
         self._cells: IntArray = np.argwhere(self._roomy)
-        if len(self._cells) < 2:
-            raise MapError(f"map has no room for missions: nowhere {CLEARANCE} m of clearance to what is not walkable")
         diagonal = math.hypot(*clearance.shape) * self._cell_size
         self._distances = min(GOAL_DISTANCE[0], 0.1 * diagonal), min(GOAL_DISTANCE[1], diagonal)
 
@@ -76,6 +74,11 @@ class MissionSampler:
         Raises:
             MapError: a hundred thousand draws gave no valid mission.
         """
+        if len(self._cells) < 2:
+            raise MapError(
+                f"map has no room to draw missions: nowhere {CLEARANCE} m of clearance to what is not walkable; "
+                "give --start and --goal"
+            )
         for _ in range(_MOST_BATCHES):
             starts = self._cells[rng.integers(len(self._cells), size=_BATCH)]
             bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
@@ -170,6 +173,20 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
     offsets = (free[:, ::-1] + 0.5) * r + (origin.x - pose.x, origin.y - pose.y)
     distance = float(np.hypot(*offsets.T).min())
     raise InputError(f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away")
+
+
+def check_apart(start: Pose2D, goal: Pose2D, arrival_radius: float) -> None:
+    """Check that a delivery is not over before it begins.
+
+    Raises:
+        InputError: start and goal are within the arrival radius [m] of each other.
+    """
+    distance = math.hypot(goal.x - start.x, goal.y - start.y)
+    if distance <= arrival_radius:
+        raise InputError(
+            f"start and goal are {distance:.2f} m apart, and a delivery has arrived within {arrival_radius} m; "
+            "give poses farther apart"
+        )
 
 
 def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: FloatArray) -> None:

@@ -1,7 +1,10 @@
 """Where the maps and parameters that come with the program are."""
 
+import os
+import tempfile
 from pathlib import Path
 
+from navstack.costmap.field_cache import cache_folder
 from navstack.errors import InputError, UnknownNameError
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -35,3 +38,17 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
 def names(folder: Path) -> list[str]:
     """The names that :func:`resolve` knows in a folder."""
     return sorted(path.stem for path in folder.glob("*.yaml"))
+
+
+def keep_compiled_code() -> None:
+    """Let numba keep compiled code in a folder of its own where the program's own folder cannot be written."""
+    if "NUMBA_CACHE_DIR" in os.environ or os.access(_PACKAGE, os.W_OK):
+        return
+    for folder in (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
+            return

@@ -22,6 +22,19 @@ def default_folder(name: str) -> Path:
     return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name}"
 
 
+def require_usable(path: Path) -> None:
+    """Check that a run folder can be made at a path.
+
+    Raises:
+        InputError: it exists and is not empty, or cannot be written.
+    """
+    if path.is_dir() and any(path.iterdir()):
+        raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder")
+    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise InputError(f"output folder '{path}' cannot be written; choose another")
+
+
 class RunFolder:
     """One run on disk. Use as a context manager; closing writes the tables, also after an interrupt."""
 
@@ -42,9 +55,8 @@ class RunFolder:
         self.path = path
         self._tables = tables
         self._rows: list[Row] = []
+        require_usable(path)
         try:
-            if path.exists() and any(path.iterdir()):
-                raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder")
             (path / "params").mkdir(parents=True, exist_ok=True)
             (path / "run.json").write_text(json.dumps(about, indent=2, sort_keys=True) + "\n", encoding="utf-8")
             for name, text in parameters.items():

@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from harness.economics.prices import Prices, load_prices
-from harness.mission import Mission, MissionSampler, check_footprint_free, check_pose_free
+from harness.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import Rules
-from harness.study import EpisodeTask, Study
+from harness.study import EpisodeTask
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.pedestrians import RandomWalkPedestrians
 from harness.world.pybullet_world import PyBulletWorld
@@ -122,6 +122,7 @@ def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
     if task.start is not None:
         check_footprint_free(scene.geometry, task.start, robot_of(task.stack.robot).polygon)
     if task.start is not None and task.goal is not None:
+        check_apart(task.start, task.goal, rules_of(task.rules).arrival_radius)
         return sampler.mission(task.start, task.goal)
     if task.start is None and task.goal is None:
         return sampler.sample(rng)
@@ -213,29 +214,3 @@ def _navigator(
 def nav2_of(task: EpisodeTask) -> Nav2File:
     """The parameter file of a task's stack."""
     return nav2_parameters(task.stack.nav2_file, task.allow_unknown)
-
-
-def check(study: Study) -> list[str]:
-    """Set up the first delivery of every stack, so that bad input is found before anything runs; returns notes.
-
-    Raises:
-        InputError: something that the user gave cannot be used.
-    """
-    notes: list[str] = []
-    for number, stack in enumerate(study.stacks):
-        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
-        generators = task.generators()
-        mission_of(task, generators["mission"])
-        build_brain(task, build_world(task))
-        if stack.nav2_file:
-            nav2 = nav2_of(task)
-            notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
-            notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
-    return notes
-
-
-def ignored_keys(nav2: Nav2File) -> str:
-    """What of a Nav2 file has no effect here: whole nodes by name, single keys by their number."""
-    nodes = [key for key in nav2.ignored if ": " not in key]
-    keys = len(nav2.ignored) - len(nodes)
-    return f"without effect here are {', '.join(nodes)} and {keys} keys; the run folder lists them in params/"

@@ -65,7 +65,9 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     if stack.navigator == "nav2":
         if not stack.nav2_file:
             raise ParameterError(f"{path}: key 'nav2_file' is missing; a nav2 stack needs one")
-        nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2 file").resolve())
+        beside = path.parent / stack.nav2_file
+        given = str(beside) if beside.is_file() else stack.nav2_file
+        nav2_file = str(resolve(given, params / "nav2", "Nav2").resolve())
     return dataclasses.replace(
         stack,
         nav2_file=nav2_file,

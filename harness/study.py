@@ -1,7 +1,6 @@
 """What is to be driven: stacks, map, seeds; checked before anything starts."""
 
 import dataclasses
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from navstack.errors import InputError, UnknownNameError
 from navstack.types import Pose2D
 
 RECORDS = ("events", "full")
+FARTHEST = 1e6  # [m] or [rad] of a pose that a user gives
 MAX_SEED = 2**63 - 1  # what a table can hold
 MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 
@@ -129,7 +129,7 @@ def parse_pose(option: str, text: str) -> Pose2D:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
-    if len(values) != 3 or not all(math.isfinite(value) for value in values):
+    if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
         raise InputError(f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57")
     return Pose2D(*values)
 

@@ -1,5 +1,6 @@
 """The paper's two result tables on a console, for any mix of one's own runs and published columns."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import TextIOWrapper
@@ -50,11 +51,20 @@ class Column:
         return wilson_interval(round(value * self.n), self.n) if key in RATES else None
 
 
+class QuietConsole(Console):
+    """A console whose reader may leave early, as ``head`` does: that is no error."""
+
+    def on_broken_pipe(self) -> None:
+        """Write the rest to nowhere."""
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.file.fileno())
+
+
 def report_console(stream: TextIO) -> Console:
     """A console of a terminal's own width and colours, or plain text of a fixed width."""
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")  # a Δ on an ASCII terminal is no reason to stop
-    return Console(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
+    return QuietConsole(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
 
 
 def render_tables(columns: Sequence[Column], console: Console) -> None:

@@ -161,7 +161,7 @@ def load_nav2(path: Path, allow_unknown: bool = False, more: PluginTable | None 
     file = inspect_nav2(path, allow_unknown, more)
     errors = file.errors
     if errors:
-        others = f" (and {len(errors) - 1} more; `lint` lists them)" if len(errors) > 1 else ""
+        others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise ParameterError(f"{path}: {errors[0]}{others}")
     return file
 

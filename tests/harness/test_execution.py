@@ -37,5 +37,6 @@ def die_on_one(number: int) -> int:
 def test_a_worker_that_dies_leaves_no_task_unaccounted_for() -> None:
     finished = list(run_tasks(die_on_one, range(12), 2))
     assert sorted(item.task for item in finished) == list(range(12))
-    assert any(item.error == WORKER_DIED for item in finished)
+    lost = [item.task for item in finished if item.error == WORKER_DIED]
+    assert 1 in lost and len(lost) <= 2  # the one that died, and at most the one that ran beside it
     assert all(item.result == item.task for item in finished if item.error is None)

@@ -108,8 +108,8 @@ def test_poses_that_users_give() -> None:
 
 
 def test_maps_without_room_are_refused() -> None:
-    with pytest.raises(MapError, match="no room for missions"):
-        MissionSampler(room(15, 15))
+    with pytest.raises(MapError, match="no room to draw missions"):
+        MissionSampler(room(15, 15)).sample(np.random.default_rng(0))
     turned = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.1, Pose2D(0.0, 0.0, 0.5))
     with pytest.raises(MapError, match="yaw"):
-        MissionSampler(turned)
+        MissionSampler(turned).sample(np.random.default_rng(0))

@@ -1,0 +1,54 @@
+"""What is looked at before a study begins: bad input, and what the user should know."""
+
+import dataclasses
+
+from harness.setup import build_brain, build_world, mission_of, nav2_of, prices_of, robot_of, rules_of
+from harness.study import Study
+from harness.world.robot import RobotParams
+from navstack.geometry import footprint_radii
+from navstack.params.costmap import robot_footprint
+from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_views import read_costmap
+
+BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
+
+
+def check(study: Study) -> list[str]:
+    """Set up the first delivery of every stack, so that bad input is found before anything runs; returns notes.
+
+    Raises:
+        InputError: something that the user gave cannot be used.
+    """
+    notes: list[str] = []
+    prices_of(study.template.prices)
+    rules_of(study.template.rules)
+    for number, stack in enumerate(study.stacks):
+        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        generators = task.generators()
+        mission_of(task, generators["mission"])
+        build_brain(task, build_world(task))
+        if stack.nav2_file:
+            nav2 = nav2_of(task)
+            notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
+            notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
+            notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
+    return notes
+
+
+def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:
+    """A note where a Nav2 file was written for another body than the robot that drives here."""
+    known = footprint_radii(robot_footprint(read_costmap(nav2, "local_costmap")))
+    real = footprint_radii(robot.polygon)
+    if all(abs(a - b) < BODY_TOLERANCE for a, b in zip(known, real, strict=True)):
+        return []
+    return [
+        f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its centre, the one that drives "
+        f"here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
+    ]
+
+
+def ignored_keys(nav2: Nav2File) -> str:
+    """What of a Nav2 file has no effect here: whole nodes by name, single keys by their number."""
+    nodes = [key for key in nav2.ignored if ": " not in key]
+    keys = len(nav2.ignored) - len(nodes)
+    return f"without effect here are {', '.join(nodes)} and {keys} keys; the run folder lists them in params/"
