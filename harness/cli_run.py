@@ -1,7 +1,9 @@
 """``navbench run``: progress while it drives, tables when it is done."""
 
 import json
+import statistics
 import sys
+import threading
 import time
 from collections import Counter
 from pathlib import Path
@@ -39,7 +41,7 @@ class Tally:
         self.total, self._workers = total, workers
         self.done = 0
         self._outcomes: Counter[str] = Counter()
-        self._simulated = self._wall = 0.0  # [s]
+        self._factors: list[float] = []  # real-time factor of each delivery
 
     def add(self, record: Row) -> None:
         """Take in one finished episode."""
@@ -47,15 +49,15 @@ class Tally:
         row = record["row"]
         self._outcomes["error" if row.get("error") else row["outcome"]] += 1
         if not row.get("error"):
-            self._simulated += row["duration_s"]
-            self._wall += record["timing"]["wall_s"]
+            self._factors.append(record["timing"]["real_time_factor"])
 
     @property
     def text(self) -> str:
-        """Outcomes so far and the real-time factor per core."""
+        """Outcomes so far and the median real-time factor per core."""
         outcomes = "  ".join(f"{name} {count}" for name, count in sorted(self._outcomes.items()))
-        speed = f"  {self._simulated / self._wall:.0f} x real time per core" if self._wall else ""
-        return outcomes + speed
+        if not self._factors:
+            return "starting; the first delivery ever also compiles"
+        return f"{outcomes}  {statistics.median(self._factors):.0f} x real time per core"
 
 
 class BarDisplay:
@@ -65,7 +67,7 @@ class BarDisplay:
         self._tally = tally
         columns = (TextColumn("deliveries"), BarColumn(), MofNCompleteColumn(), TextColumn("ETA"))
         self._progress = Progress(*columns, TimeRemainingColumn(), TextColumn("{task.fields[text]}"), console=console)
-        self._task = self._progress.add_task("run", total=tally.total, text="starting")
+        self._task = self._progress.add_task("run", total=tally.total, text=tally.text)
 
     def start(self) -> None:
         """Show the bar."""
@@ -75,32 +77,35 @@ class BarDisplay:
         """Leave the bar as it is."""
         self._progress.stop()
 
-    def update(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
+    def update(self) -> None:
         """One more episode is done."""
         self._progress.update(self._task, advance=1, text=self._tally.text)
 
 
 class LineDisplay:
-    """A plain line now and then, where standard error is not a terminal."""
+    """A plain line every ten seconds, where standard error is not a terminal."""
 
     def __init__(self, tally: Tally) -> None:
         self._tally = tally
+        self._stopped = threading.Event()
         self._start = time.monotonic()
-        self._last = self._start  # [s]
-        self._said = 0  # deliveries in the last line
+        self._said = -1  # deliveries in the last line
 
     def start(self) -> None:
-        """Nothing to prepare."""
+        """Begin to tell."""
+        threading.Thread(target=self._tell, daemon=True).start()
 
     def stop(self) -> None:
         """Say where it ended."""
-        if self._tally.done > self._said:
+        self._stopped.set()
+        if self._tally.done != self._said:
             self._say()
 
-    def update(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
-        """Say something if the last line is old enough."""
-        if time.monotonic() - self._last >= LINE_PERIOD:
-            self._last = time.monotonic()
+    def update(self) -> None:
+        """Nothing to do: the next line shows it."""
+
+    def _tell(self) -> None:
+        while not self._stopped.wait(LINE_PERIOD):
             self._say()
 
     def _say(self) -> None:
@@ -127,7 +132,7 @@ def run_command(study: Study, out: Path | None, as_json: bool) -> int:
     def on_finished(finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         records.append(record)
         tally.add(record)
-        display.update(finished, record)
+        display.update()
 
     interrupted = False
     with RunFolder(path, about(study, sys.argv), parameters(study), TABLES) as folder:

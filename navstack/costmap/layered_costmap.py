@@ -32,6 +32,7 @@ from navstack.params.costmap import (
 )
 from navstack.types import BoolArray, ByteArray, FloatArray, LaserScan, Pose2D
 
+MOST_CELLS = 400_000_000  # of a costmap, or of the map at its resolution; 1 km x 1 km at 0.05 m
 _KEPT_MAPS = 4  # inflated maps that a process keeps: two costmaps on each of two maps
 _inflated_maps: dict[str, ByteArray] = {}  # by content; read only
 
@@ -70,6 +71,7 @@ class LayeredCostmap:
         self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
         static = static if any(isinstance(layer, StaticLayerParams) for layer in self._layers) else None
         self._window = _make_window(params, static)
+        _check_size(self._window, static)
         self._map = self._map_costs(static, keepout)
         data: ByteArray = np.full((self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8)
         self.master = Costmap(data, self._window.resolution, self._window.origin_x, self._window.origin_y)
@@ -224,6 +226,18 @@ def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation)
             del _inflated_maps[next(iter(_inflated_maps))]
         _inflated_maps[key] = inflated
     return _inflated_maps[key]
+
+
+def _check_size(window: Window, static: OccupancyGrid | None) -> None:
+    cells = [window.size_x * window.size_y]
+    if static is not None:
+        scale = static.resolution / window.resolution
+        cells.append(int(static.width * scale) * int(static.height * scale))
+    if max(cells) > MOST_CELLS:
+        raise MapError(
+            f"a costmap of {window.resolution:g} m/cell would have {max(cells):,} cells here; at most {MOST_CELLS:,} "
+            "are allowed: check the resolutions of map and costmap"
+        )
 
 
 def _make_window(params: CostmapParams, static: OccupancyGrid | None) -> Window:

@@ -6,6 +6,10 @@ Each critic has its own dataclass; :class:`DwbParams` holds them under the criti
 import math
 from dataclasses import dataclass, field
 
+from navstack.errors import ParameterError
+
+MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
+
 
 @dataclass(frozen=True, slots=True)
 class RotateToGoalParams:
@@ -136,3 +140,16 @@ class DwbParams:
     GoalDist: DistParams = field(default_factory=DistParams)
     PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
     Twirling: TwirlingParams = field(default_factory=TwirlingParams)
+
+    def __post_init__(self) -> None:
+        """Check that the samples fit into memory.
+
+        Raises:
+            ParameterError: they do not.
+        """
+        samples = max(self.vx_samples, 1) * max(self.vy_samples, 1) * max(self.vtheta_samples, 1)
+        if samples > MOST_SAMPLES:
+            raise ParameterError(
+                f"vx_samples, vy_samples and vtheta_samples make {samples:,} trajectories; at most {MOST_SAMPLES:,} "
+                "are allowed"
+            )

@@ -42,7 +42,7 @@ class Catalog:
         """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
         if self.is_available(family, plugin):
             return ""
-        here = ", ".join(sorted(self.available.get(family, {}))) or "none"
+        here = ", ".join(sorted(self.available.get(family) or self.families.get(family, {}))) or "none"
         if plugin in self.families.get(family, {}):
             return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
         hint = did_you_mean(plugin, self.families.get(family, {}))

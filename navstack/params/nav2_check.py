@@ -144,6 +144,7 @@ class Checker:
             elif place.params:
                 message = self._catalog.refusal(family, kind)
                 self._warn("unavailable-plugin", f"{place.prefix}{key}", message, entry.line)
+                return replace(place, block=OPEN)  # its own lists, such as MPPI's critics, share the namespace
             place = replace(place, block=_joined(place.block, known[kind]))
         return place
 
