@@ -8,10 +8,10 @@ DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 .PHONY: help run test check bench clean
 
 help:
-	@echo "make run    install, drive 6 deliveries and print the tables"
+	@echo "make run    install, drive 20 deliveries and print the tables"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
-	@echo "make bench  print speeds as ratios"
+	@echo "make bench  print how much faster than real time one core drives"
 
 $(READY): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }
@@ -22,7 +22,7 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 run: $(READY)
-	$(BIN)/navbench run --stack nav2-gps --episodes 6
+	$(BIN)/navbench run --stack nav2-gps --episodes 20
 
 test: $(READY)
 	$(DATA) $(BIN)/pytest -n auto --dist loadscope
