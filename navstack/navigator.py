@@ -1,35 +1,15 @@
 """The brain's tick: from an observation to a command."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from navstack.behavior_tree import Counts, NavigateToPose, Status
+from navstack.clock import Clock
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import Belief, Observation, Pose2D, RobotState, Twist2D
-
-
-class Rate:
-    """Says when a part is due, on simulated time; exact however often it is asked."""
-
-    def __init__(self, frequency: float) -> None:
-        self._frequency = frequency  # [Hz]
-        self._last = -1  # number of the last period that ran
-
-    def reset(self) -> None:
-        """Be due at once."""
-        self._last = -1
-
-    def due(self, now: float) -> bool:
-        """Whether a new period has begun since the last True."""
-        period = math.floor(now * self._frequency + 1e-6)
-        if period == self._last:
-            return False
-        self._last = period
-        return True
 
 
 class Frequencies(NamedTuple):
@@ -58,10 +38,10 @@ class Navigator:
         self._global_costmap = global_costmap
         self._tree = tree
         self._smoother = smoother
-        self._local_rate = Rate(frequencies.local_costmap)
-        self._global_rate = Rate(frequencies.global_costmap)
-        self._control_rate = Rate(frequencies.controller)
-        self._smoother_rate = Rate(frequencies.smoother)
+        self._local_clock = Clock(frequencies.local_costmap)
+        self._global_clock = Clock(frequencies.global_costmap)
+        self._control_clock = Clock(frequencies.controller)
+        self._smoother_clock = Clock(frequencies.smoother)
         self.belief = Belief(Pose2D())
 
     def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
@@ -75,8 +55,8 @@ class Navigator:
         self._global_costmap.reset()
         self._tree.reset(goal, rng)
         self._smoother.reset()
-        for rate in (self._local_rate, self._global_rate, self._control_rate, self._smoother_rate):
-            rate.reset()
+        for clock in (self._local_clock, self._global_clock, self._control_clock, self._smoother_clock):
+            clock.reset()
         self._twist = self._command = Twist2D()
         self._wanted: Twist2D | None = None  # the controller's newest command, until the smoother has taken it
 
@@ -100,9 +80,9 @@ class Navigator:
         state = self._sense(observation)
         self._map(state, observation)
         self._tree.replan(state)
-        if self._control_rate.due(state.stamp):
+        if self._control_clock.is_due(state.stamp):
             self._wanted = self._tree.follow(state)
-        if self._smoother_rate.due(state.stamp):
+        if self._smoother_clock.is_due(state.stamp):
             self._command = self._smoother.smooth(self._wanted, self._twist, state.stamp)
             self._wanted = None
         return self._command
@@ -115,8 +95,8 @@ class Navigator:
 
     def _map(self, state: RobotState, observation: Observation) -> None:
         """Show a new scan to both costmaps, from the pose at which it was taken, and update those that are due."""
-        for costmap, rate in ((self._local_costmap, self._local_rate), (self._global_costmap, self._global_rate)):
+        for costmap, clock in ((self._local_costmap, self._local_clock), (self._global_costmap, self._global_clock)):
             if observation.scan is not None:
                 costmap.observe_scan(state.pose, observation.scan)
-            if rate.due(state.stamp):
+            if clock.is_due(state.stamp):
                 costmap.update(state.pose, None, state.stamp)

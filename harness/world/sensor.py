@@ -1,6 +1,5 @@
-"""What every sensor does, and the two tools they share: a clock and a store of noise."""
+"""What every sensor does, and the store of noise that they share."""
 
-import math
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -30,32 +29,6 @@ class Sensor(ABC):
             pedestrians: (n, 4) x, y [m], vx, vy [m/s] in the map frame.
             stamp: [s] now.
         """
-
-
-class Clock:
-    """Says when something that runs at a fixed rate is due: first at the start, then once per period.
-
-    The periods are counted, not summed up, so that rounding never shifts them against the physics steps.
-    """
-
-    _TOLERANCE = 1e-6  # [periods] within which a time stamp counts as on time
-
-    def __init__(self, rate: float) -> None:
-        """Make a clock of ``rate`` [Hz]."""
-        self._rate = rate
-        self._last = -1
-
-    def reset(self) -> None:
-        """Be due at the next question."""
-        self._last = -1
-
-    def is_due(self, stamp: float) -> bool:
-        """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
-        period = math.floor(stamp * self._rate + self._TOLERANCE)
-        if period <= self._last:
-            return False
-        self._last = period
-        return True
 
 
 class NoiseStore:

@@ -12,7 +12,8 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.lidar import Lidar, LidarParams
-from harness.world.sensor import Clock, NoiseStore, Sensor, check_deviations, check_rate
+from harness.world.sensor import NoiseStore, Sensor, check_deviations, check_rate
+from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose, normalize_angle
 from navstack.types import FloatArray, GpsFix, Imu, Observation, Odometry, Pose2D, Twist2D

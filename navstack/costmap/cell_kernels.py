@@ -140,6 +140,18 @@ def grow(changed: IntArray, x: int, y: int) -> None:
 
 
 @njit(cache=True)
+def settle(cells: CellArray, kept: int, present: ByteArray, x: int, y: int, is_dropped: bool, changed: IntArray) -> int:
+    """Drop a cell, or move it up behind the ``kept`` ones that stay; returns how many stay then."""
+    if is_dropped:
+        height, width = present.shape
+        present[y % height, x % width] = 0
+        grow(changed, x, y)
+        return kept
+    cells[kept, 0], cells[kept, 1] = x, y
+    return kept + 1
+
+
+@njit(cache=True)
 def drop_hit(
     cells: CellArray,
     count: int,
@@ -154,16 +166,10 @@ def drop_hit(
     ``lines`` come from :func:`trace_rays` in the order of :func:`sort_by_bearing`, ``starts`` are those of its sectors.
     ``sensor`` holds its lattice position x, y, its reach and how far a line's cells may lie from their beam, [cells].
     """
-    height, width = present.shape
     kept = 0
     for i in range(count):
         x, y = cells[i, 0], cells[i, 1]
-        if _is_hit(x, y, sensor, lines, starts):
-            present[y % height, x % width] = 0
-            grow(changed, x, y)
-        else:
-            cells[kept, 0], cells[kept, 1] = x, y
-            kept += 1
+        kept = settle(cells, kept, present, x, y, _is_hit(x, y, sensor, lines, starts), changed)
     return kept
 
 
@@ -172,17 +178,11 @@ def drop_box(
     cells: CellArray, count: int, present: ByteArray, box: IntArray, drop_inside: bool, changed: IntArray
 ) -> int:
     """Drop the cells inside (or outside) the box x0, xn, y0, yn (ends exclusive); returns how many remain."""
-    height, width = present.shape
     kept = 0
     for i in range(count):
         x, y = cells[i, 0], cells[i, 1]
         inside = box[0] <= x < box[1] and box[2] <= y < box[3]
-        if inside == drop_inside:
-            present[y % height, x % width] = 0
-            grow(changed, x, y)
-        else:
-            cells[kept, 0], cells[kept, 1] = x, y
-            kept += 1
+        kept = settle(cells, kept, present, x, y, inside == drop_inside, changed)
     return kept
 
 
@@ -198,17 +198,12 @@ def drop_columns(
     changed: IntArray,
 ) -> int:
     """Drop the cells of a polygon given by ``kernels.polygon_columns``; returns how many remain."""
-    height, width = present.shape
     kept = 0
     for i in range(count):
         x, y = cells[i, 0], cells[i, 1]
         column, row = x - window[0], y - window[1]
-        if span[0] <= column <= span[1] and lowest[column] <= row <= highest[column]:
-            present[y % height, x % width] = 0
-            grow(changed, x, y)
-        else:
-            cells[kept, 0], cells[kept, 1] = x, y
-            kept += 1
+        inside = span[0] <= column <= span[1] and lowest[column] <= row <= highest[column]
+        kept = settle(cells, kept, present, x, y, inside, changed)
     return kept
 
 

@@ -8,9 +8,10 @@ import pytest
 from harness.resources import shipped
 from navstack.behavior_tree import NUMBER_OF_RETRIES, Status
 from navstack.build import build_navigator
+from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.localization.localizer import Localizer
-from navstack.navigator import Navigator, Rate
+from navstack.navigator import Navigator
 from navstack.params.nav2_file import load_nav2
 from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
@@ -113,6 +114,6 @@ def test_a_new_goal_starts_afresh() -> None:
 
 @pytest.mark.parametrize(("frequency", "runs"), [(30.0, 30), (20.0, 20), (1.0, 1), (7.0, 7)])
 def test_a_rate_runs_as_often_as_it_says(frequency: float, runs: int) -> None:
-    rate = Rate(frequency)
-    assert sum(rate.due(k / 120.0) for k in range(120)) == runs
-    assert sum(rate.due(10.0 + k / 120.0) for k in range(120)) == runs
+    clock = Clock(frequency)
+    assert sum(clock.is_due(k / 120.0) for k in range(120)) == runs
+    assert sum(clock.is_due(10.0 + k / 120.0) for k in range(120)) == runs

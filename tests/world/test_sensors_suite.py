@@ -8,8 +8,8 @@ import pytest
 from harness.resources import shipped
 from harness.world.body_state import BodyState
 from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.sensor import Clock
 from harness.world.sensors import SensorParams, SensorSuite, along_arc, wheel_motion
+from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to

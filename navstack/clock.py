@@ -1,0 +1,29 @@
+"""When something that runs at a fixed rate is due, on simulated time."""
+
+import math
+
+
+class Clock:
+    """Says when something that runs at a fixed rate is due: first at the start, then once per period.
+
+    The periods are counted, not summed up, so that rounding never shifts them against the physics steps.
+    """
+
+    _TOLERANCE = 1e-6  # [periods] within which a time stamp counts as on time
+
+    def __init__(self, rate: float) -> None:
+        """Make a clock of ``rate`` [Hz]."""
+        self._rate = rate
+        self._last = -1
+
+    def reset(self) -> None:
+        """Be due at the next question."""
+        self._last = -1
+
+    def is_due(self, stamp: float) -> bool:
+        """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
+        period = math.floor(stamp * self._rate + self._TOLERANCE)
+        if period <= self._last:
+            return False
+        self._last = period
+        return True
