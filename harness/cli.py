@@ -90,8 +90,9 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 def _status(arguments: list[str] | None) -> int:
     for name in ("SIGTERM", "SIGHUP"):  # a batch system's or a closing terminal's way to say Ctrl-C
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), _interrupt)
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup's wish stands
+            signal.signal(number, _interrupt)
     keep_compiled_code()
     try:
         app(arguments, standalone_mode=False)

@@ -73,7 +73,8 @@ def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
     assert row == {key: value for key, value in read(few)[1].items() if key != "error"}
 
 
-def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int) -> None:
     out = tmp_path / "run"
     arguments = ["run", "--stack", "parked", "--episodes", "5000", "--workers", "2", "--out", str(out)]
     process = subprocess.Popen([*NAVBENCH, *arguments], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -81,11 +82,18 @@ def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path) -> None:
     deadline = time.monotonic() + 120.0
     while time.monotonic() < deadline and not (journal.exists() and journal.stat().st_size):
         time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert str(out) in said and "Traceback" not in said
     assert 0 < len(read(out)) < 5000
+
+
+def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
+    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from harness.cli import main\n"
+    code += "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGHUP)).start(); main(['paper'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_stacks_meet_the_same_missions(few: Path) -> None:
