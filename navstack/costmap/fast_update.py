@@ -1,8 +1,9 @@
-"""The quick way to update a costmap of the usual layers: map, obstacles by maximum, inflation.
+"""The quick way to update a costmap of the usual layers: map, keepout masks and obstacles by maximum, inflation.
 
-The map is inflated once as a whole. An update copies what it needs of that and stamps the inflation kernel on the few
-cells that only the scans know to be occupied. The result is that of writing all layers over the whole costmap, hence
-equal to that of :mod:`~navstack.costmap.full_update` wherever the latter's bounds reach.
+The map is inflated once as a whole, with the masks that come before the inflation. An update copies what it needs of
+that and stamps the inflation kernel on the few cells that only the scans know to be occupied. The result is that of
+writing all layers over the whole costmap, hence equal to that of :mod:`~navstack.costmap.full_update` wherever the
+latter's bounds reach.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import InflationKernel
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.window import Window, copy_window
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
 
 
 class FastUpdate:
@@ -23,16 +24,19 @@ class FastUpdate:
     Args:
         obstacles: the obstacle layers.
         inflated: the inflated costs of the map (height, width), with ``margin`` more cells on each side.
+        shown: the same, raised to the masks that come after the inflation.
         kernel: what to stamp.
         master: the costmap to write.
         window: where it lies; cell (0, 0) of its lattice is the map's first.
         rolling: the window moves; every update then writes all of it, otherwise only what changed.
+        fill: cost of what lies beyond the map.
     """
 
     def __init__(
         self,
         obstacles: Sequence[ObstacleCells],
         inflated: ByteArray,
+        shown: ByteArray,
         margin: int,
         kernel: InflationKernel,
         master: Costmap,
@@ -42,6 +46,7 @@ class FastUpdate:
     ) -> None:
         self._obstacles = obstacles
         self._inflated = inflated
+        self._shown = shown
         self._margin = margin
         self._kernel = kernel
         self._master = master
@@ -56,8 +61,8 @@ class FastUpdate:
         for obstacles in self._obstacles:
             obstacles.drop_outside(self._window)
 
-    def update(self, footprint: FloatArray) -> None:
-        """Take in the newest observations; ``footprint`` is the padded one in the map frame."""
+    def update(self, pose: Pose2D, footprint: FloatArray) -> None:
+        """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
         for obstacles in self._obstacles:
             obstacles.update(self._window, footprint)
         self._write()
@@ -93,11 +98,11 @@ class FastUpdate:
             self._stamp(obstacles, region)
 
     def _restore(self, region: IntArray) -> None:
-        """Write the inflated map over lattice cells x0, xn, y0, yn of the master."""
+        """Write the map as it is shown over lattice cells x0, xn, y0, yn of the master."""
         x0, xn, y0, yn = region.tolist()
         left, low = self._window.cell_x, self._window.cell_y
         target = self._master.data[y0 - low : yn - low, x0 - left : xn - left]
-        copy_window(self._inflated, x0 + self._margin, y0 + self._margin, target, self._fill)
+        copy_window(self._shown, x0 + self._margin, y0 + self._margin, target, self._fill)
 
     def _stamp(self, obstacles: ObstacleCells, region: IntArray) -> None:
         """Stamp the obstacles that reach into the region, within it."""

@@ -3,9 +3,10 @@
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
+from navstack.costmap.filters import KeepoutLayer
 from navstack.costmap.layers import Bounds, InflationLayer, Layer, ObstacleLayer, StaticLayer
 from navstack.costmap.window import Window, shift
-from navstack.types import ByteArray, FloatArray
+from navstack.types import ByteArray, FloatArray, Pose2D
 
 
 class FullUpdate:
@@ -16,29 +17,37 @@ class FullUpdate:
 
     Where the map is inflated in a moving window, the layers work on a grid with a margin of one inflation radius, so
     that obstacles of the map just outside the window spread into it; in Nav2 they do so only once they are inside.
+
+    The layers of the list ``filters`` write into the master only, unseen by the others in later updates.
     """
 
-    def __init__(self, layers: list[Layer], master: Costmap, window: Window, rolling: bool, fill: int) -> None:
+    def __init__(
+        self, layers: list[Layer], filters: list[Layer], master: Costmap, window: Window, rolling: bool, fill: int
+    ) -> None:
         self._layers = layers
+        self._filters = filters
         self._master = master
         self._window = window
         self._fill = fill
         self._margin = _map_margin(layers) if rolling else 0
         size = (window.size_y + 2 * self._margin, window.size_x + 2 * self._margin)
-        self._work: ByteArray = np.full(size, fill, dtype=np.uint8) if self._margin else master.data
+        is_apart = self._margin > 0 or len(filters) > 0
+        self._work: ByteArray = np.full(size, fill, dtype=np.uint8) if is_apart else master.data
         self.region = (0, 0, 0, 0)  # cells x0, xn, y0, yn of the last update
 
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
         shift(self._master.data, dx, dy, self._fill)
-        for layer in self._layers:
+        if self._work is not self._master.data:
+            shift(self._work, dx, dy, self._fill)
+        for layer in (*self._layers, *self._filters):
             layer.moved(dx, dy)
 
-    def update(self, footprint: FloatArray) -> None:
-        """Take in the newest observations; ``footprint`` is the padded one in the map frame."""
+    def update(self, pose: Pose2D, footprint: FloatArray) -> None:
+        """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
         bounds = Bounds.empty()
-        for layer in self._layers:
-            layer.update_bounds(self._window, footprint, bounds)
+        for layer in (*self._layers, *self._filters):
+            layer.update_bounds(self._window, pose, footprint, bounds)
         if bounds.values[0] > bounds.values[1]:
             return
         self.region = bounds.region(self._window)
@@ -46,19 +55,19 @@ class FullUpdate:
 
     def clear(self) -> None:
         """Forget all obstacles; the map remains."""
-        for layer in self._layers:
+        for layer in (*self._layers, *self._filters):
             layer.clear()
         self._write(0, self._window.size_x, 0, self._window.size_y)
 
     def clear_box(self, x0: int, xn: int, y0: int, yn: int) -> None:
         """Forget the obstacles in cells of the window (ends exclusive); the master shows it after the next update."""
-        for layer in self._layers:
+        for layer in (*self._layers, *self._filters):
             layer.clear_box(x0, xn, y0, yn, self._window)
 
     @property
     def obstacle_costs(self) -> list[ByteArray]:
         """The grids of the obstacle layers."""
-        return [layer.grid for layer in self._layers if isinstance(layer, ObstacleLayer)]
+        return [layer.grid for layer in (*self._layers, *self._filters) if isinstance(layer, ObstacleLayer)]
 
     def _write(self, x0: int, xn: int, y0: int, yn: int) -> None:
         margin = self._margin
@@ -66,15 +75,18 @@ class FullUpdate:
         self._work[region[2] : region[3], region[0] : region[1]] = self._fill
         for layer in self._layers:
             layer.update_costs(self._work, region, margin)
-        if margin:
-            np.copyto(self._master.data, self._work[margin:-margin, margin:-margin])
+        if self._work is not self._master.data:
+            shown = self._work[y0 + margin : yn + margin, x0 + margin : xn + margin]
+            np.copyto(self._master.data[y0:yn, x0:xn], shown)
+        for layer in self._filters:
+            layer.update_costs(self._master.data, (x0, xn, y0, yn), 0)
 
 
 def _map_margin(layers: list[Layer]) -> int:
-    """Cells by which a map's obstacles outside the window can matter: the radius of inflations after the map."""
+    """Cells by which obstacles of maps and masks outside the window can matter: the radius of inflations after them."""
     margin, has_map = 0, False
     for layer in layers:
-        has_map = has_map or isinstance(layer, StaticLayer)
+        has_map = has_map or isinstance(layer, StaticLayer | KeepoutLayer)
         if has_map and isinstance(layer, InflationLayer):
             margin = max(margin, layer.inflation.kernel.radius)
     return margin

@@ -4,6 +4,7 @@ The costs are those of Nav2 Jazzy: each cell takes the cost of its exact distanc
 breadth-first search assigns a cell to a source that is not its nearest (rare, one cell in 3000 of a dense scene), this
 module gives the nearest. Because cost never rises with distance, "cost of the nearest source" equals "highest of all
 sources' costs", so a precomputed kernel is stamped with the maximum on each source: no distance field is needed.
+Nav2 main looks costs up by a rounded distance; the parameter ``distance_steps`` does the same.
 """
 
 import math
@@ -15,6 +16,8 @@ from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray
+
+HIGHEST_FALLING_COST = INSCRIBED_INFLATED_OBSTACLE - 1  # where the exponential begins, at the inscribed radius
 
 
 def cell_distance(distance: float, resolution: float) -> int:
@@ -29,7 +32,7 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
     if distance <= inscribed_radius:
         return INSCRIBED_INFLATED_OBSTACLE
     factor = math.exp(-cost_scaling_factor * (distance - inscribed_radius))
-    return int((INSCRIBED_INFLATED_OBSTACLE - 1) * factor)
+    return int(HIGHEST_FALLING_COST * factor)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +53,8 @@ def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radiu
         for dx in range(-radius, radius + 1):
             distance = math.hypot(dx, dy)  # [cells]
             if distance <= radius:
+                if params.distance_steps:
+                    distance = math.floor(distance * params.distance_steps + 0.5) / params.distance_steps
                 cost = inflation_cost(distance * resolution, inscribed_radius, params.cost_scaling_factor)
                 costs[dy + radius, dx + radius] = cost
     return InflationKernel(costs, radius, _patterns(costs))

@@ -5,34 +5,42 @@ correction; here a jump of the believed pose moves the window and leaves marked 
 cells of a rolling window coincide with the map's cells, as if both lattices were aligned.
 """
 
-import math
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from navstack.costmap.costmap import FREE_SPACE, NO_INFORMATION, Costmap
 from navstack.costmap.fast_update import FastUpdate
 from navstack.costmap.field_cache import content_key
+from navstack.costmap.filters import FilterMask, KeepoutLayer, KeepoutMask, SpeedLimitReceiver
 from navstack.costmap.full_update import FullUpdate
 from navstack.costmap.inflation import Inflation
-from navstack.costmap.layers import InflationLayer, Layer, ObstacleLayer, StaticLayer, resampled, static_costs
+from navstack.costmap.layer_list import BoundLayer, FastParts, join_layers, with_world_mask
+from navstack.costmap.layers import (
+    DenoiseLayer,
+    InflationLayer,
+    Layer,
+    ObstacleLayer,
+    StaticLayer,
+    resampled,
+    static_costs,
+)
 from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.costmap.window import Window
+from navstack.costmap.window import make_window
 from navstack.errors import MapError
 from navstack.geometry import footprint_radii, pad_footprint, transform_points
 from navstack.params.costmap import (
-    OVERWRITE,
     CostmapParams,
+    DenoiseLayerParams,
     InflationLayerParams,
-    LayerParams,
     ObstacleLayerParams,
     StaticLayerParams,
     robot_footprint,
 )
 from navstack.types import BoolArray, ByteArray, FloatArray, LaserScan, Pose2D
 
-MOST_CELLS = 400_000_000  # of a costmap, or of the map at its resolution; 1 km x 1 km at 0.05 m
 _KEPT_MAPS = 4  # inflated maps that a process keeps: two costmaps on each of two maps
 _inflated_maps: dict[str, ByteArray] = {}  # by content; read only
 
@@ -46,6 +54,7 @@ class LayeredCostmap:
         static: OccupancyGrid | None = None,
         footprint: FloatArray | None = None,
         keepout: BoolArray | None = None,
+        masks: Mapping[str, FilterMask] | None = None,
         prefer_fast: bool = True,
     ) -> None:
         """Build the layers.
@@ -54,7 +63,9 @@ class LayeredCostmap:
             params: all parameters.
             static: the map of the static layer.
             footprint: unpadded polygon (N, 2) [m], base frame; None: the one of ``params``.
-            keepout: cells of the map that the static layer makes lethal, (height, width).
+            keepout: cells of the map that the robot must not enter, (height, width): the mask of keepout filters that
+                have none in ``masks``; where no keepout filter is listed, the static layer makes them lethal.
+            masks: the masks of filters by their names.
             prefer_fast: False: use :class:`FullUpdate` even where the layers allow :class:`FastUpdate`.
 
         Raises:
@@ -66,24 +77,26 @@ class LayeredCostmap:
         )
         self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)  # [m] of the padded one
         self.stamp = 0.0  # [s] of the last update
-        self.is_current = False  # updated since it was last cleared; before that it shows the map alone
-        self._layers = params.ordered_layers
+        self.is_current = False  # updated since it was last cleared, with scans as young as its sources expect
         self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
-        static = static if any(isinstance(layer, StaticLayerParams) for layer in self._layers) else None
-        self._window = _make_window(params, static)
-        _check_size(self._window, static)
+        masks = masks or {}
+        if params.has_keepout_filter:
+            masks, keepout = with_world_mask(params, masks, static, keepout), None
+        static = static if _has_static_layer(params) else None
+        self._window = make_window(params, static, [mask.grid for mask in masks.values()])
+        self._layers = join_layers(params, masks, self._window)
+        self._receivers: list[SpeedLimitReceiver] = []
         self._map = self._map_costs(static, keepout)
         data: ByteArray = np.full((self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8)
         self.master = Costmap(data, self._window.resolution, self._window.origin_x, self._window.origin_y)
         self._buffers = [
             (layer, [ObservationBuffer(source) for source in layer.active_sources])
-            for layer in self._layers
+            for layer in (*self._layers.plugins, *self._layers.filters)
             if isinstance(layer, ObstacleLayerParams)
         ]
         self._projector = ScanProjector()
-        self._updater: FastUpdate | FullUpdate = (
-            self._fast_update() if prefer_fast and self._allows_fast() else self._full_update()
-        )
+        parts = self._fast_parts() if prefer_fast else None
+        self._updater: FastUpdate | FullUpdate = self._full_update() if parts is None else self._fast_update(parts)
 
     @property
     def is_fast(self) -> bool:
@@ -94,6 +107,11 @@ class LayeredCostmap:
     def obstacle_costs(self) -> list[ByteArray]:
         """Each obstacle layer's own costs on the master's grid."""
         return self._updater.obstacle_costs
+
+    @property
+    def region(self) -> tuple[int, int, int, int] | None:
+        """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote; None where it knows no bounds."""
+        return self._updater.region if isinstance(self._updater, FullUpdate) else None
 
     def update(self, robot_pose: Pose2D, scan: LaserScan | None, stamp: float) -> None:
         """Take in a scan taken at ``robot_pose`` (map frame), if there is one, and write the master anew.
@@ -107,9 +125,15 @@ class LayeredCostmap:
             if moved != (0, 0):
                 self._updater.moved(*moved)
                 self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
-        self._updater.update(transform_points(robot_pose, self.footprint))
+        self._updater.update(robot_pose, transform_points(robot_pose, self.footprint))
+        for speed_filter in self._layers.speed_filters:
+            speed_filter.update(robot_pose, self._tell)
         self.stamp = stamp
-        self.is_current = True
+        self.is_current = all(source.is_current(stamp) for _, sources in self._buffers for source in sources)
+
+    def on_speed_limit(self, receiver: SpeedLimitReceiver) -> None:
+        """Tell ``receiver`` from now on whenever the limit of a speed filter changes (Nav2's speed_limit topic)."""
+        self._receivers.append(receiver)
 
     def observe_scan(self, robot_pose: Pose2D, scan: LaserScan) -> None:
         """Keep a scan for the next update; every source of every obstacle layer is fed with it.
@@ -155,45 +179,50 @@ class LayeredCostmap:
         self._window.reset()
         self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
         self._updater.clear()
+        for speed_filter in self._layers.speed_filters:
+            speed_filter.reset(self._tell)
         self.stamp = 0.0
         self.is_current = False
 
+    def _tell(self, limit: float, is_percentage: bool) -> None:
+        for receiver in self._receivers:
+            receiver(limit, is_percentage)
+
     def _map_costs(self, static: OccupancyGrid | None, keepout: BoolArray | None) -> ByteArray | None:
         if static is None:
-            if any(isinstance(layer, StaticLayerParams) for layer in self._layers):
+            if _has_static_layer(self.params):
                 raise MapError("the costmap has a static layer, but no map was given; give one or remove the layer")
             return None
         return resampled(static_costs(static, self.params, keepout), static.resolution, self._window.resolution)
 
-    def _allows_fast(self) -> bool:
-        """Whether the layers are a map without unknown cells, then obstacles by maximum, then at most one inflation."""
-        rest: list[LayerParams] = list(self._layers)
-        if self._map is None or not isinstance(rest.pop(0), StaticLayerParams):
-            return False
-        if rest and isinstance(rest[-1], InflationLayerParams):
-            rest.pop()
-        if not all(isinstance(layer, ObstacleLayerParams) and layer.combination_method != OVERWRITE for layer in rest):
-            return False
-        if not self.params.track_unknown_space:
-            return True
-        return not self.params.rolling_window and int(self._map.max()) != NO_INFORMATION
+    def _fast_parts(self) -> FastParts | None:
+        """What the quick way needs, if it leads to the same costmap: no unknown cells, no mask beyond the map."""
+        parts = self._layers.fast_parts()
+        if self._map is None or parts is None:
+            return None
+        if self.params.rolling_window:
+            height, width = self._map.shape
+            reaches_out = not all(mask.acts_within(width, height) for mask in (*parts.before, *parts.after))
+            return None if self.params.track_unknown_space or reaches_out else parts
+        has_unknown = self.params.track_unknown_space and int(self._map.max()) == NO_INFORMATION
+        return None if has_unknown else parts
 
     def _inflation(self, params: InflationLayerParams) -> Inflation:
         return Inflation(params, self._window.resolution, self.inscribed_radius)
 
-    def _fast_update(self) -> FastUpdate:
+    def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert self._map is not None
-        last = self._layers[-1]
-        nothing = InflationLayerParams(inflation_radius=0.0)
-        inflation = self._inflation(last if isinstance(last, InflationLayerParams) else nothing)
+        inflation = self._inflation(parts.inflation)
         margin = inflation.kernel.radius if self.params.rolling_window else 0
         obstacles = [ObstacleCells(layer, sources, self._window) for layer, sources in self._buffers]
-        inflated = inflated_map(self._map, margin, self._fill, inflation)
-        if inflated.shape == self.master.data.shape:
-            self.master.floor = inflated  # obstacles only ever raise it
+        inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
+        shown = _raised(inflated, parts.after, margin)
+        if not self.params.rolling_window:
+            self.master.floor = shown  # obstacles only ever raise it
         return FastUpdate(
             obstacles,
             inflated,
+            shown,
             margin,
             inflation.kernel,
             self.master,
@@ -203,16 +232,41 @@ class LayeredCostmap:
         )
 
     def _full_update(self) -> FullUpdate:
-        layers: list[Layer] = []
         buffers = iter(self._buffers)
-        for params in self._layers:
-            if isinstance(params, ObstacleLayerParams):
-                layers.append(ObstacleLayer(params, next(buffers)[1], self._window, self._fill))
-            elif isinstance(params, InflationLayerParams):
-                layers.append(InflationLayer(self._inflation(params)))
-            elif self._map is not None:
-                layers.append(StaticLayer(self._map, self.params, self._window))
-        return FullUpdate(layers, self.master, self._window, self.params.rolling_window, self._fill)
+        plugins, filters = (
+            [self._make_layer(layer, buffers) for layer in layers]
+            for layers in (self._layers.plugins, self._layers.filters)
+        )
+        return FullUpdate(plugins, filters, self.master, self._window, self.params.rolling_window, self._fill)
+
+    def _make_layer(
+        self, layer: BoundLayer, buffers: Iterator[tuple[ObstacleLayerParams, list[ObservationBuffer]]]
+    ) -> Layer:
+        if isinstance(layer, ObstacleLayerParams):
+            return ObstacleLayer(layer, next(buffers)[1], self._window, self._fill)
+        if isinstance(layer, InflationLayerParams):
+            return InflationLayer(self._inflation(layer))
+        if isinstance(layer, DenoiseLayerParams):
+            return DenoiseLayer(layer, unknown_is_obstacle=not self.params.track_unknown_space)
+        if isinstance(layer, KeepoutMask):
+            return KeepoutLayer(layer, self._window, self.params.rolling_window)
+        assert self._map is not None
+        return StaticLayer(self._map, self.params, self._window)
+
+
+def _has_static_layer(params: CostmapParams) -> bool:
+    listed = (*params.plugins, *params.filters)
+    return any(isinstance(layer, StaticLayerParams) for layer in params.enabled_layers(listed).values())
+
+
+def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> ByteArray:
+    """Costs of the map, with ``margin`` more cells on each side, raised to the masks."""
+    if not masks:
+        return costs
+    raised = costs.copy()
+    for mask in masks:
+        mask.raise_costs(raised, (0, costs.shape[1], 0, costs.shape[0]), -margin, -margin)
+    return raised
 
 
 def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation) -> ByteArray:
@@ -226,27 +280,3 @@ def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation)
             del _inflated_maps[next(iter(_inflated_maps))]
         _inflated_maps[key] = inflated
     return _inflated_maps[key]
-
-
-def _check_size(window: Window, static: OccupancyGrid | None) -> None:
-    cells = [window.size_x * window.size_y]
-    if static is not None:
-        scale = static.resolution / window.resolution
-        cells.append(int(static.width * scale) * int(static.height * scale))
-    if max(cells) > MOST_CELLS:
-        raise MapError(
-            f"a costmap of {window.resolution:g} m/cell would have {max(cells):,} cells here; at most {MOST_CELLS:,} "
-            "are allowed: check the resolutions of map and costmap"
-        )
-
-
-def _make_window(params: CostmapParams, static: OccupancyGrid | None) -> Window:
-    """Fixed costmaps with a map take over its grid; rolling ones lie on its lattice."""
-    if static is not None and not params.rolling_window:
-        return Window(static.origin.x, static.origin.y, static.resolution, static.width, static.height)
-    resolution = params.resolution
-    if static is not None and math.isclose(static.resolution, resolution, abs_tol=1e-5):
-        resolution = static.resolution
-    base_x, base_y = (params.origin_x, params.origin_y) if static is None else (static.origin.x, static.origin.y)
-    size_x, size_y = round(params.width / params.resolution), round(params.height / params.resolution)
-    return Window(base_x, base_y, resolution, size_x, size_y)

@@ -13,13 +13,20 @@ import numpy as np
 
 from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.observations import Observation, ObservationBuffer
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
-from navstack.costmap.window import Window, shift
+from navstack.costmap.window import Window, overlap, shift
 from navstack.errors import MapError
-from navstack.params.costmap import OVERWRITE, CostmapParams, ObservationSourceParams, ObstacleLayerParams
-from navstack.types import BoolArray, ByteArray, FloatArray
+from navstack.params.costmap import (
+    OVERWRITE,
+    CostmapParams,
+    DenoiseLayerParams,
+    ObservationSourceParams,
+    ObstacleLayerParams,
+)
+from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
 
@@ -30,8 +37,7 @@ def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray 
     Raises:
         MapError: the map is rotated, or ``keepout`` has another shape.
     """
-    if abs(math.sin(grid.origin.yaw)) > 1e-9 or math.cos(grid.origin.yaw) < 0.0:
-        raise MapError(f"the map is rotated by {grid.origin.yaw} rad; costmaps need maps with an origin yaw of 0")
+    grid.require_unrotated("map")
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8).astype(np.int64)  # of each bit pattern
     threshold = min(max(params.lethal_cost_threshold, 0), 100)
     scaled = 0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
@@ -89,8 +95,8 @@ class Layer(ABC):
     """One layer."""
 
     @abstractmethod
-    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
-        """Take in what is new; ``footprint`` (N, 2) [m] is the padded footprint in the map frame."""
+    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+        """Take in what is new; ``pose`` and ``footprint`` (N, 2) [m], padded, are the robot's in the map frame."""
 
     @abstractmethod
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
@@ -118,7 +124,7 @@ class StaticLayer(Layer):
         self._window = window
         self._is_new = True
 
-    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """Everything, whenever the window moves with the robot, otherwise at first."""
         if self._params.rolling_window or self._is_new:
             bounds.hold_everything()
@@ -126,18 +132,11 @@ class StaticLayer(Layer):
 
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
         """Overwrite all, unknown included, or with ``use_maximum`` raise; nothing beyond the map's edges."""
-        x0, xn, y0, yn = region
-        left, low = self._window.cell_x - margin, self._window.cell_y - margin
-        height, width = self._costs.shape
-        x0, xn = max(x0, -left), min(xn, width - left)
-        y0, yn = max(y0, -low), min(yn, height - low)
-        if x0 >= xn or y0 >= yn:
-            return
-        own = self._costs[y0 + low : yn + low, x0 + left : xn + left]
+        target, own = overlap(master, region, self._costs, margin - self._window.cell_x, margin - self._window.cell_y)
         if self._params.use_maximum:
-            kernels.combine_maximum(master[y0:yn, x0:xn], own, False)
+            kernels.combine_maximum(target, own, False)
         else:
-            np.copyto(master[y0:yn, x0:xn], own)
+            np.copyto(target, own)
 
 
 class ObstacleLayer(Layer):
@@ -159,7 +158,7 @@ class ObstacleLayer(Layer):
         """Move the content with the window."""
         shift(self.grid, dx, dy, self._fill)
 
-    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """Clear along all beams, then mark all returns."""
         bounds.join(self._extra.values)
         self._extra = Bounds.empty()
@@ -208,6 +207,31 @@ class ObstacleLayer(Layer):
         )
 
 
+class DenoiseLayer(Layer):
+    """Frees small groups of obstacle cells that the layers before it wrote (``denoise_layer.cpp``).
+
+    As in Nav2 a group counts with the cells that it has in the updated region. Where the map beyond a moving window is
+    at hand (see :class:`~navstack.costmap.full_update.FullUpdate`), its cells there count too.
+    """
+
+    def __init__(self, params: DenoiseLayerParams, unknown_is_obstacle: bool) -> None:
+        self._params = params
+        self._unknown_is_obstacle = unknown_is_obstacle
+
+    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
+        """It touches only what others changed."""
+
+    def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
+        """Free the groups that are too small."""
+        x0, xn, y0, yn = region
+        remove_small_groups(
+            master[y0:yn, x0:xn],
+            self._params.minimal_group_size,
+            self._params.group_connectivity_type,
+            self._unknown_is_obstacle,
+        )
+
+
 class InflationLayer(Layer):
     """Costs around obstacles (``inflation_layer.cpp``)."""
 
@@ -216,7 +240,7 @@ class InflationLayer(Layer):
         self._previous = Bounds.empty()
         self._is_new = True
 
-    def update_bounds(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+    def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """The bounds of this and the previous update and an inflation radius around them; everything at first."""
         current = bounds.values.copy()
         if self._is_new:

@@ -79,6 +79,7 @@ class ObservationBuffer:
     def __init__(self, params: ObservationSourceParams) -> None:
         self.params = params
         self._observations: list[Observation] = []
+        self._newest = -math.inf  # [s]
 
     def add(self, observation: Observation) -> None:
         """Take a new observation and drop what is out of date by then.
@@ -89,10 +90,17 @@ class ObservationBuffer:
         newer = observation.stamp
         kept = [old for old in self._observations if persistence > 0.0 and newer - old.stamp <= persistence]
         self._observations = [observation, *kept]
+        self._newest = newer
+
+    def is_current(self, now: float) -> bool:
+        """Whether the newest observation is as young as ``expected_update_rate`` wants it."""
+        expected = self.params.expected_update_rate
+        return expected == 0.0 or now - self._newest <= expected
 
     def clear(self) -> None:
         """Drop everything."""
         self._observations = []
+        self._newest = -math.inf
 
     @property
     def observations(self) -> list[Observation]:

@@ -1,10 +1,12 @@
 """Occupancy grids as nav_msgs/OccupancyGrid has them."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from navstack.errors import MapError
 from navstack.types import Pose2D
 
 FREE = 0
@@ -29,3 +31,20 @@ class OccupancyGrid:
     def height(self) -> int:
         """Cells along y."""
         return int(self.data.shape[0])
+
+    def value_at(self, x: float, y: float) -> int:
+        """The occupancy at a point of the map frame; UNKNOWN beyond the grid, whose yaw must be 0."""
+        column = math.floor((x - self.origin.x) / self.resolution)
+        row = math.floor((y - self.origin.y) / self.resolution)
+        return int(self.data[row, column]) if 0 <= column < self.width and 0 <= row < self.height else UNKNOWN
+
+    def require_unrotated(self, name: str) -> None:
+        """Refuse a yaw other than 0.
+
+        Raises:
+            MapError: the grid is rotated.
+        """
+        if abs(math.sin(self.origin.yaw)) > 1e-9 or math.cos(self.origin.yaw) < 0.0:
+            raise MapError(
+                f"the {name} is rotated by {self.origin.yaw} rad; costmaps need {name}s with an origin yaw of 0"
+            )

@@ -1,8 +1,16 @@
 """Where a costmap lies: whole cells of a fixed lattice, moved with the robot (``Costmap2D::updateOrigin``)."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import MapError
+from navstack.params.costmap import CostmapParams
 from navstack.types import ByteArray, FloatArray, IntArray
+
+MOST_CELLS = 400_000_000  # of a costmap, or of a map at its resolution; 1 km x 1 km at 0.05 m
 
 
 class Window:
@@ -12,12 +20,12 @@ class Window:
         self.resolution = resolution  # [m/cell]
         self.size_x = size_x  # [cells]
         self.size_y = size_y  # [cells]
-        self._base = (base_x, base_y)
+        self.base = (base_x, base_y)  # [m] the lattice's corner
         self.reset()
 
     def reset(self) -> None:
         """Go back to the lattice's corner."""
-        self.origin_x, self.origin_y = self._base  # [m] lower left corner, summed up move by move as Nav2 does
+        self.origin_x, self.origin_y = self.base  # [m] lower left corner, summed up move by move as Nav2 does
         self.cell_x = 0  # lattice x of the first cell
         self.cell_y = 0  # lattice y of the first cell
         self._refresh()
@@ -53,6 +61,48 @@ class Window:
         if value > self.resolution * size + origin:
             return size - 1
         return int((value - origin) / self.resolution)
+
+
+def make_window(params: CostmapParams, static: OccupancyGrid | None, masks: Sequence[OccupancyGrid]) -> Window:
+    """A costmap's window: a fixed one with a map takes over the map's grid, a rolling one lies on its lattice.
+
+    Raises:
+        MapError: costmap, map or a mask would have too many cells.
+    """
+    window = _window_of(params, static)
+    cells = [window.size_x * window.size_y]
+    for grid in masks if static is None else (static, *masks):
+        scale = grid.resolution / window.resolution
+        cells.append(int(grid.width * scale) * int(grid.height * scale))
+    if max(cells) > MOST_CELLS:
+        raise MapError(
+            f"a costmap of {window.resolution:g} m/cell would have {max(cells):,} cells here; at most {MOST_CELLS:,} "
+            "are allowed: check the resolutions of map, masks and costmap"
+        )
+    return window
+
+
+def _window_of(params: CostmapParams, static: OccupancyGrid | None) -> Window:
+    if static is not None and not params.rolling_window:
+        return Window(static.origin.x, static.origin.y, static.resolution, static.width, static.height)
+    resolution = params.resolution
+    if static is not None and math.isclose(static.resolution, resolution, abs_tol=1e-5):
+        resolution = static.resolution
+    base_x, base_y = (params.origin_x, params.origin_y) if static is None else (static.origin.x, static.origin.y)
+    size_x, size_y = round(params.width / params.resolution), round(params.height / params.resolution)
+    return Window(base_x, base_y, resolution, size_x, size_y)
+
+
+def overlap(
+    master: ByteArray, region: tuple[int, int, int, int], grid: ByteArray, x: int, y: int
+) -> tuple[ByteArray, ByteArray]:
+    """Views of ``master`` within a region x0, xn, y0, yn (ends exclusive) and of ``grid``, where both have cells.
+
+    The grid's first cell lies on the master's cell (x, y).
+    """
+    x0, y0 = max(region[0], x), max(region[2], y)
+    xn, yn = max(x0, min(region[1], x + grid.shape[1])), max(y0, min(region[3], y + grid.shape[0]))
+    return master[y0:yn, x0:xn], grid[y0 - y : yn - y, x0 - x : xn - x]
 
 
 def copy_window(source: ByteArray, x: int, y: int, target: ByteArray, fill: int) -> None:

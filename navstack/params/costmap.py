@@ -1,7 +1,7 @@
 """Parameters of a layered costmap: names and defaults are those of Nav2 Jazzy's ``nav2_costmap_2d``.
 
-The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` gives their order. A layer's
-type selects its dataclass in :data:`LAYER_PARAMS`.
+The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` and then ``filters`` give their
+order. A layer's type selects its dataclass in :data:`LAYER_PARAMS`.
 """
 
 import ast
@@ -13,6 +13,7 @@ import numpy as np
 
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
+from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
@@ -38,11 +39,13 @@ class ObservationSourceParams:
     raytrace_min_range: float = 0.0  # [m] beams clear from here
     inf_is_valid: bool = False  # a beam without return clears (as if it ended at range_max); False: it says nothing
     observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
+    expected_update_rate: float = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
 
     def __post_init__(self) -> None:
         for name in ("obstacle_max_range", "obstacle_min_range", "raytrace_max_range", "raytrace_min_range"):
             _require_not_negative(f"observation source: {name}", getattr(self, name))
         _require_not_negative("observation source: observation_persistence", self.observation_persistence)
+        _require_not_negative("observation source: expected_update_rate", self.expected_update_rate)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +79,45 @@ class InflationLayerParams:
     cost_scaling_factor: float = 10.0  # [1/m] how fast the cost falls beyond the inscribed radius
     inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
     inflate_around_unknown: bool = False  # unknown cells inflate as obstacles do
+    distance_steps: int = 0  # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0: exact
 
     def __post_init__(self) -> None:
         _require_not_negative("inflation_radius", self.inflation_radius)
         _require_not_negative("cost_scaling_factor", self.cost_scaling_factor)
+        _require_not_negative("distance_steps", self.distance_steps)
 
 
-LayerParams = StaticLayerParams | ObstacleLayerParams | InflationLayerParams
+@dataclass(frozen=True, slots=True)
+class DenoiseLayerParams:
+    """``denoise_layer.cpp``."""
 
+    enabled: bool = True
+    minimal_group_size: int = 2  # [cells] smaller groups of obstacle cells are freed; 1 or less: none
+    group_connectivity_type: int = 8  # neighbours that make a group: 4, or 8 with the diagonal ones
+
+    def __post_init__(self) -> None:
+        if self.group_connectivity_type not in (4, 8):
+            raise ParameterError(f"group_connectivity_type {self.group_connectivity_type} is not 4 or 8")
+
+
+LayerParams = (
+    StaticLayerParams
+    | ObstacleLayerParams
+    | InflationLayerParams
+    | DenoiseLayerParams
+    | KeepoutFilterParams
+    | SpeedFilterParams
+)
+
+# Nav2 loads ``plugins`` and ``filters`` alike: each type may stand in either list.
 LAYER_PARAMS: dict[str, type[LayerParams]] = {
     "nav2_costmap_2d::StaticLayer": StaticLayerParams,
     "nav2_costmap_2d::ObstacleLayer": ObstacleLayerParams,
     "nav2_costmap_2d::VoxelLayer": ObstacleLayerParams,
     "nav2_costmap_2d::InflationLayer": InflationLayerParams,
+    "nav2_costmap_2d::DenoiseLayer": DenoiseLayerParams,
+    "nav2_costmap_2d::KeepoutFilter": KeepoutFilterParams,
+    "nav2_costmap_2d::SpeedFilter": SpeedFilterParams,
 }
 
 
@@ -119,19 +148,26 @@ class CostmapParams:
     trinary_costmap: bool = True  # map cells below the threshold are free; False: scaled
     use_maximum: bool = False  # the static layer keeps higher costs of the layers before it; False: it overwrites them
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
+    filters: tuple[str, ...] = field(
+        default_factory=tuple
+    )  # no default in merged files: in ROS 2 an empty list has no type
     layers: Mapping[str, LayerParams] = field(default_factory=_default_layers)
 
     def __post_init__(self) -> None:
         for name in ("width", "height", "resolution", "update_frequency"):
             _require_positive(name, getattr(self, name))
-        for name in self.plugins:
+        for name in (*self.plugins, *self.filters):
             if name not in self.layers:
                 raise ParameterError(f"costmap plugin '{name}' is not described; described: {', '.join(self.layers)}")
 
+    def enabled_layers(self, names: tuple[str, ...]) -> dict[str, LayerParams]:
+        """The enabled ones of ``plugins`` or of ``filters``, in the order in which they write."""
+        return {name: self.layers[name] for name in names if self.layers[name].enabled}
+
     @property
-    def ordered_layers(self) -> tuple[LayerParams, ...]:
-        """The enabled layers in the order in which they write."""
-        return tuple(layer for layer in (self.layers[name] for name in self.plugins) if layer.enabled)
+    def has_keepout_filter(self) -> bool:
+        """Whether a keepout filter is listed, enabled or not."""
+        return any(isinstance(self.layers[name], KeepoutFilterParams) for name in (*self.plugins, *self.filters))
 
 
 def robot_footprint(params: CostmapParams) -> FloatArray:

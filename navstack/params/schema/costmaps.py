@@ -16,6 +16,14 @@ _OBSTACLE = words(
 )
 _FILTER = "plugin enabled filter_info_topic transform_tolerance"
 
+_FILTERS = {
+    "nav2_costmap_2d::KeepoutFilter": keys(_FILTER + " override_lethal_cost lethal_override_cost"),
+    "nav2_costmap_2d::SpeedFilter": keys(_FILTER + " speed_limit_topic"),
+    "nav2_costmap_2d::BinaryFilter": keys(_FILTER + " default_state binary_state_topic flip_threshold"),
+    "nav2_costmap_2d::ZoneParameterFilter": OPEN,
+}
+
+# Nav2 loads the plugins of both lists alike: a filter may stand among the layers, a layer among the filters.
 LAYERS = {
     "nav2_costmap_2d::StaticLayer": keys(
         """plugin enabled map_topic map_subscribe_transient_local subscribe_to_updates transform_tolerance
@@ -29,7 +37,7 @@ LAYERS = {
     ),
     "nav2_costmap_2d::InflationLayer": keys(
         """plugin enabled inflation_radius cost_scaling_factor inflate_unknown inflate_around_unknown
-        num_threads"""
+        num_threads distance_steps"""  # the last is this program's own
     ),
     "nav2_costmap_2d::LegacyInflationLayer": keys(
         "plugin enabled inflation_radius cost_scaling_factor inflate_unknown inflate_around_unknown"
@@ -44,13 +52,7 @@ LAYERS = {
         words("plugin enabled combination_method"), plugins={"plugins": PluginList("layers")}
     ),
     "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer": OPEN,
-}
-
-FILTERS = {
-    "nav2_costmap_2d::KeepoutFilter": keys(_FILTER + " override_lethal_cost lethal_override_cost"),
-    "nav2_costmap_2d::SpeedFilter": keys(_FILTER + " speed_limit_topic"),
-    "nav2_costmap_2d::BinaryFilter": keys(_FILTER + " default_state binary_state_topic flip_threshold"),
-    "nav2_costmap_2d::ZoneParameterFilter": OPEN,
+    **_FILTERS,
 }
 
 COSTMAP = Block(
@@ -70,6 +72,6 @@ COSTMAP = Block(
                 "inflation_layer": "nav2_costmap_2d::InflationLayer",
             },
         ),
-        "filters": PluginList("filters"),
+        "filters": PluginList("layers"),
     },
 )

@@ -1,0 +1,103 @@
+"""A costmap's layers in their order, the filters among them joined with their masks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.costmap.filters import FilterMask, KeepoutMask, SpeedFilter
+from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.costmap.window import Window
+from navstack.errors import MapError
+from navstack.params.costmap import (
+    OVERWRITE,
+    CostmapParams,
+    DenoiseLayerParams,
+    InflationLayerParams,
+    ObstacleLayerParams,
+    StaticLayerParams,
+)
+from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, KeepoutFilterParams, SpeedFilterParams
+from navstack.types import BoolArray
+
+BoundLayer = StaticLayerParams | ObstacleLayerParams | InflationLayerParams | DenoiseLayerParams | KeepoutMask
+
+
+class FastParts(NamedTuple):
+    """What the quick way makes of the layers between map and obstacles."""
+
+    before: list[KeepoutMask]  # that are inflated
+    inflation: InflationLayerParams
+    after: list[KeepoutMask]  # that are not
+
+
+@dataclass(frozen=True, slots=True)
+class LayerList:
+    """The layers that have an effect: enabled, and filters only where they have a mask."""
+
+    plugins: list[BoundLayer]
+    filters: list[BoundLayer]  # written after all others, unseen by them
+    speed_filters: list[SpeedFilter]
+
+    def fast_parts(self) -> FastParts | None:
+        """What :class:`~navstack.costmap.fast_update.FastUpdate` needs; None: these layers are not for it.
+
+        They are if they are a map, then obstacles by maximum and keepout masks, then at most one inflation, then only
+        keepout masks: a maximum may be taken in any order.
+        """
+        rest, after = list(self.plugins), [layer for layer in self.filters if isinstance(layer, KeepoutMask)]
+        if not rest or not isinstance(rest.pop(0), StaticLayerParams) or len(after) < len(self.filters):
+            return None
+        while rest and isinstance(mask := rest[-1], KeepoutMask):
+            after.append(mask)
+            rest.pop()
+        last = rest.pop() if rest and isinstance(rest[-1], InflationLayerParams) else None
+        before = [layer for layer in rest if isinstance(layer, KeepoutMask)]
+        obstacles = [layer for layer in rest if isinstance(layer, ObstacleLayerParams)]
+        is_maximum = all(layer.combination_method != OVERWRITE for layer in obstacles)
+        is_fixed = not any(mask.params.override_lethal_cost for mask in (*before, *after))
+        if not (is_maximum and is_fixed and len(before) + len(obstacles) == len(rest)):
+            return None
+        inflation = last if isinstance(last, InflationLayerParams) else InflationLayerParams(inflation_radius=0.0)
+        return FastParts(before, inflation, after)
+
+
+def join_layers(params: CostmapParams, masks: Mapping[str, FilterMask], window: Window) -> LayerList:
+    """The layers of a costmap whose lattice is the window's; ``masks`` by the names of the filters.
+
+    Raises:
+        MapError: a mask is rotated.
+    """
+    speed_filters: list[SpeedFilter] = []
+
+    def joined(names: tuple[str, ...]) -> list[BoundLayer]:
+        layers: list[BoundLayer] = []
+        for name, layer in params.enabled_layers(names).items():
+            mask = masks.get(name)
+            if isinstance(layer, KeepoutFilterParams):
+                layers += [KeepoutMask(layer, mask, window)] if mask is not None else []
+            elif not isinstance(layer, SpeedFilterParams):
+                layers.append(layer)
+            elif mask is not None and mask.type in (SPEED_PERCENT, SPEED_ABSOLUTE):
+                speed_filters.append(SpeedFilter(mask))
+        return layers
+
+    return LayerList(joined(params.plugins), joined(params.filters), speed_filters)
+
+
+def with_world_mask(
+    params: CostmapParams, masks: Mapping[str, FilterMask], static: OccupancyGrid | None, keepout: BoolArray | None
+) -> dict[str, FilterMask]:
+    """The masks, with ``keepout`` (cells of the map ``static``) for each keepout filter that has none.
+
+    Raises:
+        MapError: the mask has not the map's shape.
+    """
+    if keepout is None or static is None:
+        return dict(masks)
+    if keepout.shape != static.data.shape:
+        raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {static.data.shape}; they must agree")
+    own = FilterMask(OccupancyGrid(keepout.astype(np.int8) * np.int8(OCCUPIED), static.resolution, static.origin))
+    names = [name for name, layer in params.layers.items() if isinstance(layer, KeepoutFilterParams)]
+    return {**dict.fromkeys(names, own), **masks}

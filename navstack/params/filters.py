@@ -1,0 +1,52 @@
+"""Parameters of the costmap filters and of the nodes that serve their masks: names and defaults of Nav2 Jazzy.
+
+A filter's ``filter_info_topic`` names a costmap_filter_info_server; its ``mask_topic`` the map server with the mask.
+"""
+
+from dataclasses import dataclass
+
+from navstack.errors import ParameterError
+
+KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2  # values of a filter info's type (filter_values.hpp)
+MAX_NON_OBSTACLE = 252  # highest cost at which the robot's centre may be
+
+
+@dataclass(frozen=True, slots=True)
+class KeepoutFilterParams:
+    """``keepout_filter.cpp``."""
+
+    enabled: bool = True
+    filter_info_topic: str = ""  # of the costmap_filter_info_server that tells where the mask is
+    override_lethal_cost: bool = False  # a robot inside a lethal zone sees the mask at a cost that lets it drive out
+    lethal_override_cost: int = MAX_NON_OBSTACLE  # that cost
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.lethal_override_cost <= MAX_NON_OBSTACLE:
+            raise ParameterError(f"lethal_override_cost {self.lethal_override_cost} is not 0 to {MAX_NON_OBSTACLE}")
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedFilterParams:
+    """``speed_filter.cpp``; its limit always reaches the controller, whatever the topic in between."""
+
+    enabled: bool = True
+    filter_info_topic: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FilterInfoServerParams:
+    """``costmap_filter_info_server``, also under names that end in ``_filter_info_server``."""
+
+    type: int = KEEPOUT  # 0 keepout, 1 speed limit in percent, 2 speed limit in m/s; others are not read here
+    filter_info_topic: str = "costmap_filter_info"
+    mask_topic: str = "filter_mask"
+    base: float = 0.0  # a speed limit is base + multiplier * mask value
+    multiplier: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class MaskServerParams:
+    """``filter_mask_server``, also under names that end in ``_mask_server``: a map server for a mask."""
+
+    yaml_filename: str = ""  # map_server YAML file; a relative path starts at the Nav2 file
+    topic_name: str = "map"
