@@ -14,19 +14,24 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from navstack.costmap.costmap import NO_INFORMATION
 from navstack.types import ByteArray, Float32Array
 
 Buffers = npt.NDArray[np.uint32]  # cell numbers
 
 POT_HIGH = np.float32(1.0e10)  # the potential of a cell that the wave has not reached
 COST_NEUTRAL = np.float32(50.0)  # cost of crossing a free cell
+COST_FACTOR = 0.8  # by which the costmap's cost counts
 COST_OBSTACLE = np.float32(254.0)
+COST_HIGHEST = 253.0  # cost of crossing the dearest cell that is no obstacle, and an unknown one
+LEAST_OBSTACLE = 253  # costmap value from which on a cell is an obstacle
 PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold rises
 BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
 BLOCK_SHIFT = np.uint64(6)
 BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
 NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
+WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040  # the quadratic that stands for the planar wave's square root
 
 
 def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
@@ -34,10 +39,11 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
 
     The gain is infinite for obstacles, so that the wave never enters them.
     """
-    crossing = np.minimum(np.trunc(50.0 + 0.8 * np.arange(256)), 253.0)
-    crossing[253:255] = 254.0
-    crossing[255] = 253.0 if allow_unknown else 254.0
-    gain = np.where(crossing < 254.0, INV_SQRT2 * crossing, np.inf)
+    crossing = np.minimum(np.trunc(float(COST_NEUTRAL) + COST_FACTOR * np.arange(256)), COST_HIGHEST)
+    crossing[LEAST_OBSTACLE:] = COST_OBSTACLE
+    if allow_unknown:
+        crossing[NO_INFORMATION] = COST_HIGHEST
+    gain = np.where(crossing < COST_OBSTACLE, INV_SQRT2 * crossing, np.inf)
     return crossing.astype(np.float32), gain.astype(np.float32)
 
 
@@ -76,7 +82,7 @@ def planar_wave(left: float, right: float, up: float, down: float, cost: float) 
     if difference >= cost:
         return np.float32(other + cost)
     ratio = np.float64(np.float32(difference / cost))
-    factor = np.float32(-0.2301 * ratio * ratio + 0.5307 * ratio + 0.7040)
+    factor = np.float32(WAVE_2 * ratio * ratio + WAVE_1 * ratio + WAVE_0)
     return np.float32(other + np.float32(cost * factor))
 
 

@@ -1,0 +1,92 @@
+"""Points on a path (N, 3) that is given in the base frame.
+
+The carrot as Nav2 main measures it (``controller_utils.cpp``) and as the Jazzy branch did before; Jazzy's cusps.
+"""
+
+import math
+
+from numba import njit
+
+from navstack.types import FloatArray
+
+SAME_HEADING = 1e-4  # [rad]
+
+
+@njit(cache=True)
+def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
+    """The point ``distance`` [m] along the path, as (x, y).
+
+    On a path that is shorter: its end, or with ``beyond_end`` the point that its last direction leads to.
+    """
+    travelled = 0.0
+    for i in range(1, len(path)):
+        dx, dy = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+        step = math.hypot(dx, dy)
+        if travelled + step >= distance:
+            share = (distance - travelled) / step if step > 0.0 else 0.0
+            return path[i - 1, 0] + share * dx, path[i - 1, 1] + share * dy
+        travelled += step
+    x, y = path[-1, 0], path[-1, 1]
+    if not beyond_end:
+        return x, y
+    direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
+    rest = distance - travelled
+    return x + rest * math.cos(direction), y + rest * math.sin(direction)
+
+
+@njit(cache=True)
+def lookahead_point_on_circle(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
+    """The point where the path leaves the circle of radius ``distance`` [m] about the robot, as (x, y).
+
+    Of a path that begins outside, its first pose; of one that stays inside as in :func:`lookahead_point`.
+    """
+    for i in range(len(path)):
+        if math.hypot(path[i, 0], path[i, 1]) >= distance:
+            before = max(i - 1, 0)
+            return leave_circle(path[before, 0], path[before, 1], path[i, 0], path[i, 1], distance)
+    x, y = path[-1, 0], path[-1, 1]
+    if not beyond_end:
+        return x, y
+    direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
+    far_x, far_y = x + 2.0 * distance * math.cos(direction), y + 2.0 * distance * math.sin(direction)
+    return leave_circle(x, y, far_x, far_y, distance)
+
+
+@njit(cache=True)
+def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> tuple[float, float]:
+    """Where a segment leaves a circle about the origin; its end if it is a point."""
+    dx, dy = x1 - x0, y1 - y0
+    length_squared = dx * dx + dy * dy
+    if length_squared == 0.0:
+        return x1, y1
+    along = x0 * dx + y0 * dy
+    inside = radius * radius - (x0 * x0 + y0 * y0)  # not negative
+    share = (math.sqrt(along * along + length_squared * inside) - along) / length_squared
+    return x0 + share * dx, y0 + share * dy
+
+
+@njit(cache=True)
+def distance_to_cusp(path: FloatArray) -> float:
+    """The straight distance in [m] to where the path turns back or turns on the spot; inf if it does not."""
+    for i in range(1, len(path) - 1):
+        ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+        bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+        turns_on_the_spot = ax == 0.0 and ay == 0.0 and abs(path[i, 2] - path[i - 1, 2]) > SAME_HEADING
+        if ax * bx + ay * by < 0.0 or turns_on_the_spot:
+            return math.hypot(path[i, 0], path[i, 1])
+    return math.inf
+
+
+@njit(cache=True)
+def path_length(path: FloatArray) -> float:
+    """Length along the path in [m]."""
+    length = 0.0
+    for i in range(1, len(path)):
+        length += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+    return length
+
+
+def arc_curvature(x: float, y: float) -> float:
+    """Curvature in [1/m] of the arc that leaves along the x axis and meets (x, y)."""
+    chord_squared = x * x + y * y
+    return 2.0 * y / chord_squared if chord_squared > 0.001 else 0.0

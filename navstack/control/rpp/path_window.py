@@ -1,0 +1,100 @@
+"""The part of the plan that the controller follows, seen from the robot (``path_handler.cpp``)."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.costmap.costmap import Costmap
+from navstack.errors import InvalidPathError
+from navstack.types import FloatArray, Path, Pose2D
+
+
+class PathWindow:
+    """Cuts the plan from the pose nearest to the robot to the edge of the local costmap; what lies behind is forgotten.
+
+    Plan and costmap share the map frame.
+    """
+
+    def __init__(self, search_distance: float | None, fewest_poses: int) -> None:
+        """Make the window.
+
+        Args:
+            search_distance: along the plan, in [m], in which the nearest pose is looked for; None: half the costmap's
+                width; negative: the whole plan.
+            fewest_poses: of a plan that can be followed.
+        """
+        self._search_distance = search_distance
+        self._fewest_poses = fewest_poses
+        self._begin = 0
+
+    def reset(self) -> None:
+        """A new plan: nothing of it has been passed."""
+        self._begin = 0
+
+    def seen_from(self, pose: Pose2D, plan: Path, costmap: Costmap) -> FloatArray:
+        """The poses (N, 3) of ``plan`` near the robot, in the base frame.
+
+        Raises:
+            InvalidPathError: the plan is too short, or leaves the costmap at once.
+        """
+        if len(plan) - self._begin < self._fewest_poses:
+            raise InvalidPathError(
+                f"the plan has {len(plan) - self._begin} poses left; regulated pure pursuit needs {self._fewest_poses}"
+            )
+        search = costmap.size_x * costmap.resolution / 2.0 if self._search_distance is None else self._search_distance
+        extent = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0
+        self._begin, end = window_bounds(
+            plan.poses, self._begin, pose.x, pose.y, search if search >= 0.0 else math.inf, extent
+        )
+        if self._begin == end:
+            raise InvalidPathError(
+                f"the plan is farther than {extent:.2f} m from the robot at ({pose.x:.2f}, {pose.y:.2f}); "
+                "plan again from where it is"
+            )
+        window: FloatArray = in_base_frame(plan.poses[self._begin : end], pose.x, pose.y, pose.yaw)
+        return window
+
+
+@njit(cache=True)
+def window_bounds(
+    poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
+) -> tuple[int, int]:
+    """Begin and end of the poses (N, >= 2) to follow.
+
+    From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from pose ``first``, to
+    the first one farther than ``extent`` [m] along the straight line. Two poses are kept where there are two, so that
+    the plan has a direction.
+    """
+    nearest = first
+    least = math.hypot(poses[first, 0] - x, poses[first, 1] - y)
+    travelled = 0.0
+    stop = first + 1
+    while stop < len(poses):
+        travelled += math.hypot(poses[stop, 0] - poses[stop - 1, 0], poses[stop, 1] - poses[stop - 1, 1])
+        if travelled > search_distance:
+            break
+        distance = math.hypot(poses[stop, 0] - x, poses[stop, 1] - y)
+        if distance < least:
+            nearest, least = stop, distance
+        stop += 1
+    if nearest == stop - 1 and nearest > first:
+        nearest -= 1
+    end = nearest
+    while end < len(poses) and not math.hypot(poses[end, 0] - x, poses[end, 1] - y) > extent:
+        end += 1
+    return nearest, end
+
+
+@njit(cache=True)
+def in_base_frame(poses: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
+    """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    seen = np.empty((len(poses), 3))
+    for i in range(len(poses)):
+        dx, dy = poses[i, 0] - x, poses[i, 1] - y
+        turn = poses[i, 2] - yaw
+        seen[i, 0] = cosine * dx + sine * dy
+        seen[i, 1] = cosine * dy - sine * dx
+        seen[i, 2] = turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
+    return seen

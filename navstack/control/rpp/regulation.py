@@ -1,0 +1,33 @@
+"""The heuristics that slow regulated pure pursuit down (``regulation_functions.hpp``; Macenski et al. 2023)."""
+
+import math
+
+from navstack.control.rpp.lookahead import path_length
+from navstack.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from navstack.params.rpp import RppParams
+from navstack.types import FloatArray
+
+
+def speed_in_curve(speed: float, curvature: float, min_radius: float) -> float:
+    """``speed`` [m/s], reduced in proportion to the radius where that is less than ``min_radius`` [m]."""
+    radius = 1.0 / abs(curvature) if curvature != 0.0 else math.inf
+    return speed * (1.0 - (min_radius - radius) / min_radius) if radius < min_radius else speed
+
+
+def speed_near_obstacle(speed: float, cost: int, inscribed_radius: float, params: RppParams) -> float:
+    """``speed`` [m/s], reduced by the distance to the nearest obstacle that the ``cost`` under the robot stands for."""
+    if cost in (NO_INFORMATION, FREE_SPACE):
+        return speed
+    decay = math.log(cost / (INSCRIBED_INFLATED_OBSTACLE - 1))
+    distance = -decay / params.inflation_cost_scaling_factor + inscribed_radius  # [m]
+    if distance >= params.cost_scaling_dist:
+        return speed
+    return speed * (params.cost_scaling_gain * distance / params.cost_scaling_dist)
+
+
+def speed_on_approach(speed: float, path: FloatArray, params: RppParams) -> float:
+    """``speed`` [m/s], reduced near the end of a path (N, 3) in the base frame, but not below the approach's least."""
+    scaling = 1.0
+    if path_length(path) < params.approach_velocity_scaling_dist:
+        scaling = math.hypot(path[-1, 0], path[-1, 1]) / params.approach_velocity_scaling_dist
+    return min(speed, max(speed * scaling, params.min_approach_linear_velocity))

@@ -1,0 +1,162 @@
+"""Parameters of the collision monitor: names and defaults are those of Nav2 Jazzy's ``nav2_collision_monitor``."""
+
+import ast
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.geometry import make_footprint
+from navstack.types import FloatArray
+
+SHAPES = ("polygon", "circle", "velocity_polygon")
+ACTIONS = ("stop", "slowdown", "limit", "approach", "none")
+SCAN_SOURCES = ("scan", "pointcloud")  # types of sources that read the robot's planar scan here ...
+OTHER_SOURCES = ("range", "polygon", "costmap")  # ... and those that nothing feeds
+FEWEST_VERTICES = 4  # Nav2 refuses triangles
+
+
+def parse_polygon(text: str) -> FloatArray:
+    """The polygon (V, 2) in [m] of a text such as ``[[0.3, 0.2], [0.3, -0.2], [0.0, -0.2], [0.0, 0.2]]``.
+
+    Numbers are read to single precision as Nav2 does.
+
+    Raises:
+        ParameterError: the text is not a list of at least four pairs of numbers.
+    """
+    try:
+        vertices = ast.literal_eval(text.strip())
+    except (ValueError, SyntaxError, RecursionError, MemoryError):
+        vertices = None
+    if not isinstance(vertices, list) or len(vertices) < FEWEST_VERTICES:
+        raise ParameterError(f"points '{text}' is not a list of at least {FEWEST_VERTICES} pairs [x, y] in metres")
+    return make_footprint(vertices).astype(np.float32).astype(np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityPolygonParams:
+    """One of the polygons of a ``velocity_polygon``, and the velocities for which it stands."""
+
+    points: str = ""  # "[[x, y], ...]" in [m], base frame
+    linear_min: float = 0.0  # [m/s] of the velocity along x
+    linear_max: float = 0.0  # [m/s]
+    theta_min: float = 0.0  # [rad/s]
+    theta_max: float = 0.0  # [rad/s]
+    direction_start_angle: float = -math.pi  # [rad] of the direction of travel, if the robot is holonomic
+    direction_end_angle: float = math.pi  # [rad]; less than the start: the range goes through pi
+
+    def __post_init__(self) -> None:
+        parse_polygon(self.points)
+
+    def covers(self, x: float, y: float, yaw_rate: float, is_holonomic: bool) -> bool:
+        """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges (Jazzy's; main compares the speed, not x)."""
+        covers = self.linear_min <= x <= self.linear_max and self.theta_min <= yaw_rate <= self.theta_max
+        if not is_holonomic or not covers:
+            return covers
+        direction = math.atan2(y, x)
+        after_start, before_end = direction >= self.direction_start_angle, direction <= self.direction_end_angle
+        if self.direction_start_angle <= self.direction_end_angle:
+            return after_start and before_end
+        return after_start or before_end
+
+
+@dataclass(frozen=True, slots=True)
+class PolygonParams:
+    """One of the ``polygons``: a zone about the robot, and what obstacles in it do."""
+
+    type: str = ""  # one of SHAPES
+    action_type: str = ""  # one of ACTIONS
+    enabled: bool = True
+    points: str | None = None  # "[[x, y], ...]" in [m], base frame; absent: the footprint of the local costmap
+    polygon_sub_topic: str | None = None  # may be that footprint's; no other polygon is published here
+    radius: float | None = None  # [m] of a circle
+    velocity_polygons: tuple[str, ...] = field(default_factory=tuple)  # the first one that covers the velocity counts
+    shapes: Mapping[str, VelocityPolygonParams] = field(default_factory=dict)  # by the names just above
+    holonomic: bool = False  # the polygons of a velocity_polygon look at the direction of travel too
+    sources_names: tuple[str, ...] = field(default_factory=tuple)  # observation sources that count; none: all
+    min_points: int = 4  # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
+    max_points: int | None = None  # older name: one point less than min_points
+    slowdown_ratio: float = 0.5  # [-] of the velocity that slowdown leaves
+    linear_limit: float = 0.5  # [m/s] that limit leaves
+    angular_limit: float = 0.5  # [rad/s]
+    limit_keeps_curvature: bool = False  # limit slows all axes alike, as Nav2 main does; False: each for itself
+    time_before_collision: float = 2.0  # [s] that approach looks ahead and keeps
+    simulation_time_step: float = 0.1  # [s] between the places it looks at
+
+    def __post_init__(self) -> None:
+        self._require("type", self.type in SHAPES, f"one of {', '.join(SHAPES)}")
+        self._require("action_type", self.action_type in ACTIONS, f"one of {', '.join(ACTIONS)}")
+        for name in ("time_before_collision", "simulation_time_step"):
+            self._require(name, getattr(self, name) > 0.0, "more than 0")
+        for name in ("slowdown_ratio", "linear_limit", "angular_limit"):
+            self._require(name, getattr(self, name) >= 0.0, "0 or more")
+        if self.type == "circle":
+            self._require("radius", self.radius is not None and self.radius > 0.0, "more than 0 for a circle")
+        if self.type == "velocity_polygon":
+            self._require("velocity_polygons", len(self.velocity_polygons) > 0, "the names of one polygon or more")
+        if self.type == "polygon":
+            self._check_polygon()
+
+    @property
+    def trigger_count(self) -> int:
+        """Points inside from which on the action is triggered.
+
+        Nav2 stores the number as a 32-bit integer: 6,000,000,000 becomes 1,705,032,704, which no sensor reaches, and
+        3,000,000,000 becomes negative, so that no point at all is enough.
+        """
+        count = self.min_points if self.max_points is None else self.max_points + 1
+        return (count + 2**31) % 2**32 - 2**31
+
+    def _check_polygon(self) -> None:
+        if self.points is not None:
+            parse_polygon(self.points)
+        elif self.action_type != "approach":
+            is_footprint = self.polygon_sub_topic is not None and "footprint" in self.polygon_sub_topic
+            self._require("polygon_sub_topic", is_footprint, "a footprint's topic where 'points' are absent")
+
+    def _require(self, name: str, is_right: bool, allowed: str) -> None:
+        if not is_right:
+            raise ParameterError(f"{name} '{getattr(self, name)}' must be {allowed}")
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorSourceParams:
+    """One of the ``observation_sources``. A ``scan`` or ``pointcloud`` reads the robot's one scan; others are unfed."""
+
+    type: str = "scan"
+    enabled: bool = True
+    source_timeout: float | None = None  # [s] absent: the monitor's own
+
+    def __post_init__(self) -> None:
+        if self.type not in SCAN_SOURCES + OTHER_SOURCES:
+            raise ParameterError(f"type '{self.type}' must be one of {', '.join(SCAN_SOURCES + OTHER_SOURCES)}")
+
+    @property
+    def reads_scan(self) -> bool:
+        """Whether it is on and fed."""
+        return self.enabled and self.type in SCAN_SOURCES
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionMonitorParams:
+    """``collision_monitor`` (``collision_monitor_node.cpp``)."""
+
+    enabled: bool = True  # False: only stale sources stop the robot
+    source_timeout: float = 2.0  # [s] age from which on a source is stale and stops the robot; 0: never
+    base_shift_correction: bool = True  # points are moved by the odometry since their scan
+    polygons: tuple[str, ...] = field(default_factory=tuple)
+    observation_sources: tuple[str, ...] = field(default_factory=tuple)
+    zones: Mapping[str, PolygonParams] = field(default_factory=dict)  # by the names in polygons
+    sources: Mapping[str, MonitorSourceParams] = field(default_factory=dict)  # by the names in observation_sources
+
+    def __post_init__(self) -> None:
+        for name, zone in self.zones.items():
+            for source in zone.sources_names:
+                if source not in self.observation_sources:
+                    raise UnknownNameError(f"source in {name}.sources_names", source, self.observation_sources)
+
+    def timeout_of(self, source: MonitorSourceParams) -> float:
+        """The age in [s] from which on a source is stale; 0: never."""
+        return self.source_timeout if source.source_timeout is None else source.source_timeout

@@ -1,0 +1,11 @@
+"""The path smoothers by their plugin names. A new smoother adds one line."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from navstack.planning.smoother import Smoother
+from navstack.planning.smoothers.simple_smoother import SimpleSmoother
+
+SmootherFactory = Callable[[Any], Smoother]  # from its parameters
+
+SMOOTHERS: Mapping[str, SmootherFactory] = {"nav2_smoother::SimpleSmoother": SimpleSmoother}

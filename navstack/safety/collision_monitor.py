@@ -1,0 +1,134 @@
+"""Stops or slows the robot down for obstacles in its zones: nav2_collision_monitor (``collision_monitor_node.cpp``)."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.costmap.observations import ScanProjector
+from navstack.geometry import relative_to, transform_points
+from navstack.params.collision_monitor import CollisionMonitorParams, PolygonParams
+from navstack.safety.monitor_zones import Zone, make_zone
+from navstack.types import FloatArray, LaserScan, Pose2D, Twist2D
+
+INVALID_SOURCE = "invalid source"  # Nav2's name of what stops the robot for want of a fresh scan
+STANDSTILL = Twist2D()
+
+_NO_POINTS: FloatArray = np.empty((0, 2))
+
+
+class MonitorAction(NamedTuple):
+    """What the monitor did with a command, and for which zone."""
+
+    action: str = "none"  # stop, slowdown, limit, approach; none: the command passed as it was
+    polygon: str = ""  # name of the zone, or INVALID_SOURCE
+
+
+class CollisionMonitor:
+    """The last one before the wheels. Each command is held against every zone; the slowest outcome is driven.
+
+    Zones are looked at in the order of the file; the first one that stops the robot ends the search. The points are
+    those of the newest scan, counted once however many sources read it.
+    """
+
+    def __init__(self, params: CollisionMonitorParams, footprint: FloatArray) -> None:
+        """``footprint`` is the local costmap's padded polygon (V, 2) in [m], base frame, as it publishes it."""
+        self._params = params
+        zones = ((name, params.zones[name]) for name in params.polygons)
+        self._zones = [make_zone(name, zone, footprint) for name, zone in zones if params.enabled and zone.enabled]
+        self._sources = {name: params.sources[name] for name in params.observation_sources}
+        self._projector = ScanProjector()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the scan and the last action."""
+        self.action = MonitorAction()
+        self._points = _NO_POINTS  # in the base frame at the time of the scan
+        self._stamp: float | None = None  # [s] of the scan; None: there is none yet
+        self._odometry: Pose2D | None = None  # at that time
+
+    def receive(self, scan: LaserScan, odometry: Pose2D | None = None) -> None:
+        """Take a new scan and the pose in the odom frame at which it arrived."""
+        self._points = self._projector.project(scan, Pose2D(), inf_is_valid=False).points
+        self._stamp = scan.stamp
+        self._odometry = odometry
+
+    def process(self, command: Twist2D, scan: LaserScan | None, now: float, odometry: Pose2D | None = None) -> Twist2D:
+        """The velocity to drive instead of ``command``; :attr:`action` says why.
+
+        Args:
+            command: what is to be driven.
+            scan: if a new one arrived since the last call.
+            now: in [s].
+            odometry: the present pose in the odom frame; None: the scan's points are taken where they were seen.
+        """
+        if scan is not None:
+            self.receive(scan, odometry)
+        if self._is_stale(now):
+            self.action = MonitorAction("stop", INVALID_SOURCE)
+            return STANDSTILL
+        driven, self.action = command, MonitorAction()
+        points = self._points_from(odometry)
+        for zone in self._zones:
+            safe = self._safe_velocity(zone, points, command)
+            if safe is None:
+                continue
+            if zone.params.action_type == "stop" or _squared(safe) < _squared(driven):
+                driven, self.action = safe, MonitorAction(zone.params.action_type, zone.name)
+            if zone.params.action_type == "stop":
+                break
+        return driven
+
+    def _is_stale(self, now: float) -> bool:
+        """Whether an enabled source has delivered nothing for longer than its timeout, if it has one."""
+        age = math.inf if self._stamp is None else now - self._stamp
+        timeouts = [self._params.timeout_of(source) for source in self._sources.values() if source.reads_scan]
+        return any(timeout != 0.0 and age > timeout for timeout in timeouts)
+
+    def _points_from(self, odometry: Pose2D | None) -> FloatArray:
+        """The scan's points (n, 2) in the present base frame."""
+        if not self._params.base_shift_correction or self._odometry is None or odometry is None:
+            return self._points
+        if odometry == self._odometry:
+            return self._points
+        return transform_points(relative_to(odometry, self._odometry), self._points)
+
+    def _safe_velocity(self, zone: Zone, points: FloatArray, command: Twist2D) -> Twist2D | None:
+        """What a zone leaves of the command; None: it has nothing against it."""
+        params = zone.params
+        if not zone.select(command) or params.action_type == "none":
+            return None
+        seen = points if self._sees_scan(params) else _NO_POINTS
+        if params.action_type == "approach":
+            time = zone.collision_time(seen, command)
+            return None if time is None else _scaled(command, time / params.time_before_collision)
+        if not zone.is_triggered(seen):
+            return None
+        if params.action_type == "stop":
+            return STANDSTILL
+        return (
+            _scaled(command, params.slowdown_ratio) if params.action_type == "slowdown" else _limited(command, params)
+        )
+
+    def _sees_scan(self, params: PolygonParams) -> bool:
+        names = params.sources_names or self._params.observation_sources
+        return any(self._sources[name].reads_scan for name in names)
+
+
+def _squared(twist: Twist2D) -> float:
+    """By which velocities are compared; it takes turns on the spot into account."""
+    return twist.linear_x**2 + twist.linear_y**2 + twist.angular_z**2
+
+
+def _scaled(command: Twist2D, ratio: float) -> Twist2D:
+    return Twist2D(command.linear_x * ratio, command.linear_y * ratio, command.angular_z * ratio)
+
+
+def _limited(command: Twist2D, params: PolygonParams) -> Twist2D:
+    speed, yaw_rate = math.hypot(command.linear_x, command.linear_y), abs(command.angular_z)
+    linear = min(1.0, params.linear_limit / speed) if speed > 0.0 else 1.0
+    angular = min(1.0, params.angular_limit / yaw_rate) if yaw_rate > 0.0 else 1.0
+    if params.limit_keeps_curvature:
+        return _scaled(command, min(linear, angular))
+    limit = params.angular_limit
+    return Twist2D(command.linear_x * linear, command.linear_y * linear, min(max(command.angular_z, -limit), limit))

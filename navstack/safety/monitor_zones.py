@@ -1,0 +1,70 @@
+"""The zones of the collision monitor: polygons, circles, and polygons that depend on the velocity."""
+
+import numpy as np
+
+from navstack.params.collision_monitor import PolygonParams, parse_polygon
+from navstack.safety.monitor_kernels import NO_COLLISION, are_inside, collision_time
+from navstack.types import FloatArray, Twist2D
+
+_NO_VERTICES: FloatArray = np.empty((0, 2))
+
+
+class Zone:
+    """An area about the robot, in the base frame, that obstacles should not enter."""
+
+    def __init__(self, name: str, params: PolygonParams, vertices: FloatArray, radius: float = 0.0) -> None:
+        """``vertices`` (V, 2) in [m]; none: a circle of ``radius`` [m]."""
+        self.name = name
+        self.params = params
+        self._vertices = vertices
+        self._radius = radius
+
+    def select(self, command: Twist2D) -> bool:
+        """Take the shape that belongs to a velocity; whether there is one."""
+        return True
+
+    def is_triggered(self, points: FloatArray) -> bool:
+        """Whether enough points (n, 2) lie inside."""
+        enough = self.params.trigger_count
+        return bool(are_inside(points, len(points), 0.0, 0.0, 0.0, self._vertices, self._radius, enough))
+
+    def collision_time(self, points: FloatArray, command: Twist2D) -> float | None:
+        """Time in [s] until enough points (n, 2) lie inside, if the robot keeps driving as commanded; None: never."""
+        time = collision_time(
+            points,
+            self._vertices,
+            self._radius,
+            self.params.trigger_count,
+            command.linear_x,
+            command.linear_y,
+            command.angular_z,
+            self.params.time_before_collision,
+            self.params.simulation_time_step,
+        )
+        return None if time == NO_COLLISION else float(time)
+
+
+class VelocityZone(Zone):
+    """A polygon for each range of velocities; one that no range covers keeps the last polygon (``VelocityPolygon``)."""
+
+    def __init__(self, name: str, params: PolygonParams) -> None:
+        super().__init__(name, params, _NO_VERTICES)
+        shapes = [params.shapes[each] for each in params.velocity_polygons]
+        self._shapes = [(shape, parse_polygon(shape.points)) for shape in shapes]
+
+    def select(self, command: Twist2D) -> bool:
+        """See the base class; there is none until a velocity was covered."""
+        for shape, vertices in self._shapes:
+            if shape.covers(command.linear_x, command.linear_y, command.angular_z, self.params.holonomic):
+                self._vertices = vertices
+                break
+        return len(self._vertices) > 0
+
+
+def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Zone:
+    """The zone that a polygon's parameters describe; ``footprint`` (V, 2) in [m] stands in where they give no shape."""
+    if params.type == "velocity_polygon":
+        return VelocityZone(name, params)
+    if params.type == "circle" and params.radius is not None:
+        return Zone(name, params, _NO_VERTICES, params.radius)
+    return Zone(name, params, footprint if params.points is None else parse_polygon(params.points))

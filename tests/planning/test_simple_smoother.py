@@ -1,0 +1,102 @@
+"""The simple smoother against a slow twin, and its rules."""
+
+import math
+
+import numpy as np
+import pytest
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.errors import ParameterError
+from navstack.params.smoothers import SimpleSmootherParams
+from navstack.planning.smoothers import SMOOTHERS
+from navstack.planning.smoothers.simple_smoother import SimpleSmoother
+from navstack.planning.smoothers.simple_smoother_kernels import relax
+from navstack.types import Path
+
+
+def free(size=100):
+    return Costmap(np.zeros((size, size), dtype=np.uint8), 0.1, -5.0, -5.0)
+
+
+def zigzag(count=20):
+    poses = np.zeros((count, 3))
+    poses[:, 0] = np.arange(count) * 0.1
+    poses[1::2, 1] = 0.06
+    return poses
+
+
+@pytest.mark.parametrize("name", sorted(SMOOTHERS))
+def test_ends_stay_and_roughness_falls(name):
+    given = Path(zigzag(), stamp=3.5)
+    smooth = SMOOTHERS[name](SimpleSmootherParams()).smooth(given, free())
+    np.testing.assert_array_equal(given.poses, zigzag())
+    assert smooth.stamp == 3.5
+    np.testing.assert_array_equal(smooth.poses[[0, -1], :2], given.poses[[0, -1], :2])
+    assert smooth.length < 0.95 * given.length
+    assert smooth is not given
+
+
+def slow_relax(given, w_data, w_smooth, tolerance, max_its):
+    """The same iteration with one statement per line of arithmetic, without a costmap."""
+    last, now = given.copy(), given.copy()
+    for _ in range(max_its - 1):
+        change = 0.0
+        for i in range(1, len(now) - 1):
+            for axis in (0, 1):
+                old = now[i, axis]
+                pull = w_data * (given[i, axis] - old)
+                pull = pull + w_smooth * (now[i + 1, axis] + now[i - 1, axis] - 2.0 * old)
+                now[i, axis] = old + pull
+                change += abs(now[i, axis] - old)
+        last[:] = now
+        if change < tolerance:
+            break
+    return last
+
+
+@pytest.mark.parametrize(("tolerance", "max_its"), [(1e-10, 1000), (1e-3, 1000), (1e-10, 7)])
+def test_kernel_equals_slow_twin(tolerance, max_its):
+    given = np.random.default_rng(3).normal(size=(30, 2)).cumsum(axis=0) * 0.05
+    ours, costmap = given.copy(), free()
+    relax(ours, 0.2, 0.3, tolerance, max_its, costmap.data, costmap.origin_x, costmap.origin_y, costmap.resolution)
+    np.testing.assert_array_equal(ours, slow_relax(given, 0.2, 0.3, tolerance, max_its))
+
+
+def test_it_stops_before_an_obstacle():
+    given = zigzag()
+    costmap = Costmap(np.zeros((400, 400), dtype=np.uint8), 0.01, -1.0, -1.0)
+    blocked = Costmap(costmap.data.copy(), 0.01, -1.0, -1.0)
+    smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(given), costmap)
+    mx, my = blocked.world_to_map(*smooth.poses[9, :2])
+    blocked.data[my, mx] = LETHAL_OBSTACLE
+    kept = SimpleSmoother(SimpleSmootherParams()).smooth(Path(given), blocked)
+    assert all(blocked.cost_at(x, y) < LETHAL_OBSTACLE for x, y in kept.poses[:, :2])
+    assert not np.array_equal(kept.poses[:, :2], smooth.poses[:, :2])
+
+
+def test_a_path_driven_backwards_keeps_its_headings():
+    poses = zigzag()
+    poses[:, 2] = math.pi
+    smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
+    assert np.all(np.cos(smooth.poses[:, 2]) < 0.0)
+
+
+def test_a_turn_on_the_spot_stays_where_it_is():
+    poses = np.vstack((zigzag(10), zigzag(10) + (0.9, 0.06, 1.0)))
+    turn = poses[9, :2].copy()
+    np.testing.assert_array_equal(poses[10, :2], turn)
+    smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
+    np.testing.assert_array_equal(smooth.poses[9, :2], turn)
+    through = SimpleSmoother(SimpleSmootherParams(enforce_path_inversion=False)).smooth(Path(poses), free())
+    assert not np.array_equal(through.poses[9, :2], turn)
+
+
+@pytest.mark.parametrize("count", [0, 1, 4])
+def test_few_poses_come_back_as_they_are(count):
+    given = zigzag(count)
+    np.testing.assert_array_equal(SimpleSmoother(SimpleSmootherParams()).smooth(Path(given), free()).poses, given)
+
+
+def test_negative_parameters_are_refused():
+    with pytest.raises(ParameterError, match="max_its -1"):
+        SimpleSmootherParams(max_its=-1)
