@@ -1,90 +1,134 @@
 """Navigate to a pose with replanning and recovery, after Nav2's default behavior tree.
 
-The tree is ``navigate_to_pose_w_replanning_and_recovery.xml``: replan at 1 Hz and follow; a failed planner clears the
-global costmap and tries once more, a failed controller clears the local one and tries once more; when that fails too,
-the next recovery of the round robin runs and the whole starts over, at most six times. Of Nav2's round robin, clearing
-and waiting exist here; spinning and backing up do not yet.
+The tree is Jazzy's ``navigate_to_pose_w_replanning_and_recovery.xml``: replan at 1 Hz and follow. A failure to plan
+clears the global costmap and is tried once more, a failure to follow clears the local one and is tried once more. When
+that fails too, the next recovery of the round robin runs and the whole starts over, at most six times. All of this only
+where the error is one that a recovery may cure (WouldAPlannerRecoveryHelp, WouldAControllerRecoveryHelp): a goal in an
+obstacle or outside the map ends the navigation at once.
+
+Not modelled: GoalUpdated, which cuts a recovery short when a new goal arrives (a new goal begins with ``reset``), and
+the selectors of planner and controller (the first of the file are used, as Nav2 does unless told otherwise).
 """
 
-from dataclasses import dataclass
-from enum import Enum
+from dataclasses import replace
 
 import numpy as np
 
+from navstack.action_codes import COMPUTE_PATH_TO_POSE, FOLLOW_PATH, Codes
+from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Surroundings
 from navstack.control.controller_server import ControllerServer
+from navstack.control.decision import DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
-from navstack.errors import ControlError, NavstackError, PlanningError
+from navstack.errors import BehaviorError, ControlError, PlanningError
+from navstack.navigation_status import Counts, Status, Trouble
 from navstack.planning.planner import Planner
+from navstack.recovery import default_recoveries
+from navstack.stopwatch import Latencies, Stopwatch
 from navstack.types import Pose2D, RobotState, Twist2D
 
 REPLANNING_PERIOD = 1.0  # [s] RateController hz="1.0"
 NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
-WAIT_DURATION = 5.0  # [s] Wait wait_duration="5.0"
 
+# The errors after which clearing and recovering are tried (would_a_planner_recovery_help_condition.cpp and
+# would_a_controller_recovery_help_condition.cpp); after any other, the navigation fails.
+PLANNER_RECOVERY_HELPS = frozenset({"UNKNOWN", "TIMEOUT", "NO_VALID_PATH"})
+CONTROLLER_RECOVERY_HELPS = frozenset({"UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"})
 
-class Status(Enum):
-    """How a navigation stands."""
-
-    RUNNING = "running"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-
-
-@dataclass(slots=True)
-class Counts:
-    """What happened on the way; goes into the episode's row."""
-
-    plans: int = 0
-    failed_plans: int = 0
-    failed_controls: int = 0
-    recoveries: int = 0
+TREE = "behavior_tree"  # who decided where neither a controller nor a recovery was asked
 
 
 class NavigateToPose:
-    """The default tree. :meth:`replan` runs when planning is due, :meth:`follow` once per control cycle."""
+    """The default tree.
+
+    :meth:`replan` runs when planning is due, :meth:`follow` once per control cycle, :meth:`recover` once per cycle of
+    the behavior server.
+    """
 
     def __init__(
         self,
         planner: Planner,
         controller_server: ControllerServer,
+        behavior_server: BehaviorServer,
         global_costmap: LayeredCostmap,
         local_costmap: LayeredCostmap,
     ) -> None:
         self._planner = planner
         self._controller_server = controller_server
+        self._behavior_server = behavior_server
         self._global_costmap = global_costmap
         self._local_costmap = local_costmap
+        self._recoveries = default_recoveries(behavior_server, global_costmap, local_costmap)
+        self._stopwatch = Stopwatch()  # of the planner's calls
         self._begin(Pose2D())
 
     def reset(self, goal: Pose2D, rng: np.random.Generator) -> None:
         """Start over with a new goal; all chance in planning is drawn from ``rng``."""
         self._planner.reset(rng)
         self._controller_server.reset()
+        self._behavior_server.reset()
+        self._recoveries.reset()
+        self._stopwatch.clear()
+        self._controller_server.stopwatch.clear()
         self._begin(goal)
 
     def _begin(self, goal: Pose2D) -> None:
         self._goal = goal
-        self._following = False
+        self._following = self._recovering = False
         self._plan_retried = self._control_retried = False
+        self._plan_error = self._control_error = ""  # of the last attempts; empty: none, or it was broken off
         self._next_plan = 0.0  # [s]
-        self._wait_until = 0.0  # [s]
+        self._driver = TREE
+        self._counts = Counts()
+        self._trouble = Trouble()
         self.status = Status.RUNNING
-        self.last_error = ""  # Nav2's name of the last failure
-        self.counts = Counts()
+
+    @property
+    def counts(self) -> Counts:
+        """Plans, failures and recoveries since the goal was given."""
+        clearings, spins, waits, backups = self._recoveries.begun
+        return replace(
+            self._counts,
+            clearings=clearings,
+            spins=spins,
+            waits=waits,
+            backups=backups,
+            failed_recoveries=self._recoveries.failed,
+        )
+
+    @property
+    def trouble(self) -> Trouble:
+        """What went wrong last, and why the tree gave up if it did."""
+        failure = self._recoveries.last_failure
+        if failure is None:
+            return self._trouble
+        return replace(self._trouble, recovery_error=failure.code, recovery_error_code=failure.number)
+
+    @property
+    def latencies(self) -> Latencies:
+        """How long planner and controller took."""
+        return Latencies(self._stopwatch.durations, self._controller_server.stopwatch.durations)
+
+    def decision(self, command: Twist2D, now: float) -> DecisionRecord:
+        """How the ``command`` of the cycle at ``now`` [s] was decided."""
+        decided = self._controller_server.decision
+        if decided is not None and decided.stamp == now:
+            return decided
+        return DecisionRecord(now, self._driver, command)
 
     def replan(self, state: RobotState) -> None:
         """Compute a new path when one is due; every failure is counted and answered as the tree says."""
-        is_due = state.stamp >= max(self._next_plan, self._wait_until) - 1e-9
+        is_due = state.stamp >= self._next_plan - 1e-9 and not self._recovering
         if self.status is not Status.RUNNING or not (is_due and self._global_costmap.is_current):
             return
         try:
-            plan = self._planner.plan(state.pose, self._goal, self._global_costmap.master, state.stamp)
+            with self._stopwatch:
+                plan = self._planner.plan(state.pose, self._goal, self._global_costmap.master, state.stamp)
         except PlanningError as error:
-            self._planning_failed(error, state.stamp)
+            self._planning_failed(error, state)
             return
-        self.counts.plans += 1
-        self._plan_retried = False
+        self._count(plans=self._counts.plans + 1)
+        self._plan_retried, self._plan_error = False, ""
         self._next_plan = state.stamp + REPLANNING_PERIOD
         if self._following:
             self._controller_server.set_plan(plan)
@@ -92,8 +136,11 @@ class NavigateToPose:
             self._controller_server.begin(plan, state.stamp)
             self._following = True
 
-    def follow(self, state: RobotState) -> Twist2D:
-        """The command of this control cycle; standstill while there is nothing to follow or nothing known."""
+    def follow(self, state: RobotState) -> Twist2D | None:
+        """The command of this control cycle, standstill without a path or costmap; None: a recovery is driving."""
+        if self._recovering:
+            return None
+        self._driver = TREE
         if self.status is not Status.RUNNING or not (self._following and self._local_costmap.is_current):
             return Twist2D()
         if self._controller_server.goal_reached(state):
@@ -102,37 +149,74 @@ class NavigateToPose:
         try:
             return self._controller_server.compute_command(state, Surroundings(self._local_costmap.master))
         except ControlError as error:
-            self._control_failed(error, state.stamp)
+            self._control_failed(error, state)
             return Twist2D()
 
-    def _planning_failed(self, error: PlanningError, now: float) -> None:
-        self.counts.failed_plans += 1
-        if not self._plan_retried:
+    def recover(self, state: RobotState) -> Twist2D | None:
+        """The command of this cycle of the behavior server; None: no recovery is running."""
+        if not self._recovering:
+            return None
+        self._driver = self._recoveries.current
+        try:
+            command = self._recoveries.step(state)
+        except BehaviorError:
+            self._give_up("every recovery failed")
+            return Twist2D()
+        if command is None:
+            self._start_over(state.stamp)
+        return command or Twist2D()
+
+    def _planning_failed(self, error: PlanningError, state: RobotState) -> None:
+        self._count(failed_plans=self._counts.failed_plans + 1)
+        self._plan_error = error.code
+        if error.code in PLANNER_RECOVERY_HELPS and not self._plan_retried:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
-            return  # and try again after the costmap's next update
-        self._recover(error, now)
+            return  # and try again after the costmap's next update; until then the old path is followed
+        if self._following:
+            self._control_error = ""  # broken off, which is no failure
+        self._turn_to_recoveries(error.code, COMPUTE_PATH_TO_POSE, state)
 
-    def _control_failed(self, error: ControlError, now: float) -> None:
-        self.counts.failed_controls += 1
-        if not self._control_retried:
+    def _control_failed(self, error: ControlError, state: RobotState) -> None:
+        self._count(failed_controls=self._counts.failed_controls + 1)
+        self._control_error = error.code
+        if error.code in CONTROLLER_RECOVERY_HELPS and not self._control_retried:
             self._control_retried = True
             self._local_costmap.clear_entirely()
-            self._controller_server.begin_again(now)
+            self._controller_server.begin_again(state.stamp)
             return
-        self._recover(error, now)
+        self._plan_error = ""  # the last plan was found, or planning is broken off
+        self._turn_to_recoveries(error.code, FOLLOW_PATH, state)
 
-    def _recover(self, error: NavstackError, now: float) -> None:
-        """The next recovery of the round robin, or the end when the retries are used up."""
-        self.last_error = getattr(error, "code", "UNKNOWN")
+    def _turn_to_recoveries(self, code: str, numbers: Codes, state: RobotState) -> None:
+        """The next recovery of the round robin, or the end."""
+        self._trouble = Trouble(error=code, error_code=numbers.get(code, numbers["UNKNOWN"]))
         self._following = self._plan_retried = self._control_retried = False
-        if self.counts.recoveries >= NUMBER_OF_RETRIES:
-            self.status = Status.FAILED
+        if self._counts.recoveries >= NUMBER_OF_RETRIES:
+            self._give_up("all retries are used up")
             return
-        if self.counts.recoveries % 2 == 0:
-            self._local_costmap.clear_entirely()
-            self._global_costmap.clear_entirely()
-        else:
-            self._wait_until = now + WAIT_DURATION
-        self.counts.recoveries += 1
+        # As in Nav2, an earlier error of the controller still speaks for a recovery until it follows a path again.
+        if not (self._control_error in CONTROLLER_RECOVERY_HELPS or self._plan_error in PLANNER_RECOVERY_HELPS):
+            self._give_up("no recovery helps against this error")
+            return
+        self._count(recoveries=self._counts.recoveries + 1)
+        try:
+            is_done = self._recoveries.begin(state)
+        except BehaviorError:
+            self._give_up("every recovery failed")
+            return
+        self._recovering = True
+        if is_done:
+            self._start_over(state.stamp)
+
+    def _start_over(self, now: float) -> None:
+        self._recovering = False
         self._next_plan = now
+
+    def _give_up(self, reason: str) -> None:
+        self._recovering = False
+        self._trouble = replace(self._trouble, gave_up=reason)
+        self.status = Status.FAILED
+
+    def _count(self, **changes: int) -> None:
+        self._counts = replace(self._counts, **changes)

@@ -82,6 +82,12 @@ class NoProgressError(ControlError):
     code = "FAILED_TO_MAKE_PROGRESS"
 
 
+class PatienceExceededError(ControlError):
+    """The controller found no command for longer than ``failure_tolerance``."""
+
+    code = "PATIENCE_EXCEEDED"
+
+
 class NoLegalVelocity(ControlError):  # noqa: N818 - Nav2's name of it
     """Every sampled velocity was rejected; ``rejections`` counts them per critic."""
 
@@ -91,6 +97,15 @@ class NoLegalVelocity(ControlError):  # noqa: N818 - Nav2's name of it
         self.rejections = dict(rejections)
         counts = ", ".join(f"{name} {count}" for name, count in self.rejections.items()) or "none sampled"
         super().__init__(f"no legal velocity; rejected by: {counts}")
+
+
+class BehaviorError(NavstackError):
+    """A behavior failed; ``code`` is Nav2's name of the reason, ``number`` Nav2's number of it (0: Nav2 has none)."""
+
+    def __init__(self, code: str, number: int, message: str) -> None:
+        self.code = code
+        self.number = number
+        super().__init__(message)
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

@@ -1,15 +1,20 @@
 """The brain's tick: from an observation to a command."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from navstack.behavior_tree import Counts, NavigateToPose, Status
+from navstack.behavior_tree import NavigateToPose
 from navstack.clock import Clock
+from navstack.control.decision import DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
+from navstack.navigation_status import Counts, Status, Trouble
+from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
-from navstack.types import Belief, Observation, Pose2D, RobotState, Twist2D
+from navstack.stopwatch import Latencies
+from navstack.types import Belief, Observation, Odometry, Pose2D, RobotState, Twist2D
 
 
 class Frequencies(NamedTuple):
@@ -18,11 +23,23 @@ class Frequencies(NamedTuple):
     local_costmap: float
     global_costmap: float
     controller: float
+    behaviors: float
     smoother: float
 
 
+@dataclass(frozen=True, slots=True)
+class TickRecord:
+    """How a tick came to its command, from the belief to the wheels."""
+
+    belief: Belief
+    decision: DecisionRecord
+    wanted: Twist2D  # handed to the smoother
+    command: Twist2D  # left after smoother and monitor: driven until the next one
+    monitor: MonitorAction  # the last
+
+
 class Navigator:
-    """Localizes, maps, plans, follows and smooths, each part when it is due."""
+    """Localizes, maps, plans, follows or recovers, smooths and watches over it, each part when it is due."""
 
     def __init__(
         self,
@@ -31,6 +48,7 @@ class Navigator:
         global_costmap: LayeredCostmap,
         tree: NavigateToPose,
         smoother: VelocitySmoother,
+        monitor: CollisionMonitor,
         frequencies: Frequencies,
     ) -> None:
         self._localizer = localizer
@@ -38,27 +56,37 @@ class Navigator:
         self._global_costmap = global_costmap
         self._tree = tree
         self._smoother = smoother
+        self._monitor = monitor
         self._local_clock = Clock(frequencies.local_costmap)
         self._global_clock = Clock(frequencies.global_costmap)
         self._control_clock = Clock(frequencies.controller)
+        self._behavior_clock = Clock(frequencies.behaviors)
         self._smoother_clock = Clock(frequencies.smoother)
+        costmap_clocks = (self._local_clock, self._global_clock)
+        self._clocks = (*costmap_clocks, self._control_clock, self._behavior_clock, self._smoother_clock)
         self.belief = Belief(Pose2D())
 
-    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
+    def reset(
+        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
+    ) -> None:
         """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left.
 
-        All chance in planning is drawn from ``rng``.
+        All chance in planning is drawn from ``rng``, that in localization from ``localizer_rng``.
         """
         self.belief = initial_belief
-        self._localizer.reset(initial_belief)
+        self._localizer.reset(initial_belief, localizer_rng)
         self._local_costmap.reset()
         self._global_costmap.reset()
         self._tree.reset(goal, rng)
         self._smoother.reset()
-        for clock in (self._local_clock, self._global_clock, self._control_clock, self._smoother_clock):
+        self._monitor.reset()
+        for clock in self._clocks:
             clock.reset()
-        self._twist = self._command = Twist2D()
-        self._wanted: Twist2D | None = None  # the controller's newest command, until the smoother has taken it
+        self._odometry = Odometry(0.0, Pose2D(), Twist2D())
+        self._command = Twist2D()
+        self._wanted: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
+        self._decided: Twist2D | None = None  # the same, of the last tick only
+        self._stamp = 0.0  # [s] of the last tick
 
     @property
     def status(self) -> Status:
@@ -71,27 +99,54 @@ class Navigator:
         return self._tree.counts
 
     @property
-    def last_error(self) -> str:
-        """Nav2's name of the last failure that called for a recovery; empty: none."""
-        return self._tree.last_error
+    def trouble(self) -> Trouble:
+        """What went wrong last, and why the navigation was given up if it was."""
+        return self._tree.trouble
+
+    @property
+    def latencies(self) -> Latencies:
+        """How long planner and controller took since the goal was given."""
+        return self._tree.latencies
+
+    @property
+    def decision(self) -> TickRecord | None:
+        """How the last tick was decided; None: neither control nor behavior cycle was due in it.
+
+        Made when it is asked for, which must be before the next tick.
+        """
+        if self._decided is None:
+            return None
+        decision = self._tree.decision(self._decided, self._stamp)
+        return TickRecord(self.belief, decision, self._decided, self._command, self._monitor.action)
 
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""
         state = self._sense(observation)
+        self._decided, self._stamp = None, state.stamp
         self._map(state, observation)
+        if self._behavior_clock.is_due(state.stamp):
+            self._want(self._tree.recover(state))
         self._tree.replan(state)
         if self._control_clock.is_due(state.stamp):
-            self._wanted = self._tree.follow(state)
+            self._want(self._tree.follow(state))
+        if observation.scan is not None:
+            self._monitor.receive(observation.scan, state.odom_pose)
         if self._smoother_clock.is_due(state.stamp):
-            self._command = self._smoother.smooth(self._wanted, self._twist, state.stamp)
+            smoothed = self._smoother.smooth(self._wanted, state.twist, state.stamp)
+            self._command = self._monitor.process(smoothed, None, state.stamp, state.odom_pose)
             self._wanted = None
         return self._command
+
+    def _want(self, command: Twist2D | None) -> None:
+        """Hand a command to the smoother; None: whoever was asked is not driving."""
+        if command is not None:
+            self._wanted = self._decided = command
 
     def _sense(self, observation: Observation) -> RobotState:
         self.belief = self._localizer.update(observation)
         if observation.odometry is not None:
-            self._twist = observation.odometry.twist
-        return RobotState(self.belief.pose, self._twist, observation.stamp)
+            self._odometry = observation.odometry
+        return RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose)
 
     def _map(self, state: RobotState, observation: Observation) -> None:
         """Show a new scan to both costmaps, from the pose at which it was taken, and update those that are due."""

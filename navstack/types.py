@@ -134,8 +134,9 @@ class Belief:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """What a controller starts from: believed pose and measured velocity."""
+    """What controllers and behaviors start from: believed pose and measured motion."""
 
     pose: Pose2D  # in the map frame
     twist: Twist2D  # in the base frame, from odometry
     stamp: float = 0.0  # [s]
+    odom_pose: Pose2D = Pose2D()  # in the odom frame: drifts, but never jumps

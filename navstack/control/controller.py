@@ -3,7 +3,9 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+from navstack.control.decision import DecisionRecord
 from navstack.costmap.costmap import Costmap
+from navstack.errors import ParameterError
 from navstack.types import Path, RobotState, Twist2D
 
 
@@ -28,3 +30,26 @@ class Controller(ABC):
         Raises:
             ControlError: the plan cannot be followed; :class:`NoLegalVelocity` where every sample is rejected.
         """
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """How the last cycle since the reset was decided, failed ones included; None: there is none, or it is not told.
+
+        Made when it is asked for, which must be before the next cycle.
+        """
+        return None
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Drive no faster than this from now on, over resets too (``nav2_core::Controller::setSpeedLimit``).
+
+        Args:
+            limit: [m/s], or in percent of the largest speed; 0: no limit any more.
+            is_percentage: which of both.
+
+        Raises:
+            ParameterError: this controller cannot; one that can overrides the method.
+        """
+        raise ParameterError(
+            f"{type(self).__name__} knows no speed limit, and a speed filter asks for {limit:g}"
+            f"{'%' if is_percentage else ' m/s'}; use another controller, or remove the filter"
+        )

@@ -1,10 +1,12 @@
 """One attempt to follow a plan: controller, checkers and patience, after nav2_controller::ControllerServer."""
 
 from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import DecisionRecord
 from navstack.control.goal_checker import GoalChecker
 from navstack.control.progress_checker import ProgressChecker
-from navstack.errors import ControlError, InvalidPathError, NoProgressError
+from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
 from navstack.params.servers import ControllerServerParams
+from navstack.stopwatch import Stopwatch
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 
@@ -24,17 +26,17 @@ class ControllerServer:
         self._progress_checker = progress_checker
         self._plan: Path | None = None
         self._last_valid = 0.0  # [s] when the controller last found a command
+        self._failed_decision: DecisionRecord | None = None
+        self.stopwatch = Stopwatch()  # of the controller's cycles, over all attempts
 
     def reset(self) -> None:
         """Forget the goal and everything learnt on the way to it."""
-        self._plan = None
-        self._controller.reset()
-        self._goal_checker.reset()
-        self._progress_checker.reset()
+        self._failed_decision = None
+        self._forget_attempt()
 
     def begin(self, plan: Path, now: float) -> None:
         """Start a new attempt, as a new FollowPath action does."""
-        self.reset()
+        self._forget_attempt()
         self.set_plan(plan)
         self._last_valid = now
 
@@ -44,8 +46,18 @@ class ControllerServer:
             self.begin(self._plan, now)
 
     def set_plan(self, plan: Path) -> None:
-        """Take over a newer plan to the same goal."""
+        """Take over a newer plan to the same goal; whether that is reached is asked afresh (``setPlannerPath``)."""
         self._plan = plan
+        self._goal_checker.reset()
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Hand a speed filter's limit to the controller (``speedLimitCallback``)."""
+        self._controller.set_speed_limit(limit, is_percentage)
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """How the controller decided when it was last asked; None: it does not tell."""
+        return self._controller.decision or self._failed_decision
 
     def goal_reached(self, state: RobotState) -> bool:
         """Whether the plan's last pose is reached, as the goal checker sees it."""
@@ -58,7 +70,8 @@ class ControllerServer:
         """The command of this cycle; standstill while the controller fails within its tolerance.
 
         Raises:
-            ControlError: no plan, no progress, or no command for longer than ``failure_tolerance``.
+            ControlError: no plan, no progress, no command for longer than ``failure_tolerance``, or at once what
+                more attempts would not cure.
         """
         if self._plan is None or len(self._plan) == 0:
             raise InvalidPathError("there is no plan to follow")
@@ -66,17 +79,32 @@ class ControllerServer:
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
         measured = RobotState(state.pose, self._thresholded(state.twist), state.stamp)
         try:
-            command = self._controller.compute_velocity(measured, self._plan, surroundings)
-        except ControlError:
-            if self._out_of_patience(state.stamp):
+            with self.stopwatch:
+                command = self._controller.compute_velocity(measured, self._plan, surroundings)
+        except ControlError as error:
+            self._failed_decision = self._controller.decision  # before a new attempt makes the controller forget it
+            if error.code != NoLegalVelocity.code:
                 raise
+            self._be_patient(error, state.stamp)
             return Twist2D()
         self._last_valid = state.stamp
         return command
 
-    def _out_of_patience(self, now: float) -> bool:
-        tolerance = self._params.failure_tolerance  # [s]; 0: none, -1: endless
-        return tolerance >= 0.0 and now - self._last_valid > tolerance
+    def _forget_attempt(self) -> None:
+        self._plan = None
+        self._controller.reset()
+        self._goal_checker.reset()
+        self._progress_checker.reset()
+
+    def _be_patient(self, error: ControlError, now: float) -> None:
+        """Put up with a lack of commands for ``failure_tolerance``."""
+        tolerance = self._params.failure_tolerance  # [s]; -1: endless; 0 or otherwise negative: none
+        if tolerance == -1.0:
+            return
+        if tolerance <= 0.0:
+            raise error
+        if now - self._last_valid > tolerance:
+            raise PatienceExceededError(f"no command for more than {tolerance:g} s; last reason: {error}") from error
 
     def _thresholded(self, twist: Twist2D) -> Twist2D:
         """Velocities below their thresholds count as zero (ControllerServer::getThresholdedTwist)."""

@@ -41,7 +41,10 @@ class SimpleGoalChecker(GoalChecker):
             if dx * dx + dy * dy > self._params.xy_goal_tolerance**2:
                 return False
             self._must_check_position = not self._params.stateful
-        return abs(shortest_angular_distance(pose.yaw, goal.yaw)) <= self._params.yaw_goal_tolerance
+        away = abs(shortest_angular_distance(pose.yaw, goal.yaw))  # [rad]
+        if self._params.symmetric_yaw_tolerance:
+            away = min(away, math.pi - away)
+        return away <= self._params.yaw_goal_tolerance
 
 
 class StoppedGoalChecker(SimpleGoalChecker):

@@ -3,7 +3,8 @@
 import math
 from abc import ABC, abstractmethod
 
-from navstack.params.checkers import SimpleProgressCheckerParams
+from navstack.geometry import shortest_angular_distance
+from navstack.params.checkers import PoseProgressCheckerParams, SimpleProgressCheckerParams
 from navstack.types import Pose2D
 
 
@@ -33,17 +34,30 @@ class SimpleProgressChecker(ProgressChecker):
 
     def check(self, pose: Pose2D, stamp: float) -> bool:
         """See the base class."""
-        if self._baseline is None or self._distance(self._baseline, pose) > self._params.required_movement_radius:
+        if self._baseline is None or self._has_moved(self._baseline, pose):
             self._baseline = pose
             self._baseline_stamp = stamp
             return True
         return stamp - self._baseline_stamp <= self._params.movement_time_allowance
 
-    @staticmethod
-    def _distance(one: Pose2D, other: Pose2D) -> float:
-        return math.hypot(other.x - one.x, other.y - one.y)
+    def _has_moved(self, since: Pose2D, pose: Pose2D) -> bool:
+        """Whether the robot has come far enough since the reference."""
+        return math.hypot(pose.x - since.x, pose.y - since.y) > self._params.required_movement_radius
+
+
+class PoseProgressChecker(SimpleProgressChecker):
+    """As :class:`SimpleProgressChecker`, but turning far enough is progress too (``pose_progress_checker.cpp``)."""
+
+    def __init__(self, params: PoseProgressCheckerParams) -> None:
+        super().__init__(params)
+        self._required_movement_angle = params.required_movement_angle
+
+    def _has_moved(self, since: Pose2D, pose: Pose2D) -> bool:
+        turned = abs(shortest_angular_distance(since.yaw, pose.yaw))
+        return super()._has_moved(since, pose) or turned > self._required_movement_angle
 
 
 PROGRESS_CHECKERS: dict[str, type[SimpleProgressChecker]] = {
     "nav2_controller::SimpleProgressChecker": SimpleProgressChecker,
+    "nav2_controller::PoseProgressChecker": PoseProgressChecker,
 }

@@ -9,7 +9,8 @@ class SimpleGoalCheckerParams:
 
     xy_goal_tolerance: float = 0.25  # [m]
     yaw_goal_tolerance: float = 0.25  # [rad]
-    stateful: bool = True  # once the position was reached it counts as reached
+    stateful: bool = True  # once the position was reached it counts as reached, until the next plan
+    symmetric_yaw_tolerance: bool = False  # the opposite heading is as good
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,3 +27,10 @@ class SimpleProgressCheckerParams:
 
     required_movement_radius: float = 0.5  # [m] the robot must get so far
     movement_time_allowance: float = 10.0  # [s] within this time
+
+
+@dataclass(frozen=True, slots=True)
+class PoseProgressCheckerParams(SimpleProgressCheckerParams):
+    """``pose_progress_checker.cpp``."""
+
+    required_movement_angle: float = 0.5  # [rad] or turn so far

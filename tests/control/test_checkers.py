@@ -1,9 +1,22 @@
+import math
+
+import numpy as np
 import pytest
 
+from navstack.control.controller import Controller
+from navstack.control.controller_server import ControllerServer
 from navstack.control.goal_checker import GOAL_CHECKERS, SimpleGoalChecker, StoppedGoalChecker
-from navstack.control.progress_checker import PROGRESS_CHECKERS, SimpleProgressChecker
-from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams, StoppedGoalCheckerParams
-from navstack.types import Pose2D, Twist2D
+from navstack.control.progress_checker import PROGRESS_CHECKERS, PoseProgressChecker, SimpleProgressChecker
+from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
+from navstack.params.checkers import (
+    PoseProgressCheckerParams,
+    SimpleGoalCheckerParams,
+    SimpleProgressCheckerParams,
+    StoppedGoalCheckerParams,
+)
+from navstack.params.nav2_bindings import PLUGINS
+from navstack.params.servers import ControllerServerParams
+from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 GOAL = Pose2D(1.0, 2.0, 3.1)
 STANDING = Twist2D()
@@ -45,7 +58,111 @@ def test_a_robot_that_circles_within_the_radius_is_stuck_after_the_allowance() -
     assert checker.check(Pose2D(0.0, 0.51), 30.0)
 
 
-def test_the_names_are_nav2s() -> None:
-    assert GOAL_CHECKERS["nav2_controller::SimpleGoalChecker"] is SimpleGoalChecker
-    assert GOAL_CHECKERS["nav2_controller::StoppedGoalChecker"] is StoppedGoalChecker
-    assert PROGRESS_CHECKERS["nav2_controller::SimpleProgressChecker"] is SimpleProgressChecker
+def test_the_tables_and_the_bindings_name_the_same_checkers() -> None:
+    assert GOAL_CHECKERS.keys() == PLUGINS["goal_checkers"].keys()
+    assert PROGRESS_CHECKERS.keys() == PLUGINS["progress_checkers"].keys()
+
+
+def test_a_symmetric_robot_may_arrive_backwards() -> None:
+    backwards = Pose2D(1.0, 2.0, 3.1 - math.pi + 0.2)
+    assert SimpleGoalChecker(SimpleGoalCheckerParams(symmetric_yaw_tolerance=True)).is_goal_reached(
+        backwards, GOAL, STANDING
+    )
+    assert not SimpleGoalChecker(SimpleGoalCheckerParams()).is_goal_reached(backwards, GOAL, STANDING)
+
+
+def test_turning_far_enough_is_progress_for_the_pose_progress_checker() -> None:
+    checker = PoseProgressChecker(PoseProgressCheckerParams())
+    assert checker.check(Pose2D(0.0, 0.0, 3.0), 0.0)
+    assert checker.check(Pose2D(0.1, 0.0, -2.9), 10.0)  # 0.38 rad across the seam: in time, but no progress
+    assert not checker.check(Pose2D(0.1, 0.0, -2.8), 10.1)  # 0.48 rad
+    assert checker.check(Pose2D(0.1, 0.0, -2.7), 10.2)  # 0.58 rad
+    assert checker.check(Pose2D(0.1, 0.0, -2.7), 20.2)
+    assert not checker.check(Pose2D(0.1, 0.0, -2.7), 20.3)
+    assert checker.check(Pose2D(0.7, 0.0, -2.7), 20.4)
+
+
+class FailingController(Controller):
+    """Fails from the second cycle on."""
+
+    def __init__(self, error: ControlError) -> None:
+        self._error, self.cycles = error, 0
+
+    def reset(self) -> None:
+        self.cycles = 0
+
+    def compute_velocity(self, state, plan, surroundings) -> Twist2D:
+        self.cycles += 1
+        if self.cycles > 1:
+            raise self._error
+        return Twist2D(linear_x=0.5)
+
+
+def serve(error: ControlError, **params) -> ControllerServer:
+    server = ControllerServer(
+        ControllerServerParams(**params),
+        FailingController(error),
+        SimpleGoalChecker(SimpleGoalCheckerParams()),
+        SimpleProgressChecker(SimpleProgressCheckerParams()),
+    )
+    server.begin(Path(np.array([[5.0, 0.0, 0.0]])), 0.0)
+    return server
+
+
+def command(server: ControllerServer, stamp: float) -> Twist2D:
+    return server.compute_command(RobotState(Pose2D(), STANDING, stamp), None)
+
+
+def test_a_lack_of_commands_is_put_up_with_for_the_failure_tolerance() -> None:
+    server = serve(NoLegalVelocity({}), failure_tolerance=0.3)
+    assert command(server, 0.0) == Twist2D(linear_x=0.5)
+    assert command(server, 0.3) == STANDING
+    with pytest.raises(PatienceExceededError, match="no legal velocity") as caught:
+        command(server, 0.35)
+    assert caught.value.code == "PATIENCE_EXCEEDED"
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -0.5])
+def test_without_tolerance_the_lack_itself_is_the_error(tolerance: float) -> None:
+    server = serve(NoLegalVelocity({}), failure_tolerance=tolerance)
+    command(server, 0.0)
+    with pytest.raises(NoLegalVelocity):
+        command(server, 0.0)
+
+
+def test_a_tolerance_of_minus_one_is_endless() -> None:
+    server = serve(NoLegalVelocity({}), failure_tolerance=-1.0)
+    command(server, 0.0)
+    assert command(server, 9.9) == STANDING
+    with pytest.raises(NoProgressError):
+        command(server, 10.1)
+
+
+def test_what_more_attempts_would_not_cure_is_raised_at_once() -> None:
+    server = serve(InvalidPathError("nowhere near"), failure_tolerance=1.0)
+    command(server, 0.0)
+    with pytest.raises(InvalidPathError):
+        command(server, 0.0)
+
+
+def test_with_a_new_plan_the_position_is_checked_again() -> None:
+    server = serve(NoLegalVelocity({}))
+    goal = Path(np.array([[1.0, 2.0, 3.1]]))
+    server.set_plan(goal)
+    assert not server.goal_reached(RobotState(Pose2D(1.0, 2.0, 0.0), STANDING))  # arrived, looks elsewhere
+    drifted = RobotState(Pose2D(2.0, 2.0, 3.1), STANDING)
+    assert server.goal_reached(drifted)
+    server.set_plan(goal)
+    assert not server.goal_reached(drifted)
+
+
+@pytest.mark.parametrize(("speed", "counts"), [(0.01, False), (0.011, True)])
+def test_velocities_up_to_their_threshold_count_as_standing(speed: float, counts: bool) -> None:
+    server = ControllerServer(
+        ControllerServerParams(min_x_velocity_threshold=0.01),
+        FailingController(NoLegalVelocity({})),
+        StoppedGoalChecker(StoppedGoalCheckerParams(trans_stopped_velocity=0.0)),
+        SimpleProgressChecker(SimpleProgressCheckerParams()),
+    )
+    server.begin(Path(np.array([[1.0, 2.0, 3.1]])), 0.0)
+    assert server.goal_reached(RobotState(GOAL, Twist2D(linear_x=-speed))) is not counts

@@ -1,0 +1,1 @@
+"""What a stuck robot tries: spinning, backing up, driving straight on, waiting."""

@@ -1,0 +1,38 @@
+"""How a navigation stands, and what happened on the way; goes into the episode's row."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Status(Enum):
+    """How a navigation stands."""
+
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What happened on the way. Recoveries count when they begin, whether they then succeed or fail."""
+
+    plans: int = 0
+    failed_plans: int = 0
+    failed_controls: int = 0
+    recoveries: int = 0  # times that the tree turned to its recoveries; in one, several may be tried
+    clearings: int = 0  # of both costmaps; the clearing of one before a second attempt does not count here
+    spins: int = 0
+    waits: int = 0
+    backups: int = 0
+    failed_recoveries: int = 0  # that the next in turn took over from
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """What went wrong last, in Nav2's words; empty: nothing did."""
+
+    error: str = ""  # name of the last failure to plan or to follow that called for a recovery
+    error_code: int | None = None  # Nav2's number of it
+    recovery_error: str = ""  # name of the last failure of a recovery
+    recovery_error_code: int | None = None  # Nav2's number of it; 0: the behavior does not exist
+    gave_up: str = ""  # why the tree ended without success
