@@ -4,7 +4,9 @@ Each critic has its own dataclass; :class:`DwbParams` holds them under the criti
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from navstack.errors import ParameterError
 
@@ -75,6 +77,14 @@ class TwirlingParams:
 
 
 @dataclass(frozen=True, slots=True)
+class NamedCritic:
+    """A critic under a name of its own: ``critics: [Narrow]`` with ``Narrow.class: PathAlign``."""
+
+    type: str  # one of the critics that DwbParams has
+    params: Any  # the dataclass of that type
+
+
+@dataclass(frozen=True, slots=True)
 class DwbParams:
     """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names.
 
@@ -140,6 +150,7 @@ class DwbParams:
     GoalDist: DistParams = field(default_factory=DistParams)
     PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
     Twirling: TwirlingParams = field(default_factory=TwirlingParams)
+    named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)  # those in ``critics`` with a ``class``
 
     def __post_init__(self) -> None:
         """Check that the samples fit into memory.

@@ -6,13 +6,28 @@ A plugin of Nav2 that is not in :data:`PLUGINS` is known by name but not availab
 from collections.abc import Mapping
 from typing import Any
 
-from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams, StoppedGoalCheckerParams
+from navstack.params.behaviors import BehaviorServerParams, DriveParams
+from navstack.params.checkers import (
+    PoseProgressCheckerParams,
+    SimpleGoalCheckerParams,
+    SimpleProgressCheckerParams,
+    StoppedGoalCheckerParams,
+)
+from navstack.params.collision_monitor import (
+    CollisionMonitorParams,
+    MonitorSourceParams,
+    PolygonParams,
+    VelocityPolygonParams,
+)
 from navstack.params.costmap import LAYER_PARAMS, CostmapParams, ObservationSourceParams, ObstacleLayerParams
 from navstack.params.dwb import DwbParams
+from navstack.params.filters import FilterInfoServerParams, MaskServerParams
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
 from navstack.params.rotation_shim import RotationShimParams
+from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
+from navstack.params.smoothers import SimpleSmootherParams
 
 Params = type[Any]  # a dataclass whose fields are named like the parameters
 
@@ -22,7 +37,15 @@ NODES: Mapping[str, Params] = {
     "local_costmap": CostmapParams,
     "global_costmap": CostmapParams,
     "planner_server": PlannerServerParams,
+    "behavior_server": BehaviorServerParams,
     "velocity_smoother": VelocitySmootherParams,
+    "collision_monitor": CollisionMonitorParams,
+}
+
+# Nodes of which a file may hold several, each under a name of its own, by the node whose parameters they have.
+FILTER_NODES: Mapping[str, Params] = {
+    "costmap_filter_info_server": FilterInfoServerParams,
+    "filter_mask_server": MaskServerParams,
 }
 
 # family -> type -> parameters; None: it has none
@@ -30,19 +53,29 @@ PLUGINS: Mapping[str, Mapping[str, Params | None]] = {
     "controllers": {
         "dwb_core::DWBLocalPlanner": DwbParams,
         "nav2_rotation_shim_controller::RotationShimController": RotationShimParams,
+        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RppParams,
     },
     "planners": {
         "nav2_navfn_planner::NavfnPlanner": NavfnParams,
         "navstack::IncrementalNavfn": IncrementalNavfnParams,
         "navstack::OmplPlanner": OmplParams,
     },
+    "smoothers": {"nav2_smoother::SimpleSmoother": SimpleSmootherParams},
     "layers": LAYER_PARAMS,
-    "filters": {},
     "goal_checkers": {
         "nav2_controller::SimpleGoalChecker": SimpleGoalCheckerParams,
         "nav2_controller::StoppedGoalChecker": StoppedGoalCheckerParams,
     },
-    "progress_checkers": {"nav2_controller::SimpleProgressChecker": SimpleProgressCheckerParams},
+    "progress_checkers": {
+        "nav2_controller::SimpleProgressChecker": SimpleProgressCheckerParams,
+        "nav2_controller::PoseProgressChecker": PoseProgressCheckerParams,
+    },
+    "behaviors": {
+        "nav2_behaviors::Spin": None,
+        "nav2_behaviors::BackUp": DriveParams,
+        "nav2_behaviors::DriveOnHeading": DriveParams,
+        "nav2_behaviors::Wait": None,
+    },
 }
 
 # Plugins that run as something simpler.
@@ -53,4 +86,6 @@ SUBSTITUTES: Mapping[str, str] = {
 # dataclass -> list parameter -> dataclass of each sub-namespace that the list names
 NAMED_SECTIONS: Mapping[Params, Mapping[str, Params]] = {
     ObstacleLayerParams: {"observation_sources": ObservationSourceParams},
+    CollisionMonitorParams: {"polygons": PolygonParams, "observation_sources": MonitorSourceParams},
+    PolygonParams: {"velocity_polygons": VelocityPolygonParams},
 }

@@ -38,6 +38,17 @@ class Catalog:
         """Whether a plugin runs here."""
         return plugin in self.available.get(family, {})
 
+    def critic_type(self, family: str, value: Any) -> str:
+        """The name of a critic as the schema has it: ``dwb_critics::PathAlignCritic`` is ``PathAlign``.
+
+        A critic of another package keeps its package, and so is unknown.
+        """
+        text = str(value).replace("/", "::")
+        name = text.removeprefix(f"{family}::")
+        known = self.families.get(family, {})
+        short = name.removesuffix("Critic")
+        return short if name not in known and short in known else name
+
     def refusal(self, family: str, plugin: str) -> str:
         """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
         if self.is_available(family, plugin):
@@ -55,20 +66,26 @@ def plugin_type(value: Any) -> str:
     return nodes.RENAMED_PACKAGES.get(package, package) + separator + name
 
 
-def critic_type(value: Any) -> str:
-    """The name of a critic without its package: ``dwb_critics::PathAlign`` is ``PathAlign``."""
-    return str(value).replace("/", "::").rpartition("::")[2]
+def node_kind(name: str) -> str | None:
+    """The node of Nav2 whose parameters a node has, by its name in the file; None: Nav2 has no such node."""
+    if name in nodes.NODES:
+        return name
+    known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]
+    known += [target for end, target in nodes.NODE_SUFFIXES.items() if name.endswith(end)]
+    return known[0] if known else None
 
 
 def node_block(name: str) -> Block | None:
     """The block of a node by its name in the file; None for a node Nav2 does not have."""
-    if name in nodes.NODES:
-        return nodes.NODES[name]
     if name in nodes.FOREIGN_NODES:
         return OPEN
-    known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]
-    known += [target for end, target in nodes.NODE_SUFFIXES.items() if name.endswith(end)]
-    return nodes.NODES.get(known[0], Block()) if known else None
+    kind = node_kind(name)
+    return None if kind is None else nodes.NODES.get(kind, Block())
+
+
+def node_params(name: str) -> Params | None:
+    """The dataclass of what this program reads of a node; None: nothing."""
+    return nav2_bindings.NODES.get(name) or nav2_bindings.FILTER_NODES.get(node_kind(name) or "")
 
 
 def node_names() -> Iterable[str]:

@@ -1,17 +1,18 @@
 """Holds the parameters of one node against Nav2's schema."""
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from navstack.errors import did_you_mean
 from navstack.params.nav2_bindings import SUBSTITUTES, Params
-from navstack.params.nav2_catalog import Catalog, critic_type, field_names, nested_params, plugin_type
+from navstack.params.nav2_catalog import Catalog, field_names, nested_params, plugin_type
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
+from navstack.params.nav2_hints import nearly_equal, unknown_name
+from navstack.params.ros_yaml import is_placeholder
 from navstack.params.schema.block import OPEN, Block, PluginList
+from navstack.params.schema.kinds import wrong_kind
 from navstack.params.schema.nodes import COMMON
 
-NEARLY_EQUAL = 0.85  # similarity from which a section is taken for a misspelt one
+EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a delegate may be
 
 
 class Checker:
@@ -41,8 +42,12 @@ class Checker:
                 self.findings.ignored.append(key)
             elif key not in place.block.own_keys:
                 self._unknown(place, key, entry.line)
+                continue
             elif place.params and key not in place.used_keys:
                 self.findings.ignored.append(f"{self._node}: {place.prefix}{key}")
+            expected = "" if key in place.used_keys else wrong_kind(key, entry.value)
+            if expected and not is_placeholder(entry.value):
+                self._error("bad-value", f"{place.prefix}{key}", f"{entry.value!r} is not {expected}", entry.line)
         self._check_sections(place)
 
     def _check_sections(self, place: "_Place") -> None:
@@ -56,21 +61,24 @@ class Checker:
                 listed.add(name)
                 self._check_named(place, key, inner, name)
         for name, child in place.section.sections.items():
-            if name not in listed:
+            if name in place.block.delegates:
+                self._check_delegate(place, name, child)
+            elif name not in listed:
                 self._check_unlisted(place, name, child)
 
     def _check_plugin(self, place: "_Place", key: str, plugins: PluginList, name: str) -> None:
         """A sub-namespace that a list such as controller_plugins names."""
         where = f"{place.prefix}{name}"
         child = place.section.sections.get(name, Section())
-        kind = _type_of(plugins, name, child)
+        kind = _type_of(self._catalog, plugins, name, child)
         if kind is None:
             message = f"'{key}' names it, but its '{plugins.selector}' is missing"
             self._error("missing-plugin", where, message, child.first_line())
             return
         known = self._catalog.families.get(plugins.family, {})
         if kind not in known:
-            self._error("unknown-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
+            is_ours = plugins.name_is_type and bool(place.params)  # a critic, without which its controller cannot run
+            self._unknown_plugin(plugins.family, kind, where, child.first_line(), is_ours)
             return
         params = self._params_of(place, plugins, kind, name)
         if place.params and params is None and name in place.section.sections:
@@ -83,7 +91,7 @@ class Checker:
     def _params_of(self, place: "_Place", plugins: PluginList, kind: str, name: str) -> Params | None:
         """The dataclass of a plugin: from the table, or for a critic the parent's field of that name."""
         if plugins.name_is_type:
-            return place.nested_params.get(kind) if name == kind else None
+            return place.nested_params.get(kind)
         return self._catalog.available.get(plugins.family, {}).get(kind) if place.params else None
 
     def _note_unavailable(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
@@ -119,7 +127,7 @@ class Checker:
         """The block of a section that Nav2 itself leaves unread because no list names it."""
         for plugins in place.block.plugins.values():
             known = self._catalog.families.get(plugins.family, {})
-            kind = _type_of(plugins, name, child)
+            kind = _type_of(self._catalog, plugins, name, child)
             if kind is not None and kind in known:
                 return known[kind]
         for inner in place.block.named.values():
@@ -132,21 +140,43 @@ class Checker:
         for key, family in place.block.delegates.items():
             entry = place.section.values.get(key)
             if entry is None:
+                self._require_delegate(place, key)
                 continue
-            kind = plugin_type(entry.value)
-            known = self._catalog.families.get(family, {})
-            if kind not in known:
-                self._error("unknown-plugin", f"{place.prefix}{key}", self._catalog.refusal(family, kind), entry.line)
-                return replace(place, block=OPEN)
-            params = self._catalog.available.get(family, {}).get(kind)
-            if place.params and params is not None:
-                place = replace(place, params=(*place.params, params))
-            elif place.params:
-                message = self._catalog.refusal(family, kind)
-                self._warn("unavailable-plugin", f"{place.prefix}{key}", message, entry.line)
-                return replace(place, block=OPEN)  # its own lists, such as MPPI's critics, share the namespace
-            place = replace(place, block=_joined(place.block, known[kind]))
+            where = f"{place.prefix}{key}"
+            block, params = self._delegate(place, family, where, plugin_type(entry.value), entry.line)
+            if block.is_open:  # its own lists, such as MPPI's critics, share the namespace
+                return replace(place, block=block)
+            place = replace(place, block=_joined(place.block, block), params=(*place.params, *params))
         return place
+
+    def _delegate(
+        self, place: "_Place", family: str, where: str, kind: str, line: int
+    ) -> tuple[Block, tuple[Params, ...]]:
+        """Block and dataclass of a delegate; the block is open where they are not to be had."""
+        known = self._catalog.families.get(family, {})
+        if kind not in known:
+            self._unknown_plugin(family, kind, where, line, False)
+            return OPEN, ()
+        params = self._catalog.available.get(family, {}).get(kind)
+        if place.params and params is None:
+            self._warn("unavailable-plugin", where, self._catalog.refusal(family, kind), line)
+            return OPEN, ()
+        return known[kind], (params,) if place.params and params is not None else ()
+
+    def _require_delegate(self, place: "_Place", key: str) -> None:
+        section = place.section.sections.get(key)
+        if place.params and (section is None or "plugin" not in section.values):
+            message = f"is missing; name the plugin that does the work, e.g. {EXAMPLES[key]}"
+            self._error("missing-plugin", f"{place.prefix}{key}", message, place.section.first_line())
+
+    def _check_delegate(self, place: "_Place", key: str, child: Section) -> None:
+        """A delegate in a namespace of its own, as Nav2 main has it."""
+        entry, prefix = child.values.get("plugin"), f"{place.prefix}{key}."
+        if entry is None:
+            return  # reported as missing
+        kind = plugin_type(entry.value)
+        block, params = self._delegate(place, place.block.delegates[key], f"{prefix}plugin", kind, entry.line)
+        self._check(_Place(block, child, prefix, params))
 
     def _note_renames(self, place: "_Place") -> None:
         for old, new in place.block.renamed.items():
@@ -160,11 +190,15 @@ class Checker:
         if sibling:
             self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (of {sibling})")
             return
-        missing = place.misspells(name)
-        known = place.block.own_keys | set(place.block.groups) | self._critics(place)
-        hint = did_you_mean(name, missing or sorted(known | COMMON.keys))
-        hint = hint or f"; known: {', '.join(sorted(place.block.own_keys)) or 'none'}"
-        self._error("unknown-key", f"{place.prefix}{name}", f"unknown to Nav2{hint}", line)
+        known = place.block.own_keys | set(place.block.groups) | self._critics(place) | COMMON.keys
+        message = unknown_name(self._catalog, name, place.misspells(name), known, place.block.own_keys)
+        self._error("unknown-key", f"{place.prefix}{name}", message, line)
+
+    def _unknown_plugin(self, family: str, kind: str, where: str, line: int, is_error: bool) -> None:
+        """A misspelt type is an error; one of another package is refused only where the file needs it."""
+        is_error = is_error or bool(nearly_equal(kind, self._catalog.families.get(family, {})))
+        report = self._error if is_error else self._warn
+        report("unknown-plugin", where, self._catalog.refusal(family, kind), line)
 
     def _critics(self, place: "_Place") -> set[str]:
         """Names of the sub-namespaces whose name alone gives their type."""
@@ -220,18 +254,18 @@ class _Place:
         """The names that a list gives, that have no section, and that ``name`` all but spells."""
         sections = self.section.sections
         missing = [each for key in self._lists() for each in self.listed_names(key) if each not in sections]
-        return difflib.get_close_matches(name, missing, n=1, cutoff=NEARLY_EQUAL)
+        return nearly_equal(name, missing)
 
     def _lists(self) -> list[str]:
         """The list parameters whose names need a section; a critic needs none."""
         return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [*self.block.named]
 
 
-def _type_of(plugins: PluginList, name: str, child: Section) -> str | None:
+def _type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) -> str | None:
     """The type of a plugin: as given, Nav2's default for its name, or None."""
     entry = child.values.get(plugins.selector)
     if plugins.name_is_type:
-        return critic_type(entry.value if entry else name)
+        return catalog.critic_type(plugins.family, entry.value if entry else name)
     return plugin_type(entry.value) if entry else plugins.defaults.get(name)
 
 

@@ -10,11 +10,13 @@ from typing import Any, TypeVar
 from ruamel.yaml import YAML
 
 from navstack.errors import ParameterError
-from navstack.params import nav2_bindings, nav2_edit
+from navstack.params import nav2_edit
 from navstack.params.nav2_bindings import Params
-from navstack.params.nav2_catalog import Catalog, PluginTable, node_block, plugin_type
+from navstack.params.nav2_catalog import Catalog, PluginTable, node_block, node_params, plugin_type
 from navstack.params.nav2_check import Checker
+from navstack.params.nav2_filters import filter_notices
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
+from navstack.params.nav2_monitor import monitor_notices
 from navstack.params.nav2_nodes import (
     default_path,
     entries_of,
@@ -100,11 +102,13 @@ class Nav2File:
         result: dict[str, Any] = {}
         for node in self.parameters:
             values = {name: entry.value for name, entry in self.parameters.get(node, {}).items()}
+            namespaces = {name[:i] for name in values for i, char in enumerate(name) if char == "."}
             for visit in self.visits.get(node, ()):
                 if visit.plugin:
                     values.setdefault(f"{visit.prefix}plugin", visit.plugin)
                 for name, default in _defaults(visit.params):
-                    values.setdefault(f"{visit.prefix}{name}", default)
+                    if f"{visit.prefix}{name}" not in namespaces:
+                        values.setdefault(f"{visit.prefix}{name}", default)
             body: dict[str, Any] = {"ros__parameters": _nested(values)}
             for part in reversed(default_path(node)):
                 body = {part: body}
@@ -195,7 +199,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         if block is None:
             continue
         entries = entries_of(document, node)
-        findings = Checker(node, catalog).check_node(block, Section.of(entries), nav2_bindings.NODES.get(node))
+        findings = Checker(node, catalog).check_node(block, Section.of(entries), node_params(node))
         for old, new in findings.renames.items():
             entry = entries.pop(old)
             value = entry.value
@@ -206,6 +210,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     visits = {node: tuple(findings.visits) for node, findings in found.items()}
     notices = [Notice(kind, "", text, line=line) for kind, line, text in document.remarks]
     notices += [*node_notices(document), *joined_notices(document, found), *tree_notices(parameters)]
+    notices += [*filter_notices(parameters), *monitor_notices(parameters)]
     for node, entries in parameters.items():
         notices += value_notices(node, entries, visits[node])
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))

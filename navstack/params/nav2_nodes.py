@@ -7,11 +7,13 @@ from navstack.errors import did_you_mean
 from navstack.params import nav2_bindings
 from navstack.params.nav2_catalog import node_block, node_names
 from navstack.params.nav2_findings import Findings, Notice
+from navstack.params.nav2_hints import nearly_equal
 from navstack.params.ros_yaml import Document, Entry, NodeText
 from navstack.params.schema import nodes
 from navstack.params.schema.block import OPEN
 
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
+LIKE_A_NODE = 0.75  # similarity from which an unknown node is taken for a misspelt one
 DEFAULT_TREES = ("navigate_to_pose_w_replanning_and_recovery.xml", "navigate_w_replanning_and_recovery.xml")
 
 
@@ -71,8 +73,7 @@ def node_notices(document: Document) -> list[Notice]:
             continue
         path, name = "/".join(text.path), node_name(text)
         if node_block(name) is None:
-            hint = did_you_mean(text.path[-1], node_names())
-            notices.append(Notice("unknown-node", path, f"no node of Nav2{hint}", line=text.line, is_error=True))
+            notices.append(_unknown_node(text))
             continue
         if name != text.path[-1]:
             notices.append(Notice("renamed", path, f"is an older name; read as '{name}'", line=text.line))
@@ -84,6 +85,15 @@ def node_notices(document: Document) -> list[Notice]:
             notices.append(Notice("several-namespaces", path, message, line=text.line))
         seen[name] = text
     return notices
+
+
+def _unknown_node(text: NodeText) -> Notice:
+    """A misspelt node of Nav2, or one of another package that shares the file."""
+    path, name = "/".join(text.path), text.path[-1]
+    if nearly_equal(name, [*nodes.NODES, *nodes.NODE_ALIASES], LIKE_A_NODE):
+        hint = did_you_mean(name, node_names())
+        return Notice("unknown-node", path, f"no node of Nav2{hint}", line=text.line, is_error=True)
+    return Notice("foreign-node", path, "no node of Nav2; its parameters are not read", line=text.line)
 
 
 def tree_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:

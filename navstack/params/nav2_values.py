@@ -2,16 +2,17 @@
 
 import dataclasses
 import math
+import re
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
 from navstack.params.costmap import CostmapParams
 from navstack.params.nav2_catalog import plugin_type
 from navstack.params.nav2_findings import Notice, Visit
-from navstack.params.ros_yaml import Entry, Value
+from navstack.params.ros_yaml import Entry, Value, is_placeholder
 
 T = TypeVar("T")
 
@@ -29,16 +30,11 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
         ParameterError: a value of the wrong kind; the message begins with the parameter's dotted name.
     """
     values = dict(given)
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-        name, kind = field.name, _hints(cls)[field.name]
-        if name in values or get_origin(kind) in (dict, Mapping):
-            continue
+    for name, kind in _read_fields(cls, given):
         if dataclasses.is_dataclass(kind) and isinstance(kind, type):
             values[name] = read_values(kind, entries, f"{prefix}{name}.", {})
-        elif f"{prefix}{name}" in entries:
-            entry = entries[f"{prefix}{name}"]
-            value = plugin_type(entry.value) if name in PLUGIN_KEYS else entry.value
-            values[name] = _convert(kind, value, f"{prefix}{name}", entry.line)
+        elif f"{prefix}{name}" in entries and not _is_left_open(kind, entries[f"{prefix}{name}"]):
+            values[name] = _field_value(name, kind, entries[f"{prefix}{name}"], prefix)
     try:
         return cls(**values)
     except InputError as error:
@@ -49,21 +45,78 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
     """Values of the wrong kind or out of range, and whole numbers where Nav2 insists on decimals."""
     notices: list[Notice] = []
     for visit in visits:
-        given: dict[str, Any] = {"plugins": (), "layers": {}} if visit.params is CostmapParams else {}
-        try:
-            read_values(visit.params, entries, visit.prefix, given)
-        except ParameterError as error:
-            notices.append(Notice("bad-value", node, str(error), is_error=True))
+        given: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
+        notices += _wrong_kinds(node, entries, visit, given) or _out_of_range(node, entries, visit, given)
         for name, kind in _hints(visit.params).items():
             entry = entries.get(f"{visit.prefix}{name}")
+            path = f"{node}: {visit.prefix}{name}"
             if entry is not None and name not in INTEGERS and _lacks_point(kind, entry.value):
-                path = f"{node}: {visit.prefix}{name}"
                 message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
                 notices.append(Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line))
+            if entry is not None and _is_left_open(kind, entry):
+                message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
+                notices.append(Notice("placeholder", path, message, "write true or false", entry.line))
     return notices
 
 
+def _wrong_kinds(node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]) -> list[Notice]:
+    """All values of one namespace that are of the wrong kind."""
+    notices = []
+    for name, kind in _read_fields(visit.params, given):
+        entry = entries.get(f"{visit.prefix}{name}")
+        if entry is None or dataclasses.is_dataclass(kind) or _is_left_open(kind, entry):
+            continue
+        try:
+            _field_value(name, kind, entry, visit.prefix)
+        except _WrongKindError as error:
+            notices.append(Notice("bad-value", f"{node}: {error.path}", error.reason, line=entry.line, is_error=True))
+    return notices
+
+
+def _out_of_range(node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]) -> list[Notice]:
+    """What a dataclass says about values that are of the right kind."""
+    try:
+        read_values(visit.params, entries, visit.prefix, given)
+    except _WrongKindError as error:  # in a sub-namespace, e.g. of a critic that no list names
+        return [Notice("bad-value", f"{node}: {error.path}", error.reason, line=error.line, is_error=True)]
+    except ParameterError as error:
+        where = visit.prefix.rstrip(".")
+        message = str(error).removeprefix(f"{where}: ") if where else str(error)
+        named = {name for name in _hints(visit.params) if re.search(rf"\b{name}\b", message)}
+        lines = [entries[f"{visit.prefix}{name}"].line for name in named if f"{visit.prefix}{name}" in entries]
+        path = f"{node}: {where}" if where else node
+        return [Notice("bad-value", path, message, line=min(lines, default=0), is_error=True)]
+    return []
+
+
+class _WrongKindError(ParameterError):
+    """A value of the wrong kind."""
+
+    def __init__(self, path: str, reason: str, line: int) -> None:
+        super().__init__(f"{path}: {reason} (line {line})")
+        self.path, self.reason, self.line = path, reason, line
+
+
+def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Names and kinds of the fields that come from the file."""
+    hints = _hints(cls)
+    for field in dataclasses.fields(cls):
+        if field.name not in given and get_origin(hints[field.name]) not in (dict, Mapping):
+            yield field.name, hints[field.name]
+
+
+def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
+    value = plugin_type(entry.value) if name in PLUGIN_KEYS else entry.value
+    return _convert(kind, value, f"{prefix}{name}", entry.line)
+
+
+def _is_left_open(kind: Any, entry: Entry) -> bool:
+    """Whether a switch is a placeholder, as in Nav2's own files of Rolling."""
+    return kind is bool and is_placeholder(entry.value)
+
+
 def _lacks_point(kind: Any, value: Value) -> bool:
+    kind = _without_none(kind)
     if get_origin(kind) is tuple and get_args(kind)[0] is float:
         return isinstance(value, list) and any(type(item) is int for item in value)
     return kind is float and type(value) is int
@@ -74,8 +127,7 @@ def _hints(cls: type[Any]) -> dict[str, Any]:
 
 
 def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
-    if get_origin(kind) in (Union, types.UnionType):
-        kind = next(option for option in get_args(kind) if option is not type(None))
+    kind = _without_none(kind)
     if get_origin(kind) is tuple:
         return _convert_list(get_args(kind), value, path, line)
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -83,17 +135,26 @@ def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
         return float(value)
     if kind is not float and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
-    expected = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
-    raise ParameterError(f"{path}: {_shown(value)} is not {expected.get(kind, kind.__name__)} (line {line})")
+    expected = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[kind]
+    if is_placeholder(value):
+        raise _WrongKindError(path, f"{_shown(value)} is left to a launch file; write {expected}", line)
+    raise _WrongKindError(path, f"{_shown(value)} is not {expected}", line)
+
+
+def _without_none(kind: Any) -> Any:
+    """The kind of an optional value."""
+    if get_origin(kind) not in (Union, types.UnionType):
+        return kind
+    return next(option for option in get_args(kind) if option is not type(None))
 
 
 def _convert_list(kinds: tuple[Any, ...], value: Any, path: str, line: int) -> tuple[Any, ...]:
     if isinstance(value, str) and kinds[0] is str:
         value = value.split()  # observation_sources and the single plugins of older releases
     if not isinstance(value, list):
-        raise ParameterError(f"{path}: {_shown(value)} is not a list (line {line})")
+        raise _WrongKindError(path, f"{_shown(value)} is not a list", line)
     if kinds[-1] is not Ellipsis and len(value) != len(kinds):
-        raise ParameterError(f"{path}: {_shown(value)} has {len(value)} entries; expected {len(kinds)} (line {line})")
+        raise _WrongKindError(path, f"{_shown(value)} has {len(value)} entries; expected {len(kinds)}", line)
     return tuple(_convert(kinds[0], item, f"{path}[{i}]", line) for i, item in enumerate(value))
 
 

@@ -1,9 +1,17 @@
 """The typed parameters of a Nav2 file's parts, ready for the code that builds them."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
+from navstack.params.behaviors import BehaviorServerParams
+from navstack.params.collision_monitor import (
+    CollisionMonitorParams,
+    MonitorSourceParams,
+    PolygonParams,
+    VelocityPolygonParams,
+)
 from navstack.params.costmap import (
     LAYER_PARAMS,
     CostmapParams,
@@ -12,15 +20,19 @@ from navstack.params.costmap import (
     ObstacleLayerParams,
     robot_footprint,
 )
-from navstack.params.dwb import DwbParams
-from navstack.params.nav2_catalog import plugin_type
+from navstack.params.dwb import DwbParams, NamedCritic
+from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
+from navstack.params.nav2_catalog import nested_params, plugin_type
 from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_filters import find_mask
 from navstack.params.nav2_findings import names_in
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
 
-CONTROLLER, PLANNER = "controller_server", "planner_server"
+CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
+MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
+_FOR_EXAMPLE = "e.g. dwb_core::DWBLocalPlanner"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +54,48 @@ def read_planner_server(nav2: Nav2File) -> PlannerServerParams:
     return nav2.read(PlannerServerParams, PLANNER)
 
 
+def read_behavior_server(nav2: Nav2File) -> BehaviorServerParams:
+    """What the behaviors share."""
+    return nav2.read(BehaviorServerParams, BEHAVIORS)
+
+
+def read_behaviors(nav2: Nav2File) -> list[Plugin]:
+    """The behaviors that the file lists and that are available here; the check of the file warns of the others."""
+    names = read_behavior_server(nav2).behavior_plugins
+    return [_plugin(nav2, BEHAVIORS, "behaviors", name) for name in names if _has_behavior(nav2, name)]
+
+
+def _has_behavior(nav2: Nav2File, name: str) -> bool:
+    try:
+        nav2.plugin(BEHAVIORS, name, "behaviors")
+    except ParameterError:
+        return False
+    return True
+
+
 def read_velocity_smoother(nav2: Nav2File) -> VelocitySmootherParams:
     """The velocity smoother's parameters."""
     return nav2.read(VelocitySmootherParams, "velocity_smoother")
+
+
+def read_collision_monitor(nav2: Nav2File) -> CollisionMonitorParams:
+    """The collision monitor with its zones and sources; a file without it gives none of them."""
+    zones = {name: _read_zone(nav2, name) for name in names_in(nav2.value(MONITOR, "polygons"))}
+    names = names_in(nav2.value(MONITOR, "observation_sources"))
+    sources = {name: nav2.read(MonitorSourceParams, MONITOR, name) for name in names}
+    return nav2.read(CollisionMonitorParams, MONITOR, zones=zones, sources=sources)
+
+
+def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
+    names = names_in(nav2.value(MONITOR, f"{name}.velocity_polygons"))
+    shapes = {each: nav2.read(VelocityPolygonParams, MONITOR, name, each) for each in names}
+    return nav2.read(PolygonParams, MONITOR, name, shapes=shapes)
+
+
+def read_smoother(nav2: Nav2File) -> Plugin:
+    """The path smoother: the first one listed, or Nav2's default."""
+    names = names_in(nav2.value(SMOOTHER, "smoother_plugins", ["simple_smoother"]))
+    return _plugin(nav2, SMOOTHER, "smoothers", _first(nav2, SMOOTHER, "smoother_plugins", names))
 
 
 def read_planner(nav2: Nav2File) -> Plugin:
@@ -61,21 +112,30 @@ def read_controller(nav2: Nav2File) -> Plugin:
 
 
 def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
-    """The controller below a rotation shim; as in Jazzy, its parameters share the shim's namespace.
+    """The controller below a rotation shim.
+
+    As in Jazzy, its parameters share the shim's namespace and ``primary_controller`` is its type; where the file has
+    ``primary_controller.plugin``, as Nav2 main wants it, they stand in that namespace.
 
     Raises:
         ParameterError: the shim names none, itself, or one that is not available here.
     """
-    kind = plugin_type(nav2.value(CONTROLLER, f"{shim.name}.primary_controller", ""))
-    where = f"{nav2.path.name}: {CONTROLLER}: {shim.name}.primary_controller"
-    if not kind or kind == shim.type:
+    key, name = f"{shim.name}.primary_controller", shim.name
+    if nav2.value(CONTROLLER, f"{key}.plugin") is not None:
+        key, name = f"{key}.plugin", key
+    where = f"{nav2.path.name}: {CONTROLLER}: {key}"
+    value = nav2.value(CONTROLLER, key)
+    if value is None:
+        raise ParameterError(f"{where} is missing; name the controller that follows the path, {_FOR_EXAMPLE}")
+    kind = plugin_type(value)
+    if kind == shim.type:
         raise ParameterError(
-            f"{where}: '{kind}' cannot be the primary controller; name one such as dwb_core::DWBLocalPlanner"
+            f"{where}: a rotation shim cannot be its own primary controller; name another, {_FOR_EXAMPLE}"
         )
     refusal = nav2.catalog.refusal("controllers", kind)
     if refusal:
         raise ParameterError(f"{where}: {refusal}")
-    return Plugin(shim.name, kind, _params(nav2, CONTROLLER, "controllers", kind, shim.name))
+    return Plugin(name, kind, _params(nav2, CONTROLLER, "controllers", kind, name))
 
 
 def read_goal_checker(nav2: Nav2File) -> Plugin:
@@ -92,7 +152,13 @@ def read_progress_checker(nav2: Nav2File) -> Plugin:
 
 def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
     """DWB and its critics, as the controller itself or below a rotation shim."""
-    return nav2.read(DwbParams, CONTROLLER, name)
+    params = nav2.read(DwbParams, CONTROLLER, name)
+    types, named = nested_params(DwbParams), {}
+    for critic in params.critics:
+        kind = nav2.catalog.critic_type("dwb_critics", nav2.value(CONTROLLER, f"{name}.{critic}.class", critic))
+        if kind in types and kind != critic:
+            named[critic] = NamedCritic(kind, nav2.read(types[kind], CONTROLLER, name, critic))
+    return replace(params, named_critics=named) if named else params
 
 
 def read_rotation_shim(nav2: Nav2File, name: str = "FollowPath") -> RotationShimParams:
@@ -107,15 +173,33 @@ def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
         ParameterError: a layer or filter that is not available here, or a value that cannot be used.
     """
     names = names_in(nav2.value(node, "plugins", list(CostmapParams().plugins)))
-    layers = {name: _read_layer(nav2, node, name) for name in names}
-    for name in names_in(nav2.value(node, "filters")):
-        nav2.plugin(node, name, "filters")
-    params = nav2.read(CostmapParams, node, plugins=names, layers=layers)
+    filters = names_in(nav2.value(node, "filters"))
+    layers = {name: _read_layer(nav2, node, name) for name in (*names, *filters)}
+    params = nav2.read(CostmapParams, node, plugins=names, filters=filters, layers=layers)
     try:
         robot_footprint(params)
     except ParameterError as error:
         raise ParameterError(f"{nav2.path.name}: {node}: {error}") from None
     return params
+
+
+class Mask(NamedTuple):
+    """A costmap filter's mask."""
+
+    path: Path  # map_server YAML file
+    info: FilterInfoServerParams
+
+
+def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
+    """The masks that the file names for a costmap's filters, by the filters' names."""
+    masks = {}
+    for name, layer in params.enabled_layers((*params.plugins, *params.filters)).items():
+        if isinstance(layer, KeepoutFilterParams | SpeedFilterParams):
+            source = find_mask(nav2.parameters, layer.filter_info_topic)
+            if source is not None:
+                info = nav2.read(FilterInfoServerParams, source.info_node)
+                masks[name] = Mask(nav2.path.parent / source.yaml_filename, info)
+    return masks
 
 
 def _read_layer(nav2: Nav2File, node: str, name: str) -> LayerParams:
@@ -135,6 +219,8 @@ def _plugin(nav2: Nav2File, node: str, family: str, name: str) -> Plugin:
 
 def _params(nav2: Nav2File, node: str, family: str, kind: str, name: str) -> Any:
     params = nav2.catalog.available[family][kind]
+    if params is DwbParams:
+        return read_dwb(nav2, name)
     return None if params is None else nav2.read(params, node, name)
 
 

@@ -26,6 +26,7 @@ _TRUE = frozenset(("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", 
 _FALSE = frozenset(("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"))
 _INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)")
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_PLACEHOLDER = re.compile(r"\$\(.*\)|<.*>|[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
 _SPECIAL = re.compile(r"[+-]?\.?(inf|nan)", re.IGNORECASE)
 
 
@@ -42,6 +43,11 @@ def parse_scalar(text: str, quoted: bool = False) -> Scalar:
     if _SPECIAL.fullmatch(text):
         return float(text.replace(".", ""))
     return text
+
+
+def is_placeholder(value: object) -> bool:
+    """Whether a text is one that launch files replace: ``$(var x)``, ``<robot_namespace>``, ``KEEPOUT_ENABLED``."""
+    return isinstance(value, str) and _PLACEHOLDER.fullmatch(value) is not None
 
 
 def _integer(text: str) -> int | float:

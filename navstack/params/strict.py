@@ -28,7 +28,8 @@ def read_text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise ParameterError(f"{path}: {path.stat().st_size} bytes; at most {MAX_FILE_BYTES} are read")
-        return path.read_text(encoding="utf-8")
+        with path.open(encoding="utf-8", newline="") as stream:  # line ends stay as they are
+            return stream.read()
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     except UnicodeDecodeError:

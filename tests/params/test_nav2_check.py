@@ -117,7 +117,8 @@ def test_parameters_of_an_exchanged_plugin_are_ignored_not_unknown(inspect):
 
 def test_sections_that_no_list_names_are_ignored(inspect):
     file = inspect(
-        "collision_monitor:\n  ros__parameters:\n    polygons: [Stop]\n    Stop: {type: circle, radius: 0.3}\n"
+        "collision_monitor:\n  ros__parameters:\n    polygons: [Stop]\n"
+        "    Stop: {type: circle, action_type: stop, radius: 0.3}\n"
         "    Limit: {type: polygon, linear_limit: 0.4}\n"
         + costmap("      plugins: [inflation_layer]\n      static_layer: {map_subscribe_transient_local: true}\n")
     )
@@ -144,7 +145,7 @@ def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (DWB.replace("1.0", "fast"), "controller_server: FollowPath.max_vel_x: 'fast' is not a number (line 7)"),
+        (DWB.replace("1.0", "fast"), "controller_server: FollowPath.max_vel_x: 'fast' is not a number"),
         (DWB.replace('["PathAlign", "GoalDist"]', "3"), "controller_server: FollowPath.critics: 3 is not a list"),
         (DWB.replace("1.0", "1.0\n      vx_samples: 2.5"), "FollowPath.vx_samples: 2.5 is not a whole number"),
         (DWB.replace("1.0", "1.0\n      prune_plan: 1"), "FollowPath.prune_plan: 1 is not true or false"),
@@ -181,7 +182,10 @@ def test_plugins_of_other_packages_can_be_brought(inspect):
     from navstack.params.planners import NavfnParams
 
     text = "planner_server: {ros__parameters: {GridBased: {plugin: mine::Planner, tolerance: 0.2}}}"
-    assert "unknown plugin" in only_error(inspect(text))
+    unknown = inspect(text)
+    assert not unknown.errors
+    with pytest.raises(ParameterError, match="GridBased: unknown plugin 'mine::Planner'; .*available: "):
+        unknown.plugin("planner_server", "GridBased", "planners")
     file = inspect(text, more={"planners": {"mine::Planner": NavfnParams}})
     assert not file.errors
     assert file.read(NavfnParams, "planner_server", "GridBased").tolerance == 0.2

@@ -1,12 +1,15 @@
+from difflib import unified_diff
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from navstack.errors import ParameterError
-from navstack.params.nav2_edit import format_value
+from navstack.params.nav2_edit import format_value, set_value
 from navstack.params.nav2_file import load_nav2
 from navstack.params.nav2_views import read_costmap, read_dwb, read_velocity_smoother
-from navstack.params.ros_yaml import parse_scalar
+from navstack.params.ros_yaml import parse_document, parse_scalar
 
 TUNED = Path(__file__).parents[2] / "params" / "nav2" / "tuned.yaml"
 
@@ -34,6 +37,15 @@ def test_dotted_names_and_comments_are_kept(inspect):
     )
     after = nav2.with_values({"controller_server.FollowPath.PathAlign.scale": 4.5})
     assert "      PathAlign.scale: 4.5   # tuned by hand\n" in after.document.text
+
+
+def test_line_ends_of_other_systems_are_kept(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_bytes(b"amcl:\r\n  ros__parameters:\r\n    alpha1: 0.1  # odometry\r\n    alpha2: 0.2\r\n")
+    nav2 = load_nav2(path)
+    nav2.with_values({"amcl.alpha1": 0.3}).dump(path)
+    assert path.read_bytes() == nav2.document.text.replace("0.1", "0.3").encode()
+    assert path.read_bytes().count(b"\r\n") == 4
 
 
 def test_absent_parameters_are_added_in_their_namespace(inspect):
@@ -97,3 +109,70 @@ def test_misspelt_changes_are_refused():
 def test_written_scalars_read_back_as_they_were(value):
     read = parse_scalar(format_value(value))
     assert (read, type(read)) == (value, type(value))
+
+
+SCALARS = st.one_of(
+    st.booleans(),
+    st.integers(-(2**31), 2**31),
+    st.floats(allow_nan=False, width=64),
+    st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=12),
+)
+NAMES = st.lists(
+    st.sampled_from("alpha beta gamma delta eps zeta eta theta".split()), min_size=1, max_size=6, unique=True
+)
+COMMENTS = st.sampled_from(["", "  # by hand", " # 0.5 was too fast: [a, b]"])
+SPACINGS = st.sampled_from(["", "\n", "    # what follows is tuned\n", "\n  # off: 1\n\n"])
+
+
+@st.composite
+def files(draw):
+    """A file of one node: nested, dotted and flow namespaces, comments and blank lines, and the names in it."""
+    text, names = "amcl:  # the node\n  ros__parameters:\n", []
+    for name in draw(NAMES):
+        text += draw(SPACINGS)
+        style = draw(st.sampled_from(["plain", "dotted", "nested", "flow", "list", "block list"]))
+        value, comment = format_value(draw(SCALARS)), draw(COMMENTS)
+        key, body = {
+            "plain": (name, f"{name}: {value}{comment}"),
+            "dotted": (f"{name}.inner", f"{name}.inner: {value}{comment}"),
+            "nested": (f"{name}.inner", f"{name}:\n      inner: {value}{comment}\n      other: 1"),
+            "flow": (f"{name}.inner", f"{name}: {{other: [1, 2], inner: {value}}}{comment}"),
+            "list": (name, f"{name}: [{value}, 1.0]{comment}"),
+            "block list": (name, f"{name}:\n    - {value}"),
+        }[style]
+        text += f"    {body}\n"
+        names.append(key)
+    return text + draw(SPACINGS), names
+
+
+@settings(max_examples=150, deadline=None)
+@given(files(), SCALARS, st.data())
+def test_one_changed_value_is_one_changed_line(file, value, data):
+    text, names = file
+    name = data.draw(st.sampled_from(names))
+    after = set_value(text, ("amcl",), name, value, "f")
+    before_entries, entries = (parse_document(each, "f").nodes[0].entries for each in (text, after))
+    assert list(entries) == list(before_entries)
+    assert {key: entry.value for key, entry in entries.items() if key != name} == {
+        key: entry.value for key, entry in before_entries.items() if key != name
+    }
+    was_decimal = isinstance(before_entries[name].value, float)
+    expected = float(value) if was_decimal and type(value) is int else value
+    assert (entries[name].value, type(entries[name].value)) == (expected, type(expected))
+    removed, added = (_lines(text, after, sign) for sign in "-+")
+    assert len(added) == len(removed) <= 1 or (len(removed), len(added)) == (2, 1)  # a block list becomes one line
+
+
+@settings(max_examples=100, deadline=None)
+@given(files(), st.sampled_from(["new", "alpha.new", "beta.inner.new"]), SCALARS)
+def test_an_added_value_is_one_added_line(file, name, value):
+    text, _ = file
+    after = set_value(text, ("amcl",), name, value, "f")
+    assert parse_document(after, "f").nodes[0].entries[name].value == value
+    removed, added = (_lines(text, after, sign) for sign in "-+")
+    assert (len(removed), len(added)) in ((0, 1), (1, 1))  # within { } its line changes
+
+
+def _lines(before, after, sign):
+    differences = unified_diff(before.split("\n"), after.split("\n"), n=0, lineterm="")
+    return [line for line in differences if line.startswith(sign) and not line.startswith(sign * 3)]

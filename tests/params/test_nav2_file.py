@@ -68,7 +68,7 @@ def test_tuned_file_has_the_published_values():
     assert dwb.PathAlign.forward_point_distance == 0.1
     local, world = read_costmap(nav2, "local_costmap"), read_costmap(nav2, "global_costmap")
     assert (local.width, local.resolution, local.update_frequency, local.footprint_padding) == (24.0, 0.05, 30.0, 0.05)
-    assert local.plugins == ("static_layer", "obstacle_layer", "inflation_layer")
+    assert local.plugins == ("static_layer", "obstacle_layer", "keepout_filter", "inflation_layer")
     assert local.layers["inflation_layer"].inflation_radius == 1.5
     assert (world.footprint_padding, world.layers["inflation_layer"].cost_scaling_factor) == (0.25, 0.3)
     assert robot_footprint(local).min() == pytest.approx(-0.607, abs=1e-7)
@@ -88,7 +88,7 @@ def test_stock_file_has_the_published_values():
         -2.5,
         1.7,
     )
-    assert local.plugins[1:] == ("inflation_layer", "static_layer")
+    assert local.plugins[1:] == ("inflation_layer", "static_layer", "keepout_filter")
     (source,) = local.layers["voxel_layer"].active_sources
     assert (source.marking, source.clearing, source.obstacle_max_range) == (True, False, 3.0)
 

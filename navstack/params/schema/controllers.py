@@ -65,7 +65,8 @@ _RPP = Block(
         use_rotate_to_heading rotate_to_heading_min_angle allow_reversing max_linear_accel max_linear_decel
         max_angular_accel max_robot_pose_search_dist use_interpolation interpolate_curvature_after_goal
         use_cancel_deceleration cancel_deceleration stateful use_dynamic_window velocity_feedback
-        use_path_aware_obstacle_distance goal_dist_tol max_angular_decel"""
+        use_path_aware_obstacle_distance goal_dist_tol max_angular_decel
+        lookahead_along_path"""  # the last is this program's own
     )
 )
 

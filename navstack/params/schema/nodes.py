@@ -10,7 +10,6 @@ FAMILIES = {
     "planners": planners.PLANNERS,
     "smoothers": planners.SMOOTHERS,
     "layers": costmaps.LAYERS,
-    "filters": costmaps.FILTERS,
     "goal_checkers": tasks.GOAL_CHECKERS,
     "progress_checkers": tasks.PROGRESS_CHECKERS,
     "path_handlers": tasks.PATH_HANDLERS,
@@ -118,7 +117,7 @@ _POLYGON = Block(
         """type points polygon_sub_topic polygon_subscribe_transient_local footprint_topic radius action_type
         min_points max_points slowdown_ratio linear_limit angular_limit time_before_collision simulation_time_step
         visualize polygon_pub_topic enabled holonomic sources_names use_steering_angle wheelbase
-        low_speed_threshold"""
+        low_speed_threshold limit_keeps_curvature"""  # the last is this program's own
     ),
     named={"velocity_polygons": _VELOCITY_POLYGON},
 )
@@ -130,7 +129,7 @@ _COLLISION_MONITOR = Block(
     words(
         """base_frame_id odom_frame_id cmd_vel_in_topic cmd_vel_out_topic state_topic transform_tolerance
         source_timeout base_shift_correction stop_pub_timeout use_realtime_priority enable_stamped_cmd_vel
-        toggle_cm_service_name collision_points_marker_topic"""
+        toggle_cm_service_name collision_points_marker_topic enabled collision_points_marker_3d"""
     ),
     named={"polygons": _POLYGON, "observation_sources": _COLLISION_SOURCE},
 )
@@ -151,8 +150,8 @@ _DOCKING_SERVER = Block(
             """k_phi k_delta beta lambda v_linear_min v_linear_max v_angular_max slowdown_radius
             use_collision_detection costmap_topic footprint_topic transform_tolerance projection_time
             simulation_time_step dock_collision_threshold rotate_to_heading_angular_vel
-            rotate_to_heading_max_angular_accel deceleration_max"""
-        )
+            rotate_to_heading_max_angular_accel deceleration_max simulation_step"""
+        )  # simulation_step is declared nowhere, but Nav2's own files set it
     },
     plugins={"dock_plugins": PluginList("docks")},
     named={"docks": tasks.DOCK_INSTANCE},

@@ -1,0 +1,96 @@
+"""One costmap of a file as the lint rules see it; layers that are not available here are seen, too."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from navstack.errors import ParameterError
+from navstack.geometry import footprint_radii, pad_footprint
+from navstack.params.costmap import CostmapParams, InflationLayerParams, ObservationSourceParams, robot_footprint
+from navstack.params.nav2_catalog import plugin_type
+from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_findings import names_in
+from navstack.params.schema.costmaps import COSTMAP
+from navstack.types import FloatArray
+
+STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"
+SENSOR_LAYERS = ("nav2_costmap_2d::ObstacleLayer", "nav2_costmap_2d::VoxelLayer")
+MARKING_LAYERS = (STATIC, *SENSOR_LAYERS, "nav2_costmap_2d::RangeSensorLayer")
+
+
+@dataclass(frozen=True, slots=True)
+class LayerView:
+    """One enabled layer."""
+
+    name: str
+    type: str  # as Nav2 Jazzy spells it; empty: the file does not say
+    sources: Mapping[str, ObservationSourceParams]  # of an obstacle layer
+
+
+@dataclass(frozen=True)
+class CostmapView:
+    """``local_costmap`` or ``global_costmap``."""
+
+    node: str
+    params: CostmapParams  # without its layers
+    layers: tuple[LayerView, ...]  # the enabled ones, in the order in which they write
+    inflations: Mapping[str, InflationLayerParams]  # the enabled ones, by name
+    footprint_error: str  # why the footprint cannot be read; empty: it can
+
+    @cached_property
+    def footprint(self) -> FloatArray:
+        """The padded polygon (N, 2) in [m], base frame; Nav2 falls back on robot_radius if it cannot read the text."""
+        params = replace(self.params, footprint="[]") if self.footprint_error else self.params
+        return pad_footprint(robot_footprint(params), params.footprint_padding)
+
+    @property
+    def inscribed(self) -> float:
+        """Largest circle about the base inside the padded footprint, in [m]."""
+        return footprint_radii(self.footprint)[0]
+
+    @property
+    def circumscribed(self) -> float:
+        """Smallest circle about the base around the padded footprint, in [m]."""
+        return footprint_radii(self.footprint)[1]
+
+    @property
+    def half_window(self) -> float:
+        """From the robot to the nearest edge of a rolling window, in [m]."""
+        return min(self.params.width, self.params.height) / 2.0
+
+    def has(self, *types: str) -> bool:
+        """Whether an enabled layer is of one of these types."""
+        return any(layer.type in types for layer in self.layers)
+
+    def sources(self) -> Iterable[tuple[str, ObservationSourceParams]]:
+        """All observation sources of the enabled layers, each with its dotted name."""
+        for layer in self.layers:
+            for name, source in layer.sources.items():
+                yield f"{layer.name}.{name}", source
+
+
+def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
+    """The view of a costmap.
+
+    Raises:
+        ParameterError: a value of the wrong kind; the check of the file reports it.
+    """
+    params = nav2.read(CostmapParams, node, plugins=(), filters=(), layers={})
+    names = names_in(nav2.value(node, "plugins", list(CostmapParams().plugins)))
+    enabled = [name for name in names if nav2.value(node, f"{name}.enabled", True) is not False]
+    layers = tuple(_layer(nav2, node, name) for name in enabled)
+    inflations = {
+        layer.name: nav2.read(InflationLayerParams, node, layer.name) for layer in layers if layer.type == INFLATION
+    }
+    try:
+        robot_footprint(params)
+    except ParameterError as error:
+        return CostmapView(node, params, layers, inflations, str(error))
+    return CostmapView(node, params, layers, inflations, "")
+
+
+def _layer(nav2: Nav2File, node: str, name: str) -> LayerView:
+    default = COSTMAP.plugins["plugins"].defaults.get(name, "")
+    kind = plugin_type(nav2.value(node, f"{name}.plugin", default))
+    sources = names_in(nav2.value(node, f"{name}.observation_sources")) if kind in SENSOR_LAYERS else ()
+    return LayerView(name, kind, {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources})

@@ -1,0 +1,101 @@
+"""Rules that hold a file against the body of a robot."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from navstack.geometry import footprint_radii
+from navstack.params.lint.rule import Finding, Rule, decimal
+from navstack.params.lint.subject import CONTROLLER, Subject
+from navstack.types import FloatArray
+
+MORE = 1.01  # a limit is exceeded by more than rounding
+LEAST_GAP = 1e-3  # [m] by which the body sticks out
+
+
+def faster_than_robot(subject: Subject) -> Iterator[Finding]:
+    """Speeds beyond the drive."""
+    robot = subject.robot
+    if robot is None:
+        return
+    if subject.top_speed > MORE * robot.max_speed:
+        yield _exceeds(subject.speed_name, subject.top_speed, robot.max_speed, "m/s", robot.name)
+    if subject.dwb is not None and subject.dwb[1].max_vel_theta > MORE * robot.max_yaw_rate:
+        name, dwb = subject.dwb
+        yield _exceeds(f"{name}.max_vel_theta", dwb.max_vel_theta, robot.max_yaw_rate, "rad/s", robot.name)
+
+
+def harder_than_robot(subject: Subject) -> Iterator[Finding]:
+    """Accelerations beyond the drive."""
+    if subject.robot is None or subject.dwb is None:
+        return
+    (name, dwb), robot = subject.dwb, subject.robot
+    limits = (
+        ("acc_lim_x", dwb.acc_lim_x, robot.max_acceleration, "m/s2"),
+        ("decel_lim_x", -dwb.decel_lim_x, robot.max_deceleration, "m/s2"),
+        ("acc_lim_theta", dwb.acc_lim_theta, robot.max_yaw_acceleration, "rad/s2"),
+        ("decel_lim_theta", -dwb.decel_lim_theta, robot.max_yaw_acceleration, "rad/s2"),
+    )
+    for key, wanted, possible, unit in limits:
+        if wanted > MORE * possible:
+            sign = -1.0 if key.startswith("decel") else 1.0
+            yield _exceeds(f"{name}.{key}", sign * wanted, sign * possible, unit, robot.name)
+
+
+def larger_than_footprint(subject: Subject) -> Iterator[Finding]:
+    """A body that sticks out of the footprint."""
+    robot = subject.robot
+    if robot is None:
+        return
+    for view in subject.costmaps:
+        gap = max(_distance_outside(view.footprint, vertex) for vertex in robot.footprint)
+        if gap > LEAST_GAP:
+            text = ", ".join(f"[{x:g}, {y:g}]" for x, y in np.asarray(robot.footprint))
+            yield Finding(
+                view.node,
+                "footprint" if subject.value(view.node, "footprint") else "robot_radius",
+                f"{robot.name} sticks out of the padded footprint by up to {gap:.2f} m",
+                f'footprint: "[{text}]"',
+            )
+
+
+def _distance_outside(polygon: FloatArray, point: FloatArray) -> float:
+    """How far a point (2,) lies outside a polygon (N, 2), in [m]; 0 inside."""
+    seen = polygon - point
+    x, y = seen[:, 0], seen[:, 1]
+    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+    crosses = (y > 0.0) != (next_y > 0.0)  # edges that a ray along x may hit
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = crosses & (x - y * (next_x - x) / (next_y - y) > 0.0)
+    return 0.0 if ahead.sum() % 2 else footprint_radii(seen)[0]
+
+
+def _exceeds(name: str, wanted: float, possible: float, unit: str, robot: str) -> Finding:
+    return Finding(
+        CONTROLLER,
+        name,
+        f"{wanted:g} {unit}, but {robot} can do {possible:g} {unit}",
+        f"{name.rpartition('.')[2]}: {decimal(possible)}",
+    )
+
+
+RULES = (
+    Rule(
+        "faster-than-robot",
+        "The controller asks for more speed than the robot has",
+        "simulated trajectories are longer and wider than what the robot drives",
+        faster_than_robot,
+    ),
+    Rule(
+        "harder-than-robot",
+        "DWB counts on accelerations that the robot does not have",
+        "the robot brakes later and turns wider than the trajectories that were checked",
+        harder_than_robot,
+    ),
+    Rule(
+        "larger-than-footprint",
+        "The robot is larger than its footprint in the file",
+        "what sticks out is not checked for collisions",
+        larger_than_footprint,
+    ),
+)

@@ -1,0 +1,217 @@
+"""A parameter file as the lint rules see it: typed views of what stands in it, None for what does not."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+from navstack.errors import ParameterError
+from navstack.params import nav2_views
+from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
+from navstack.params.dwb import DwbParams
+from navstack.params.lint.costmap_view import CostmapView, view_costmap
+from navstack.params.nav2_catalog import plugin_type
+from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_findings import names_in
+from navstack.params.rotation_shim import RotationShimParams
+from navstack.params.safety import VelocitySmootherParams
+from navstack.params.servers import ControllerServerParams
+from navstack.types import FloatArray
+
+CONTROLLER, SMOOTHER, MONITOR, BEHAVIORS = (
+    *("controller_server", "velocity_smoother", "collision_monitor"),
+    "behavior_server",
+)
+DWB = "dwb_core::DWBLocalPlanner"
+SHIM = "nav2_rotation_shim_controller::RotationShimController"
+PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+MPPI = "nav2_mppi_controller::MPPIController"
+
+# The parameters that hold a controller's highest forward speed [m/s], and Nav2's default.
+_SPEEDS = {
+    DWB: ("max_vel_x", 0.0),
+    PURSUIT: ("desired_linear_vel", 0.5),
+    MPPI: ("vx_max", 0.5),
+    "nav2_graceful_controller::GracefulController": ("v_linear_max", 0.5),
+}
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class RobotLimits:
+    """What the robot's body can do, to hold a file against."""
+
+    name: str
+    footprint: FloatArray  # (N, 2) in [m], base frame
+    max_speed: float  # [m/s]
+    max_yaw_rate: float  # [rad/s]
+    max_acceleration: float  # [m/s2]
+    max_deceleration: float  # [m/s2] positive
+    max_yaw_acceleration: float  # [rad/s2]
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """The controller that follows the path: the first one listed, or the one below a rotation shim."""
+
+    type: str
+    name: str  # dotted name of the namespace that holds its parameters
+
+
+class Subject:
+    """What the rules look at. A part is None if the file leaves it out or its values cannot be read."""
+
+    def __init__(self, nav2: Nav2File, robot: RobotLimits | None = None) -> None:
+        self.nav2 = nav2
+        self.robot = robot
+
+    def has(self, node: str) -> bool:
+        """Whether the file sets any parameter of a node."""
+        return bool(self.nav2.parameters.get(node))
+
+    def value(self, node: str, name: str, default: Any = None) -> Any:
+        """One parameter as it stands in the file."""
+        return self.nav2.value(node, name, default)
+
+    def number(self, node: str, name: str, default: float) -> float:
+        """One parameter as a number; the default where it is none."""
+        value = self.value(node, name, default)
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else default
+
+    def names(self, node: str, name: str) -> tuple[str, ...]:
+        """The names in a list parameter."""
+        return names_in(self.value(node, name))
+
+    @property
+    def is_of_foxy(self) -> bool:
+        """Whether the file has the one goal checker of Foxy."""
+        return any(notice.path == f"{CONTROLLER}: goal_checker_plugin" for notice in self.nav2.notices)
+
+    def line(self, node: str, name: str) -> int:
+        """The line of a parameter, or of the first one beside it where the file leaves it out; 0: none."""
+        entries = self.nav2.parameters.get(node, {})
+        if name in entries:
+            return entries[name].line
+        prefix = name.rpartition(".")[0]
+        lines = [entry.line for each, entry in entries.items() if each.startswith(f"{prefix}." if prefix else "")]
+        return min(lines, default=0)
+
+    @cached_property
+    def server(self) -> ControllerServerParams | None:
+        """The controller server."""
+        return self._read(CONTROLLER, nav2_views.read_controller_server)
+
+    @cached_property
+    def shim(self) -> tuple[str, RotationShimParams] | None:
+        """Name and parameters of a rotation shim."""
+        name = self._first_controller
+        if name is None or self._type_of(name) != SHIM:
+            return None
+        params = self._read(CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name))
+        return None if params is None else (name, params)
+
+    @cached_property
+    def drive(self) -> Drive | None:
+        """The controller that follows the path."""
+        name = self._first_controller
+        if name is None:
+            return None
+        kind = self._type_of(name)
+        if kind != SHIM:
+            return Drive(kind, name)
+        below = f"{name}.primary_controller"  # a namespace of its own in Nav2 main, a type in Jazzy
+        if self.value(CONTROLLER, f"{below}.plugin"):
+            return Drive(self._type_of(below), below)
+        return Drive(plugin_type(self.value(CONTROLLER, below, "")), name)
+
+    @cached_property
+    def dwb(self) -> tuple[str, DwbParams] | None:
+        """Namespace and parameters of DWB, itself or below a rotation shim."""
+        drive = self.drive
+        if drive is None or drive.type != DWB:
+            return None
+        params = self._read(CONTROLLER, lambda nav2: nav2_views.read_dwb(nav2, drive.name))
+        return None if params is None else (drive.name, params)
+
+    @cached_property
+    def top_speed(self) -> float:
+        """The highest forward speed that the controller asks for, in [m/s]; 0: unknown."""
+        if self.dwb is not None:
+            params = self.dwb[1]
+            return params.max_vel_x if params.max_speed_xy < 0.0 else min(params.max_vel_x, params.max_speed_xy)
+        if self.drive is None or self.drive.type not in _SPEEDS:
+            return 0.0
+        key, default = _SPEEDS[self.drive.type]
+        return self.number(CONTROLLER, f"{self.drive.name}.{key}", default)
+
+    @property
+    def speed_name(self) -> str:
+        """The parameter that gives the top speed."""
+        drive = self.drive
+        return f"{drive.name}.{_SPEEDS.get(drive.type, ('max_vel_x', 0.0))[0]}" if drive else "FollowPath.max_vel_x"
+
+    @cached_property
+    def braking(self) -> float | None:
+        """The deceleration [m/s2] that is left of the controller's, the smoother's and the robot's; None: unknown."""
+        limits = []
+        if self.dwb is not None:
+            limits.append(-self.dwb[1].decel_lim_x)
+        if self.smoother is not None:
+            limits.append(-self.smoother.max_decel[0])
+        if self.robot is not None:
+            limits.append(self.robot.max_deceleration)
+        positive = [limit for limit in limits if limit > 0.0]
+        return min(positive) if positive else None
+
+    @cached_property
+    def smoother(self) -> VelocitySmootherParams | None:
+        """The velocity smoother."""
+        return self._read(SMOOTHER, nav2_views.read_velocity_smoother)
+
+    @cached_property
+    def goal_checker(self) -> tuple[str, SimpleGoalCheckerParams] | None:
+        """Name and parameters of the goal checker."""
+        plugin = self._read(CONTROLLER, nav2_views.read_goal_checker)
+        if plugin is None or not isinstance(plugin.params, SimpleGoalCheckerParams):
+            return None
+        return plugin.name, plugin.params
+
+    @cached_property
+    def progress_checker(self) -> tuple[str, SimpleProgressCheckerParams] | None:
+        """Name and parameters of the progress checker."""
+        plugin = self._read(CONTROLLER, nav2_views.read_progress_checker)
+        if plugin is None or not isinstance(plugin.params, SimpleProgressCheckerParams):
+            return None
+        return plugin.name, plugin.params
+
+    @cached_property
+    def local(self) -> CostmapView | None:
+        """The local costmap."""
+        return self._read("local_costmap", lambda nav2: view_costmap(nav2, "local_costmap"))
+
+    @cached_property
+    def world(self) -> CostmapView | None:
+        """The global costmap."""
+        return self._read("global_costmap", lambda nav2: view_costmap(nav2, "global_costmap"))
+
+    @property
+    def costmaps(self) -> list[CostmapView]:
+        """Those that the file has."""
+        return [view for view in (self.local, self.world) if view is not None]
+
+    @property
+    def _first_controller(self) -> str | None:
+        names = self.server.controller_plugins if self.server is not None else ()
+        return names[0] if names else None
+
+    def _type_of(self, name: str) -> str:
+        return plugin_type(self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else ""))
+
+    def _read(self, node: str, view: Callable[[Nav2File], T]) -> T | None:
+        if not self.has(node):
+            return None
+        try:
+            return view(self.nav2)
+        except ParameterError:  # the check of the file reports it
+            return None

@@ -1,0 +1,128 @@
+"""``navbench lint`` as a user meets it."""
+
+import json
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from harness.cli import main
+from harness.cli_lint import robot_limits
+from harness.resources import shipped
+from navstack.params.lint.rules import lint
+from navstack.params.nav2_file import load_nav2
+
+ROBOT = (Path(__file__).parent / "lint" / "robot.yaml").read_text(encoding="utf-8")
+FOLDER = os.environ.get("NAVSTACK_DATA")
+REAL = sorted((Path(FOLDER) / "nav2_params").glob("*.yaml")) if FOLDER else []
+KEYS = ["id", "path", "line", "message", "advice"]
+
+
+@pytest.fixture
+def run(capsys, tmp_path):
+    """Status, standard output and standard error of ``navbench lint`` on a text."""
+
+    def _run(text, *options):
+        path = tmp_path / "robot.yaml"
+        path.write_text(text)
+        with pytest.raises(SystemExit) as leaving:
+            main(["lint", str(path), *options])
+        return leaving.value.code or 0, *capsys.readouterr()
+
+    return _run
+
+
+def test_a_good_file(run):
+    status, out, err = run(ROBOT)
+    assert (status, err) == (0, "")
+    assert out.splitlines()[-1].endswith(" ignored")
+    assert "0 errors, 0 warnings" in out
+
+
+def test_errors_and_warnings_as_text(run):
+    status, out, err = run(ROBOT.replace("acc_lim_x:", "acc_lim_xx:").replace("max_decel: [-2.5", "max_decel: [-1.0"))
+    assert status == 1
+    assert err.count("\n") == 1
+    assert "did you mean 'acc_lim_x'?" in err
+    assert out.index("Errors") < out.index("unknown-key") < out.index("Warnings") < out.index("smoother-is-softer")
+    assert "> max_decel: [-2.5, 0.0, -3.2]" in out
+
+
+def test_the_document(run):
+    changed = ROBOT.replace("acc_lim_x:", "acc_lim_xx:").replace(
+        "smoothing_frequency: 20.0", "smoothing_frequency: 5.0"
+    )
+    status, out, _ = run(changed, "--json")
+    document = json.loads(out)
+    assert status == 1
+    assert list(document) == ["errors", "warnings", "ignored"]
+    (error,) = document["errors"]
+    assert list(error) == KEYS
+    assert (error["id"], error["path"]) == ("unknown-key", "controller_server: FollowPath.acc_lim_xx")
+    assert "acc_lim_xx" in changed.splitlines()[error["line"] - 1]
+    warnings = {each["id"]: each for each in document["warnings"]}
+    assert warnings["smoother-is-slower"]["advice"] == "smoothing_frequency: 20.0"
+    assert "amcl" in document["ignored"] or any(each.startswith("amcl: ") for each in document["ignored"])
+    status, out, err = run(changed, "--json", "--allow-unknown")
+    assert (status, err) == (0, "")
+    assert "unknown-key" in {each["id"] for each in json.loads(out)["warnings"]}
+
+
+@pytest.mark.parametrize("text", ["amcl: [1,", "", "just words", "amcl:\n  alpha1: 2\n"])
+def test_a_file_that_cannot_be_read_is_an_error_with_a_document(run, text):
+    status, out, err = run(text, "--json")
+    assert status == 1
+    assert [each["id"] for each in json.loads(out)["errors"]] == ["unreadable-file"]
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["tunde"], ("tunde", "did you mean 'tuned'")),
+        (["no/such/file.yaml"], ("no/such/file.yaml", "does not exist")),
+        (["tuned", "--robot", "segwy"], ("segwy", "segway_e1")),
+        ([], ("FILE",)),
+    ],
+)
+def test_bad_arguments(capsys, arguments, words):
+    with pytest.raises(SystemExit) as leaving:
+        main(["lint", *arguments])
+    assert leaving.value.code == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert all(word in err for word in words)
+
+
+def test_a_robot_to_hold_the_file_against(run):
+    status, out, _ = run(ROBOT, "--robot", "segway_e1", "--json")
+    warnings = {each["id"]: each for each in json.loads(out)["warnings"]}
+    assert status == 0
+    assert "segway_e1 sticks out" in warnings["larger-than-footprint"]["message"]
+    assert robot_limits("segway_e1").max_speed == pytest.approx(3.56)
+    assert not {"larger-than-footprint", "faster-than-robot"} & {
+        notice.id for notice in lint(load_nav2(shipped("params") / "nav2" / "tuned.yaml"), robot_limits("segway_e1"))
+    }
+
+
+# What is found in the real files, each looked at by hand; none is a false alarm.
+EXPECTED = {
+    r"ROBOTIS.*param_(burger|waffle)\.yaml": {"short-stop-zone", "hidden-slow-zone"},
+    r"clearpath.*(_a200_|cleanup)": {"centre-only"},
+    r"clearpath.*_j100_": {"centre-only", "smoother-caps"},
+    r"cyberbotics.*_epuck_": {"demanding-progress", "drowned-obstacles", "large-cells"},
+    r"linorobot__humble__": {"flat-inflation", "never-cleared"},
+}
+READER = {"substitute", "renamed", "duplicate", "unavailable-plugin"}
+
+
+@pytest.mark.parametrize("path", REAL or [None], ids=lambda path: path.name if path else "none")
+def test_real_files_have_no_errors_and_no_false_alarms(path):
+    if path is None:
+        pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
+    expected = next((ids for name, ids in EXPECTED.items() if re.match(name, path.name)), set())
+    notices = lint(load_nav2(path))
+    assert not [str(notice) for notice in notices if notice.is_error]
+    assert {notice.id for notice in notices} - READER == expected

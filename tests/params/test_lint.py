@@ -1,0 +1,200 @@
+"""Each rule fires where it should and only there, and says what to write instead."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from navstack.params.lint.reader import ERRORS, WARNINGS
+from navstack.params.lint.robot import _distance_outside
+from navstack.params.lint.rules import GROUPS, RULES, lint
+from navstack.params.lint.subject import RobotLimits
+from navstack.params.nav2_file import inspect_nav2
+from navstack.params.nav2_nodes import default_path
+from navstack.params.strict import load_yaml
+
+ROOT = Path(__file__).parents[2]
+BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]), 1.0, 2.0, 3.0, 3.0, 4.0)
+DATA = Path(__file__).parent / "lint"
+EXAMPLES = load_yaml(DATA / "examples.yaml")
+DOCUMENT = (ROOT / "docs" / "lint.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def robot_with(tmp_path):
+    """The good robot's file with parameters changed; None removes one."""
+
+    def _robot_with(changes):
+        tree = load_yaml(DATA / "robot.yaml")
+        for name, value in changes.items():
+            node, *parts = name.split(".")
+            _change(tree, (*default_path(node), "ros__parameters", *parts) if parts else (node,), value)
+        path = tmp_path / "robot.yaml"
+        path.write_text(json.dumps(tree))
+        return inspect_nav2(path)
+
+    return _robot_with
+
+
+def _change(place, parts, value):
+    """Set or remove a value; a dotted name in the file is found under its dots."""
+    for i, part in enumerate(parts):
+        rest = ".".join(parts[i:])
+        if rest in place or i == len(parts) - 1:
+            if value is None:
+                place.pop(rest, None)
+            else:
+                place[rest] = value
+            return
+        if not isinstance(place.get(part), dict):
+            place[part] = {}
+        place = place[part]
+
+
+def found(nav2):
+    return {notice.id: notice for notice in lint(nav2, BODY)}
+
+
+def test_the_good_robot_is_left_alone(robot_with):
+    nav2 = robot_with({})
+    assert not nav2.notices
+    assert not lint(nav2, BODY)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
+def test_a_rule_fires_and_keeps_silent(robot_with, rule):
+    changes, nearby = EXAMPLES[rule.id]["fires"], EXAMPLES[rule.id]["silent"]
+    notice = found(robot_with(changes))[rule.id]
+    assert notice.is_error == rule.is_error
+    assert rule.why in notice.message
+    assert notice.advice
+    assert notice.line > 0 or not notice.path.startswith(tuple(name.partition(".")[0] for name in changes))
+    assert rule.id not in found(robot_with(nearby))
+
+
+def test_the_table_is_complete_and_its_ids_are_unique():
+    ids = [rule.id for rule in RULES] + [*ERRORS, *WARNINGS]
+    assert len(ids) == len(set(ids))
+    assert {rule.id for rule in RULES} == set(EXAMPLES)
+    assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", each) for each in ids)
+
+
+def test_every_finding_of_the_reader_is_in_the_table():
+    source = "".join(path.read_text() for path in (ROOT / "navstack" / "params").glob("*.py"))
+    used = set(re.findall(r'(?:Notice|_error|_warn|_remark)\(\s*"([a-z-]+)"', source))
+    assert used
+    assert used <= {*ERRORS, *WARNINGS}
+
+
+def section(rule):
+    kind = "Error" if rule.is_error else "Warning"
+    return f"- **`{rule.id}`** {rule.title}: {rule.why}." + (f" ({kind})" if rule.is_error else "")
+
+
+def test_the_document_has_every_finding_and_no_other():
+    for title, rules in GROUPS.items():
+        assert f"## {title}\n\n" + "\n".join(map(section, rules)) in DOCUMENT
+    for each, text in (ERRORS | WARNINGS).items():
+        assert f"- **`{each}`** {text}" in DOCUMENT
+    documented = re.findall(r"^- \*\*`(.*?)`\*\*", DOCUMENT, re.MULTILINE)
+    assert sorted(documented) == sorted([rule.id for rule in RULES] + [*ERRORS, *WARNINGS])
+
+
+def test_the_published_tuned_file():
+    nav2 = inspect_nav2(ROOT / "params" / "nav2" / "tuned.yaml")
+    notices = {notice.id: notice for notice in lint(nav2)}
+    assert not [notice for notice in notices.values() if notice.is_error]
+    assert {
+        "far-goal",
+        "beyond-the-plan",
+        "idle-minimum",
+        "centre-only",
+        "flat-inflation",
+        "smoother-is-softer",
+        "smoother-is-slower",
+        "monitor-never-triggers",
+    } <= set(notices)
+    assert "2.5 times the robot's outer radius of 0.72 m" in notices["far-goal"].message
+    assert "3 m/s x sim_time 1 s reach 3.00 m" in notices["beyond-the-plan"].message
+    assert "6000000000" in notices["monitor-never-triggers"].message
+
+
+def test_the_published_stock_file():
+    notices = {notice.id for notice in lint(inspect_nav2(ROOT / "params" / "nav2" / "stock.yaml"))}
+    expected = {"beyond-the-plan", "beyond-the-window", "centre-only", "not-inflated", "never-cleared", "blind-drive"}
+    assert expected <= notices
+    assert "smoother-is-softer" not in notices  # its limits are the smoother's defaults
+
+
+def test_following_the_advice_silences_the_rule(robot_with):
+    """The concrete values that are given are right."""
+    for rule in ("beyond-the-plan", "flat-inflation", "smoother-is-slower", "sees-too-late", "short-horizon"):
+        changes = EXAMPLES[rule]["fires"]
+        notice = found(robot_with(changes))[rule]
+        key, _, value = re.split(r"[,;( ]", notice.advice.replace(": ", "=", 1))[0].partition("=")
+        node, _, dotted = notice.path.partition(": ")
+        name = dotted.rpartition(".")[0]
+        full = f"{node}.{name}.{key}" if name else f"{node}.{key}"
+        assert rule not in found(robot_with(changes | {full: float(value)})), notice
+
+
+def test_a_named_critic_guards_against_obstacles_too(robot_with):
+    critics = {
+        "controller_server.FollowPath.critics": ["Guard", "PathDist"],
+        "controller_server.FollowPath.Guard.class": "dwb_critics::ObstacleFootprint",
+    }
+    assert "no-obstacle-critic" not in found(robot_with(critics))
+    without = {"controller_server.FollowPath.critics": ["PathDist"]}
+    assert "no-obstacle-critic" in found(robot_with(without))
+
+
+def test_the_robots_brakes_count(robot_with):
+    nav2 = robot_with({"local_costmap.obstacle_layer.scan.obstacle_max_range": 0.5})
+    assert "sees-too-late" not in {notice.id for notice in lint(nav2)}
+    weak = RobotLimits("weak", BODY.footprint, 1.0, 2.0, 3.0, 0.3, 4.0)
+    assert "sees-too-late" in {notice.id for notice in lint(nav2, weak)}
+
+
+def test_a_file_that_cannot_run_here_is_an_error_only_where_it_matters(robot_with):
+    smac = "nav2_smac_planner::SmacPlanner2D"
+    used = robot_with({"planner_server.GridBased.plugin": smac})
+    assert found(used)["unavailable-plugin"].is_error
+    spare = robot_with({"planner_server.planner_plugins": ["GridBased", "Other"], "planner_server.Other.plugin": smac})
+    assert not [notice for notice in lint(spare) if notice.is_error]
+
+
+def test_a_file_with_errors_is_linted_as_far_as_it_can_be_read(robot_with):
+    nav2 = robot_with({"controller_server.FollowPath.max_vel_x": "fast", "amcl.max_beams": 5})
+    notices = found(nav2)
+    assert notices["bad-value"].path == "controller_server: FollowPath.max_vel_x"
+    assert notices["bad-value"].line > 0
+    assert "few-beams" in notices
+    assert "unusable" not in notices
+
+
+NAMES = sorted({name for each in EXAMPLES.values() for name in each["fires"] if "." in name})
+ODD = [None, True, 0, -1, -2.5, 1e30, -1e30, "inf", "", "x", [], [1.0], [[1]], {}, {"a": 1}, 2**40, [1e30] * 3]
+CONTROLLERS = [{}] + [
+    EXAMPLES[rule]["fires"] for rule in ("shim-turns-too-fast", "mppi-steps-too-short", "blind-pursuit")
+]
+
+
+@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.sampled_from(CONTROLLERS), st.dictionaries(st.sampled_from(NAMES), st.sampled_from(ODD), min_size=1, max_size=4)
+)
+def test_no_values_make_the_linter_fail(robot_with, controller, values):
+    lint(robot_with(controller | values), BODY)
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"), [((0.0, 0.0), 0.0), ((1.0, 0.0), 0.5), ((0.8, 0.9), 0.5), ((0.4, 0.4), 0.0)]
+)
+def test_distance_outside_a_polygon(point, distance):
+    square = np.array([[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]])
+    assert math.isclose(_distance_outside(square, np.array(point)), distance, abs_tol=1e-12)
