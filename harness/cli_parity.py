@@ -1,0 +1,71 @@
+"""The command ``navbench parity``: the certificate that navstack computes what Nav2's own C++ computes."""
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.parity.certificate import PartResult, certify, document, passes
+from harness.parity.golden import GoldenError, read_folder
+from harness.report.tables import report_console
+
+DEFAULT_FOLDER = Path("tests/golden")
+FAILED = 1
+
+
+def parity_command(folder: Path | None, as_json: bool) -> int:
+    """Print the certificate for a folder of golden vectors; returns the exit status.
+
+    Raises:
+        GoldenError: the folder or one of its files cannot be used, or holds no case.
+    """
+    folder = folder or golden_folder()
+    results = certify(read_folder(folder))
+    if not results:
+        raise GoldenError(f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their names")
+    if as_json:
+        sys.stdout.write(json.dumps(document(results), indent=2, allow_nan=False) + "\n")
+    else:
+        print_certificate(results, report_console(sys.stdout))
+    return 0 if passes(results) else FAILED
+
+
+def golden_folder() -> Path:
+    """The folder of golden vectors: ``NAVSTACK_GOLDEN``, else ``tests/golden``."""
+    return Path(os.environ.get("NAVSTACK_GOLDEN") or DEFAULT_FOLDER)
+
+
+def print_certificate(results: Sequence[PartResult], console: Console) -> None:
+    """Print one line per part, then every deviation with its reason."""
+    table = Table(
+        title="Parity with Nav2's own C++: recorded inputs, run through navstack",
+        title_style="bold",
+        title_justify="left",
+        box=box.HORIZONTALS,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+        pad_edge=False,
+    )
+    for name in ("Part", "Cases", "Equal", "Explained", "Unexplained", "Largest deviation"):
+        table.add_column(name, justify="left" if name == "Part" else "right", no_wrap=True)
+    for result in results:
+        explained = sum(deviation.is_explained for deviation in result.deviations)
+        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e}"
+        counts = (result.cases, result.equal, explained, len(result.deviations) - explained)
+        table.add_row(result.part, *map(str, counts), largest)
+    console.print(table)
+    deviations = [deviation for result in results for deviation in result.deviations]
+    for title, is_explained in (("Explained", True), ("Unexplained", False)):
+        cases = [deviation for deviation in deviations if deviation.is_explained == is_explained]
+        if cases:
+            console.print(Text(f"\n{title} deviations", style="bold"))
+        for deviation in cases:
+            console.print(Text(f"  {deviation.case}: {deviation.why}"))
+    console.print()
+    console.print("every case is equal, or its deviation explained" if passes(results) else "no parity")

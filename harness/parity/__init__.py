@@ -1,0 +1,1 @@
+"""Parity with Nav2's own C++: recorded inputs and outputs, run through navstack and compared."""

@@ -1,0 +1,155 @@
+"""The certificate: which recorded cases of Nav2's C++ navstack reproduces, and where it deviates and why."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from harness.parity import (
+    collision_monitor,
+    dwb,
+    dwb_jazzy,
+    dwb_samples,
+    inflation,
+    navfn,
+    obstacle_layer,
+    rotation_shim,
+    rpp,
+    simple_smoother,
+    unbuilt,
+    velocity_smoother,
+)
+from harness.parity.comparison import Comparison
+from harness.parity.golden import GoldenError, GoldenFile
+from harness.parity.part import Case, Part
+from navstack.errors import NavstackError
+
+PARTS = (
+    Part("inflation_curves", inflation.find_curves, inflation.check_curve),
+    Part("inflation", inflation.find_grids, inflation.check_grid),
+    Part("inflation_main", inflation.find_main_grids, inflation.check_main_grid),
+    Part("obstacle_layer", obstacle_layer.find, obstacle_layer.check),
+    Part("navfn", navfn.find, navfn.check),
+    Part("simple_smoother", simple_smoother.find, simple_smoother.check),
+    Part("dwb", dwb.find, dwb.check),
+    Part("dwb_jazzy", dwb_jazzy.find, dwb_jazzy.check),
+    Part("dwb_velocities", dwb_samples.find_velocities, dwb_samples.check_velocities),
+    Part("dwb_plan", dwb_samples.find_plans, dwb_samples.check_plan),
+    Part("rpp", rpp.find, rpp.check),
+    Part("rotation_shim", rotation_shim.find_jazzy, rotation_shim.check_jazzy),
+    Part("rotation_shim_main", rotation_shim.find_main, rotation_shim.check_main),
+    Part("velocity_smoother", velocity_smoother.find, velocity_smoother.check),
+    Part("collision_monitor", collision_monitor.find_times, collision_monitor.check_times),
+    Part("collision_monitor_overflow", collision_monitor.find_overflows, collision_monitor.check_overflow),
+    Part("collision_monitor_edges", collision_monitor.find_edges, collision_monitor.check_edges),
+    Part("amcl", unbuilt.find_amcl, None),
+)
+UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
+INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")  # grids and paths that were recorded for the clock only
+
+_CANNOT_RUN = (NavstackError, ArithmeticError, LookupError, TypeError, ValueError)
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """A case that is not equal."""
+
+    case: str
+    why: str
+    is_explained: bool  # the recording, not navstack, is to blame
+
+
+@dataclass(frozen=True, slots=True)
+class PartResult:
+    """How one part fared."""
+
+    part: str
+    cases: int
+    equal: int  # cases without any deviation
+    largest_deviation: float | None  # of what was compared within a tolerance, in its own unit; None: nothing was
+    deviations: tuple[Deviation, ...]
+
+
+def discover(files: Sequence[GoldenFile]) -> list[tuple[Part, Case]]:
+    """Every case of every part; nothing but names and facts is read."""
+    return [(part, case) for part in PARTS for file in files for case in part.find(file)]
+
+
+def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]) -> list[str]:
+    """The arrays that no case accounts for, as ``<file>/<array>``."""
+    left = {file: set(file.names) for file in files}
+    for _, case in cases:
+        left[case.file] -= case.arrays
+    return sorted(
+        f"{file.stem}/{name}" for file, names in left.items() for name in names if not INPUTS_OF_TIMINGS.fullmatch(name)
+    )
+
+
+def compare(part: Part, case: Case) -> Comparison:
+    """Run navstack on the inputs of a case and compare; whatever keeps it from running is a deviation.
+
+    Raises:
+        GoldenError: the recording is damaged.
+    """
+    comparison = Comparison()
+    if part.check is None:
+        comparison.require(False, "not built: navstack does not have this part")
+        return comparison
+    try:
+        part.check(case, comparison)
+    except GoldenError:
+        raise
+    except _CANNOT_RUN as error:
+        comparison.require(False, f"cannot be run ({type(error).__name__}: {' '.join(str(error).split())})")
+    return comparison
+
+
+def certify(files: Sequence[GoldenFile]) -> list[PartResult]:
+    """The results of all parts that have cases, in the order of :data:`PARTS`."""
+    cases = discover(files)
+    results = [_summary(part, [case for other, case in cases if other is part]) for part in PARTS]
+    left = unattributed(files, cases)
+    lost = tuple(Deviation(name, "belongs to no case of any part: nothing was compared", False) for name in left)
+    results.append(PartResult(UNATTRIBUTED, len(lost), 0, None, lost))
+    return [result for result in results if result.cases]
+
+
+def _summary(part: Part, cases: Sequence[Case]) -> PartResult:
+    compared = [(case, compare(part, case)) for case in cases]
+    deviations = tuple(_deviations(compared))
+    largest = max((comparison.largest for _, comparison in compared), default=0.0)
+    return PartResult(
+        part.name, len(cases), len(cases) - len(deviations), None if part.check is None else largest, deviations
+    )
+
+
+def _deviations(compared: Sequence[tuple[Case, Comparison]]) -> Iterator[Deviation]:
+    for case, comparison in compared:
+        if not comparison.is_equal:
+            why = "; ".join((*comparison.wrong, *comparison.allowed))
+            yield Deviation(case.title, why, not comparison.wrong)
+
+
+def passes(results: Sequence[PartResult]) -> bool:
+    """Whether there is any case at all, and every deviation is explained."""
+    explained = all(deviation.is_explained for result in results for deviation in result.deviations)
+    return any(result.cases for result in results if result.part != UNATTRIBUTED) and explained
+
+
+def document(results: Sequence[PartResult]) -> dict[str, Any]:
+    """The certificate as plain values for JSON."""
+    return {
+        "parts": [
+            {
+                "part": result.part,
+                "cases": result.cases,
+                "equal": result.equal,
+                "largest_deviation": result.largest_deviation,
+                "deviations": [
+                    {"case": deviation.case, "why": deviation.why, "explained": deviation.is_explained}
+                    for deviation in result.deviations
+                ],
+            }
+            for result in results
+        ]
+    }

@@ -1,0 +1,87 @@
+"""The collision monitor: time until a polygon holds enough points, and which points it holds."""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from harness.parity.comparison import Comparison
+from harness.parity.golden import GoldenFile
+from harness.parity.part import Case
+from navstack.params.collision_monitor import PolygonParams
+from navstack.safety.monitor_zones import Zone
+from navstack.types import Twist2D
+
+FACTS = "collision_approach"
+POLYGON = "cm_polygon"
+TOLERANCE = 1e-5  # [s]
+OVERFLOW = re.compile(r".*min_points_(\d+)")
+NO_COLLISION = -1.0  # recorded where there is none
+PARAMETERS = ("min_points", "simulation_time_step", "time_before_collision")
+
+
+def find_times(file: GoldenFile) -> Iterator[Case]:
+    """Tables ``cm_time_<case>`` of clouds ``cm_cloud_<i>`` (rows) by velocities ``cm_vels`` (columns)."""
+    inputs = _inputs(file)
+    for base in file.bases("", prefix="cm_time_"):
+        if inputs <= file.names and file.facts(FACTS, base):
+            yield Case(f"cm_time_{base}", file, frozenset((*inputs, f"cm_time_{base}")))
+
+
+def check_times(case: Case, comparison: Comparison) -> None:
+    """Every entry of a table."""
+    facts = case.file.facts(FACTS, case.name.removeprefix("cm_time_"))
+    zone = _zone(case.file, **{name: facts[name] for name in PARAMETERS})
+    comparison.near("times to collision", _times(zone, case.file), case.file[case.name], TOLERANCE)
+
+
+def find_overflows(file: GoldenFile) -> Iterator[Case]:
+    """Facts ``<...>min_points_<n>`` of a number beyond 32 bits, with the table of ``times`` in the facts themselves."""
+    inputs = _inputs(file)
+    for key, facts in file.facts(FACTS).items():
+        if inputs <= file.names and OVERFLOW.fullmatch(key) and "stored_int" in facts:
+            yield Case(f"cm_{key}", file, inputs)
+
+
+def check_overflow(case: Case, comparison: Comparison) -> None:
+    """The number of points that is left of it, and the times with that many."""
+    key = case.name.removeprefix("cm_")
+    facts, given = case.file.facts(FACTS, key), OVERFLOW.fullmatch(key)
+    assert given is not None
+    zone = _zone(case.file, min_points=int(given[1]))
+    comparison.equal("points that trigger", zone.params.trigger_count, facts["stored_int"])
+    comparison.near("times to collision", _times(zone, case.file)[: len(facts["times"])], facts["times"], TOLERANCE)
+
+
+def find_edges(file: GoldenFile) -> Iterator[Case]:
+    """Points on and beside the edges of the polygon, and whether they count as inside."""
+    arrays = frozenset((POLYGON, "cm_edge_pts", "cm_edge_inside"))
+    if arrays <= file.names:
+        yield Case("cm_edge", file, arrays)
+
+
+def check_edges(case: Case, comparison: Comparison) -> None:
+    """Each point by itself."""
+    zone = _zone(case.file, min_points=1)
+    ours = [zone.is_triggered(point[None, :]) for point in case["pts"]]
+    comparison.equal("points inside", np.array(ours, dtype=np.int64), case["inside"])
+
+
+def _inputs(file: GoldenFile) -> frozenset[str]:
+    return frozenset((POLYGON, "cm_vels", *_clouds(file)))
+
+
+def _times(zone: Zone, file: GoldenFile) -> list[list[float]]:
+    """Time to collision [s] of each cloud (row) with each velocity (column)."""
+    velocities = [Twist2D(*velocity) for velocity in file["cm_vels"]]
+    table = [[zone.collision_time(file[cloud], velocity) for velocity in velocities] for cloud in _clouds(file)]
+    return [[NO_COLLISION if time is None else time for time in row] for row in table]
+
+
+def _clouds(file: GoldenFile) -> list[str]:
+    return [f"cm_cloud_{i}" for i in sorted(int(base) for base in file.bases("", "cm_cloud_") if base.isdigit())]
+
+
+def _zone(file: GoldenFile, **recorded: float) -> Zone:
+    params = PolygonParams(type="polygon", action_type="approach", **recorded)
+    return Zone(POLYGON, params, file[POLYGON])

@@ -1,0 +1,110 @@
+"""Golden vectors: inputs and outputs of Nav2's own C++, recorded in ``.npz`` files."""
+
+import json
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from navstack.errors import InputError
+
+META = "meta_json"  # the array that holds the facts of a file's cases as JSON text
+
+_UNREADABLE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
+
+
+class GoldenError(InputError):
+    """A folder or a file of golden vectors cannot be used."""
+
+
+class GoldenFile:
+    """One file of vectors: arrays by name, read when they are asked for, and the facts of ``meta_json``."""
+
+    def __init__(self, path: Path) -> None:
+        """Open a file; only its names and its facts are read.
+
+        Raises:
+            GoldenError: it is not a whole ``.npz`` file, or holds no ``meta_json``.
+        """
+        self.path = path
+        try:
+            arrays = np.load(path, allow_pickle=False)
+        except _UNREADABLE as error:
+            raise self._unusable(f"is not a readable .npz file ({_reason(error)})") from None
+        if not isinstance(arrays, np.lib.npyio.NpzFile):
+            raise self._unusable("is a single array, not an .npz file")
+        self._arrays = arrays
+        self.names = frozenset(arrays.files) - {META}  # of the arrays
+        self.meta: dict[str, Any] = self._read_meta()
+
+    @property
+    def stem(self) -> str:
+        """The file's name without its suffix."""
+        return self.path.stem
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.names
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The array of a name.
+
+        Raises:
+            GoldenError: the file is damaged there.
+        """
+        if name not in self.names:
+            raise KeyError(name)
+        try:
+            return self._arrays[name]
+        except _UNREADABLE as error:
+            raise self._unusable(f"is damaged at array '{name}' ({_reason(error)})") from None
+
+    def bases(self, suffix: str, prefix: str = "") -> list[str]:
+        """What stands between ``prefix`` and ``suffix`` in the names of the arrays that have both, sorted."""
+        long_enough = len(prefix) + len(suffix)
+        return sorted(
+            name[len(prefix) : len(name) - len(suffix)]
+            for name in self.names
+            if name.startswith(prefix) and name.endswith(suffix) and len(name) > long_enough
+        )
+
+    def facts(self, *keys: str) -> dict[str, Any]:
+        """The facts under nested keys of ``meta_json``; empty where there are none."""
+        found: Any = self.meta
+        for key in keys:
+            found = found.get(key) if isinstance(found, dict) else None
+        return found if isinstance(found, dict) else {}
+
+    def _read_meta(self) -> dict[str, Any]:
+        if META not in self._arrays.files:
+            raise self._unusable(f"holds no '{META}'")
+        try:
+            meta = json.loads(str(self._arrays[META]))
+        except _UNREADABLE as error:
+            raise self._unusable(f"holds a '{META}' that cannot be read ({_reason(error)})") from None
+        if not isinstance(meta, dict):
+            raise self._unusable(f"holds a '{META}' that is no mapping of cases")
+        return meta
+
+    def _unusable(self, trouble: str) -> GoldenError:
+        return GoldenError(f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it")
+
+
+def read_folder(folder: Path) -> list[GoldenFile]:
+    """The files of a folder of golden vectors, by name.
+
+    Raises:
+        GoldenError: there is no such folder, no ``.npz`` file in it, or one that cannot be used.
+    """
+    if not folder.is_dir():
+        raise GoldenError(f"golden folder '{folder}' does not exist; give a folder of .npz files of golden vectors")
+    paths = sorted(folder.glob("*.npz"))
+    if not paths:
+        raise GoldenError(f"golden folder '{folder}' holds no .npz file; give a folder of golden vectors")
+    return [GoldenFile(path) for path in paths]
+
+
+def _reason(error: Exception) -> str:
+    lines = str(error).splitlines()
+    return lines[0] if lines else type(error).__name__

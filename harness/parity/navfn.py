@@ -1,0 +1,148 @@
+"""NavFn: potentials, translated costs and paths of both algorithms."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from harness.parity.comparison import Comparison
+from harness.parity.golden import GoldenFile
+from harness.parity.part import Case, existing
+from navstack.costmap.costmap import FREE_SPACE, Costmap
+from navstack.errors import (
+    GoalOccupiedError,
+    GoalOutsideMapError,
+    NoPathFoundError,
+    PlanningError,
+    StartOccupiedError,
+    StartOutsideMapError,
+)
+from navstack.params.planners import NavfnParams
+from navstack.planning.navfn import NavfnPlanner, cell, clamped_cell
+from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
+from navstack.types import ByteArray, FloatArray, Path, Pose2D
+
+ALGORITHMS = ("dijkstra", "astar")
+SUFFIXES = ("potential", "navfn_cost", "path", "navfn_path_cells")
+POTENTIAL_TOLERANCE = 1e-3  # relative
+POSE_TOLERANCE = 1e-5  # [m, rad] of the last pose
+PARAMETERS = {"tol": "tolerance", "unk": "allow_unknown", "fin": "use_final_approach_orientation"}  # else defaults
+LETHAL = 254  # cost that NavFn gives to the border of the map
+LONGEST_UPSTREAM = 4  # points per column or row of the map after which upstream's descent gives up
+
+# words of the recorded error -> what navstack raises; every other error says that there is no path
+REFUSALS: tuple[tuple[str, str, type[PlanningError]], ...] = (
+    ("Start", "outside", StartOutsideMapError),
+    ("Start", "lethal", StartOccupiedError),
+    ("Goal", "outside", GoalOutsideMapError),
+    ("Goal", "lethal", GoalOccupiedError),
+)
+
+NOT_PLANNED = "upstream answers without planning: its potential is uninitialised and not compared"
+TOO_LONG_UPSTREAM = (
+    "the wave reaches the goal, but upstream's descent gives up after 4 * max(width, height) points; navstack finds "
+    "the path"
+)
+
+
+def find(file: GoldenFile) -> Iterator[Case]:
+    """Scenes ``<case>_costmap`` with the arrays of each algorithm; one case per algorithm."""
+    for scene in file.bases("_costmap"):
+        for algorithm in ALGORITHMS:
+            name = f"{scene}_{algorithm}"
+            if f"{name}_potential" in file and algorithm in file.facts(scene):
+                outputs = (f"{name}_{suffix}" for suffix in SUFFIXES)
+                yield Case(name, file, existing(file, [f"{scene}_costmap", *outputs]))
+
+
+def check(case: Case, comparison: Comparison) -> None:
+    """One plan, or the error that it ends in."""
+    scene, _, algorithm = case.name.rpartition("_")
+    facts = case.file.facts(scene)
+    error = facts[algorithm]["error"]
+    costmap = Costmap(case.file[f"{scene}_costmap"], facts["resolution"], *facts["origin"])
+    start, goal = Pose2D(*facts["start_xyyaw"]), Pose2D(*facts["goal_xyyaw"])
+    recorded = {ours: facts[theirs] for theirs, ours in PARAMETERS.items() if theirs in facts}
+    params = NavfnParams(use_astar=algorithm == "astar", **recorded)
+    planner = NavfnPlanner(params)
+    result = _plan(planner, start, goal, costmap)
+    refusal = next((kind for who, what, kind in REFUSALS if who in error and what in error), None)
+    planned = refusal is None and (start.x, start.y) != (goal.x, goal.y)
+    if planned:
+        _check_field(case, comparison, planner, params, costmap, start)
+    else:
+        comparison.allow(NOT_PLANNED)
+    if refusal is not None:
+        comparison.require(isinstance(result, refusal), f"{_said(result)}; recorded: {error}")
+    elif error:
+        _check_failure(case, comparison, result, costmap, goal, params.tolerance)
+    elif isinstance(result, Path):
+        _check_path(comparison, result.poses, case["path"], costmap.resolution)
+    else:
+        comparison.require(False, f"{_said(result)}; recorded: a path of {len(case['path'])} poses")
+
+
+def _plan(planner: NavfnPlanner, start: Pose2D, goal: Pose2D, costmap: Costmap) -> Path | PlanningError:
+    try:
+        return planner.plan(start, goal, costmap)
+    except PlanningError as error:
+        return error
+
+
+def _check_field(
+    case: Case, comparison: Comparison, planner: NavfnPlanner, params: NavfnParams, costmap: Costmap, start: Pose2D
+) -> None:
+    """Translated costs exactly; potentials of the reached cells, which must be the same ones."""
+    if "navfn_cost" in case:
+        comparison.equal("translated costs", _translated(costmap, params.allow_unknown, start), case["navfn_cost"])
+    ours, theirs = planner.potential, case["potential"]
+    comparison.equal("reached cells", ours < POT_HIGH, theirs < POT_HIGH)
+    reached = (ours < POT_HIGH) & (theirs < POT_HIGH)
+    comparison.near("potential", ours[reached], theirs[reached], POTENTIAL_TOLERANCE, relative=True)
+
+
+def _translated(costmap: Costmap, allow_unknown: bool, start: Pose2D) -> ByteArray:
+    """NavFn's own costs: the robot's cell is free, the border lethal."""
+    crossing, _ = cost_tables(allow_unknown)
+    costs = costmap.data.copy()
+    costs.reshape(-1)[clamped_cell(start, costmap)] = FREE_SPACE
+    translated = crossing[costs].astype(np.uint8)
+    translated[0], translated[-1], translated[:, 0], translated[:, -1] = LETHAL, LETHAL, LETHAL, LETHAL
+    return translated
+
+
+def _check_failure(
+    case: Case, comparison: Comparison, result: Any, costmap: Costmap, goal: Pose2D, tolerance: float
+) -> None:
+    """No path upstream: none here either, but where the goal was reached and upstream's limit of points struck."""
+    target = cell(goal, costmap)
+    reached = target >= 0 and case["potential"].reshape(-1)[target] < POT_HIGH
+    limit = LONGEST_UPSTREAM * max(costmap.size_x, costmap.size_y)
+    if not reached and not isinstance(result, Path):
+        comparison.require(isinstance(result, NoPathFoundError), _said(result))
+        return
+    if not isinstance(result, Path):
+        comparison.require(False, f"{_said(result)}; recorded: the wave reaches the goal")
+        return
+    comparison.require(len(result) > limit, f"a path of {len(result)} poses; recorded: none, within {limit} points")
+    off = np.abs(result.poses[-1, :2] - (goal.x, goal.y)).max()
+    comparison.require(bool(off <= tolerance), f"the path ends {off:.3f} m from the goal")
+    comparison.allow(TOO_LONG_UPSTREAM)
+
+
+def _check_path(comparison: Comparison, ours: FloatArray, theirs: FloatArray, resolution: float) -> None:
+    """Within one cell of each other everywhere, and the same last pose."""
+    apart = hausdorff(ours[:, :2], theirs[:, :2])
+    comparison.near("distance of the paths [m]", apart, 0.0, resolution)
+    comparison.near("last position", ours[-1, :2], theirs[-1, :2], POSE_TOLERANCE)
+    comparison.angles("last heading", ours[-1, 2], theirs[-1, 2], POSE_TOLERANCE)
+
+
+def hausdorff(a: FloatArray, b: FloatArray) -> float:
+    """The greatest distance [m] from a point of one set (N, 2) to the nearest of the other, whichever way round."""
+    apart = np.hypot(a[:, None, 0] - b[None, :, 0], a[:, None, 1] - b[None, :, 1])
+    return float(max(apart.min(axis=0).max(), apart.min(axis=1).max()))
+
+
+def _said(result: Path | PlanningError) -> str:
+    return f"a path of {len(result)} poses" if isinstance(result, Path) else f"{type(result).__name__}: {result}"

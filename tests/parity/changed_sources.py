@@ -1,0 +1,54 @@
+"""Runs cases of the parity check on a copy of the sources in which one constant at a time reads otherwise.
+
+A program of its own: standard input says what to do (JSON), standard output which cases went wrong. Each run happens
+in a fresh child process, because modules are imported and kernels compiled with the constants of that moment; the
+heavy libraries are imported once for all.
+"""
+
+import json
+import multiprocessing
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np  # noqa: F401 - for the children
+import scipy.ndimage  # noqa: F401 - for the children
+
+sys.dont_write_bytecode = True  # two changes of equal length within a second would look alike
+
+
+def run(job: dict[str, Any]) -> list[str]:
+    """What is wrong in the job's case with its change in place; the file is put back as it was."""
+    file = Path(job["copy"]) / job["file"] if job["file"] else None
+    before = file.read_text(encoding="utf-8") if file else ""
+    times = file.stat() if file else None
+    if file:
+        file.write_text(before.replace(job["old"], job["new"]), encoding="utf-8")
+    try:
+        return _wrong(job)
+    finally:
+        if file and times:
+            file.write_text(before, encoding="utf-8")
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # compiled code of the unchanged file stays valid
+
+
+def _wrong(job: dict[str, Any]) -> list[str]:
+    sys.path.insert(0, job["copy"])
+    numba.config.DISABLE_JIT = not job["jit"]
+    import navstack
+    from harness.parity import certificate
+    from harness.parity.golden import read_folder
+
+    for module in (navstack, certificate):
+        assert module.__file__ is not None and module.__file__.startswith(job["copy"]), module.__file__
+    cases = certificate.discover(read_folder(Path(job["golden"])))
+    found = [(part, case) for part, case in cases if part.name == job["part"] and case.name == job["case"]]
+    assert len(found) == 1, f"{job['part']} has {len(found)} cases {job['case']}"
+    return certificate.compare(*found[0]).wrong
+
+
+if __name__ == "__main__":
+    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as pool:
+        json.dump(pool.map(run, json.load(sys.stdin), chunksize=1), sys.stdout)

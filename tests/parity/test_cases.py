@@ -1,0 +1,22 @@
+"""Every recorded case of Nav2's C++ that is found in the folder of golden vectors, one test each."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from harness.parity.certificate import compare, discover
+from harness.parity.golden import read_folder
+from harness.parity.part import Case, Part
+
+GOLDEN = Path(os.environ.get("NAVSTACK_GOLDEN") or Path(__file__).parents[1] / "golden")
+CASES = discover(read_folder(GOLDEN))
+
+
+@pytest.mark.parametrize(
+    ("part", "case"), [pytest.param(part, case, id=f"{part.name}-{case.title}") for part, case in CASES]
+)
+def test_navstack_computes_what_nav2_computes(part: Part, case: Case) -> None:
+    if part.check is None:
+        pytest.skip(f"navstack has no {part.name}")
+    assert compare(part, case).wrong == []

@@ -1,0 +1,187 @@
+"""The certificate: nothing is skipped silently, what it compares it does compare, and bad folders are refused."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.cli import main
+from harness.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
+from harness.parity.comparison import Comparison
+from harness.parity.golden import META, GoldenFile, read_folder
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+# part -> a case of it and its recorded outputs; a change of any of them must be noticed
+OUTPUTS = {
+    "inflation_curves": ("curve_local", "curve_local_cost curve_local_cost_cells footprint_local"),
+    "inflation": ("border", "border_out_legacy"),
+    "inflation_main": ("border", "border_out_exact_sqrt"),
+    "obstacle_layer": ("roll120_nofp", "roll120_nofp_s3_{obst_grid,master,map_origin,bounds_x0_xn_y0_yn}"),
+    "navfn": ("near_goal_astar", "near_goal_astar_{potential,navfn_cost,path}"),
+    "simple_smoother": ("sm_short5", "sm_short5_out"),
+    "dwb": (
+        "goal_slowing",
+        "goal_slowing_{vel,raw,total,illegal_critic,npose,last_pose,poses,times,grid_GoalAlign,grid_PathAlign,"
+        "grid_PathDist,grid_GoalDist}",
+    ),
+    "dwb_jazzy": ("corridor", "corridor_s1_{transformed_plan,vel,raw,total,illegal_critic,npose,last_pose,poses}"),
+    "dwb_velocities": ("twists_hol_lim_1", "twists_hol_lim_1"),
+    "dwb_plan": ("adjust_gap3", "adjust_gap3_out"),
+    "rpp": ("arc", "arc_cmd"),
+    "rotation_shim": ("rsj_rotate_once", "rsj_rotate_once"),
+    "rotation_shim_main": ("rs_neg", "rs_neg_cmd"),
+    "velocity_smoother": ("vs_deadband", "vs_deadband_out"),
+    "collision_monitor": ("cm_time_mp4_dt0.1_tb2.0", "cm_time_mp4_dt0.1_tb2.0"),
+    "collision_monitor_edges": ("cm_edge", "cm_edge_inside"),
+}
+
+
+class Altered(GoldenFile):
+    """A file of which one array reads differently."""
+
+    altered = ""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        array = super().__getitem__(name)
+        return np.where(array > 0, array - 1, array + 1).astype(array.dtype) if name == self.altered else array
+
+
+def outputs() -> list[tuple[str, str, str]]:
+    found = []
+    for part, (case, names) in OUTPUTS.items():
+        stem, brace, listed = names.partition("{")
+        parts = [stem + suffix for suffix in listed.rstrip("}").split(",")] if brace else names.split()
+        found += [(part, case, array) for array in parts]
+    return found
+
+
+@pytest.mark.parametrize(("part_name", "case_name", "array"), outputs())
+def test_every_recorded_output_is_compared(part_name: str, case_name: str, array: str) -> None:
+    part = next(part for part in PARTS if part.name == part_name)
+    path = next(file.path for file in read_folder(GOLDEN) if array in file)
+    file = Altered(path)
+    case = next(case for case in part.find(file) if case.name == case_name)
+    assert array in case.arrays
+    assert compare(part, case).wrong == []
+    file.altered = array
+    assert compare(part, case).wrong != []
+
+
+def test_parts_that_can_be_compared_are_all_listed_above() -> None:
+    from_facts = {"collision_monitor_overflow"}  # no array holds what was recorded
+    assert set(OUTPUTS) | from_facts == {part.name for part in PARTS if part.check is not None}
+
+
+def test_the_vectors_of_the_project_belong_to_parts() -> None:
+    if "NAVSTACK_GOLDEN" in os.environ:
+        pytest.skip("another folder is tested")
+    results = {result.part: result.cases for result in certify(read_folder(GOLDEN))}
+    assert UNATTRIBUTED not in results
+    assert set(results) == {part.name for part in PARTS}
+    assert sum(results.values()) >= 130
+
+
+def store(path: Path, meta: object = None, **arrays: np.ndarray) -> Path:
+    np.savez(path, **arrays, **({} if meta is None else {META: np.array(json.dumps(meta))}))
+    return path
+
+
+def test_arrays_of_no_part_and_halves_of_cases_are_reported(tmp_path: Path) -> None:
+    store(tmp_path / "odd.npz", {"a": {}}, a_out_legacy=np.zeros(3), riddle=np.zeros(3), costmap480=np.zeros(3))
+    (result,) = certify(read_folder(tmp_path))
+    assert (result.part, result.cases, result.equal, result.largest_deviation) == (UNATTRIBUTED, 2, 0, None)
+    assert [deviation.case for deviation in result.deviations] == ["odd/a_out_legacy", "odd/riddle"]
+    assert not passes([result])
+
+
+def test_a_case_whose_facts_are_incomplete_cannot_be_run_and_says_so(tmp_path: Path) -> None:
+    store(tmp_path / "half.npz", {"a": {"inflation_radius": 1.0}}, a_in=np.zeros((3, 3)), a_out=np.zeros((3, 3)))
+    (result,) = certify(read_folder(tmp_path))
+    assert "cannot be run (KeyError" in result.deviations[0].why
+
+
+def test_cases_are_found_by_content_whatever_files_and_scenes_are_called(tmp_path: Path) -> None:
+    source = GoldenFile(GOLDEN / "dwb_a.npz")
+    arrays = {name.replace("rest_straight", "x_grid"): source[name] for name in source.names if "rest" in name}
+    meta = {**source.meta, "x_grid": source.meta["rest_straight"]}
+    store(tmp_path / "whatever.npz", meta, **arrays)
+    cases = discover(read_folder(tmp_path))
+    assert [(part.name, case.name) for part, case in cases] == [("dwb", "x_grid")]
+    (result,) = certify(read_folder(tmp_path))
+    assert result.equal == 1
+
+
+def test_nearness_counts_what_it_cannot_compare() -> None:
+    for ours, theirs in ((np.nan, 1.0), (np.inf, 1.0), (1.0, np.nan), ([1.0, 2.0], [1.0])):
+        comparison = Comparison()
+        comparison.near("value", ours, theirs, 1e3)
+        assert comparison.wrong
+        assert np.isfinite(comparison.largest)
+    comparison = Comparison()
+    comparison.angles("angle", [3.14], [-3.14], 0.01)
+    comparison.near("infinite", [np.inf], [np.inf], 0.01)
+    comparison.near("relative", [1.001], [1.0], 0.01, relative=True)
+    assert comparison.is_equal
+    assert comparison.largest == pytest.approx(2 * np.pi - 6.28)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], folder: Path) -> str:
+    with pytest.raises(SystemExit) as leaving:
+        main(["parity", "--golden", str(folder)])
+    assert leaving.value.code == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1, captured.err
+    return captured.err
+
+
+def test_folders_and_files_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "does not exist" in complaint(capsys, tmp_path / "nowhere")
+    assert "holds no .npz file" in complaint(capsys, tmp_path)
+    file = tmp_path / "a.npz"
+    whole = (GOLDEN / "inflation.npz").read_bytes()
+    for content in (b"", b"not a zip", whole[:1000], whole[: len(whole) // 2]):
+        file.write_bytes(content)
+        assert "a.npz: is not a readable .npz file" in complaint(capsys, tmp_path)
+    with file.open("wb") as stream:
+        np.save(stream, np.zeros(3))
+    assert "single array" in complaint(capsys, tmp_path)
+    store(file, a=np.zeros(3))
+    assert "holds no 'meta_json'" in complaint(capsys, tmp_path)
+    store(file, ["a"], a=np.zeros(3))
+    assert "no mapping" in complaint(capsys, tmp_path)
+    np.savez(file, **{META: np.array([{}], dtype=object)})
+    assert "cannot be read" in complaint(capsys, tmp_path)
+    store(file, {})
+    assert "holds no case" in complaint(capsys, tmp_path)
+
+
+def test_a_damaged_array_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    meta = {"a": {"inflation_radius": 1.0}}
+    file = store(tmp_path / "a.npz", meta, a_in=np.full((50, 50), 7.0), a_out=np.zeros((50, 50)))
+    content = bytearray(file.read_bytes())
+    content[content.index(np.full(3, 7.0).tobytes())] ^= 1
+    file.write_bytes(bytes(content))
+    assert "damaged at array 'a_in'" in complaint(capsys, tmp_path)
+
+
+def test_the_document(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for name in ("dwb_a", "navfn_small"):
+        (tmp_path / f"{name}.npz").symlink_to(GOLDEN / f"{name}.npz")
+    with pytest.raises(SystemExit) as leaving:
+        main(["parity", "--golden", str(tmp_path), "--json"])
+    assert not leaving.value.code
+    parts = json.loads(capsys.readouterr().out)["parts"]
+    assert [part["part"] for part in parts] == ["navfn", "dwb"]
+    for part in parts:
+        assert part["cases"] == part["equal"] + len(part["deviations"])
+        assert part["largest_deviation"] < 1e-5
+        assert all(deviation["explained"] for deviation in part["deviations"])
+    with pytest.raises(SystemExit):
+        main(["parity", "--golden", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert "walls_infl_astar" in printed
+    assert "equal, or its deviation explained" in printed

@@ -1,0 +1,177 @@
+"""A test of the tests: with any documented constant halved or doubled, the parity check fails.
+
+The sources are copied, one constant is changed in the text, and the case that depends on it is run on the copy.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+GOLDEN = ROOT / "tests" / "golden"
+PACKAGES = ("navstack", "harness")
+BOTH = (0.5, 2.0)
+UNCHANGED = "unchanged"
+HALF_WRITTEN = shutil.ignore_patterns("*.tmp.*", "*.pyc.*")  # by other processes, into the folders of compiled code
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant in the sources, and a recorded case that depends on it."""
+
+    file: str
+    old: str  # text that occurs once in the file, with {} where the value stands
+    value: float | str  # a number, or an expression that is multiplied
+    part: str
+    case: str
+    factors: tuple[float, ...] = BOTH  # only one where the recordings do not depend on the other
+    jit: bool = True  # False: run the kernels as plain Python, for files whose kernels hold the constant
+
+    def changed(self, factor: float) -> str:
+        """The text with the value multiplied."""
+        if isinstance(self.value, str):
+            return self.old.format(f"{factor} * {self.value}")
+        product = self.value * factor
+        return self.old.format(int(product) if isinstance(self.value, int) else product)
+
+    @property
+    def text(self) -> str:
+        """The text as it stands in the file."""
+        return self.old.format(self.value)
+
+
+NAVFN = "navstack/planning/navfn_kernels.py"
+DWB_PARAMS = "navstack/params/dwb.py"
+SHIM = "navstack/control/rotation_shim.py"
+RPP_PARAMS = "navstack/params/rpp.py"
+NEAR = ("navfn", "near_goal_dijkstra")
+STRAIGHT = ("rpp", "default_straight")
+
+CONSTANTS = (
+    Constant(NAVFN, "COST_NEUTRAL = np.float32({})", 50.0, *NEAR, jit=False),
+    Constant(NAVFN, "COST_FACTOR = {} ", 0.8, *NEAR, jit=False),
+    Constant(NAVFN, "COST_HIGHEST = {} ", 253.0, "navfn", "unknown_allowed_dijkstra", jit=False),
+    Constant(NAVFN, "LEAST_OBSTACLE = {} ", 253, *NEAR, jit=False),
+    Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = {}, 0.5307, 0.7040", -0.2301, *NEAR, jit=False),
+    Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = -0.2301, {}, 0.7040", 0.5307, *NEAR, jit=False),
+    Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, {}", "0.7040", *NEAR, jit=False),
+    Constant(
+        "navstack/costmap/inflation.py",
+        "return int({} * factor)",
+        "HIGHEST_FALLING_COST",
+        "inflation_curves",
+        "curve_local",
+    ),
+    Constant("navstack/control/dwb/critics/map_grid.py", "SCALE_PER_METRE = {} ", 0.5, "dwb", "rest_straight"),
+    Constant(
+        "navstack/control/dwb/critics/align.py",
+        "self._ahead = {} ",
+        "params.forward_point_distance",
+        "dwb",
+        "rest_straight",
+    ),
+    Constant("navstack/control/plan_handling.py", "LONGEST_GAP = {} ", 2.0, "dwb_plan", "adjust_gap3", jit=False),
+    Constant(DWB_PARAMS, "    forward_prune_distance: float = {} ", 2.0, "dwb_jazzy", "curve"),
+    # Nothing of the recorded plans lies farther behind than the default, nor does any command lie just beyond 0.05.
+    Constant(DWB_PARAMS, "    prune_distance: float = {} ", 2.0, "dwb_jazzy", "corridor", factors=(0.5,)),
+    Constant(DWB_PARAMS, "    x_only_threshold: float = {} ", 0.05, "dwb", "oscillation", factors=(0.5,)),
+    Constant(SHIM, "math.sqrt({} * p.max_angular_accel * abs(error))", 2.0, "rotation_shim", "rsj_rotate_once"),
+    Constant(SHIM, "change = {} * self._period", "p.max_angular_accel", "rotation_shim", "rsj_rotate_once"),
+    Constant(
+        "navstack/params/safety.py",
+        "max_accel: Triple = ({}, 0.0, 3.2)",
+        2.5,
+        "velocity_smoother",
+        "vs_costnav_default_accel",
+    ),
+    Constant(
+        "navstack/params/safety.py",
+        "max_decel: Triple = (-2.5, 0.0, {})",
+        -3.2,
+        "velocity_smoother",
+        "vs_costnav_default_accel",
+    ),
+    Constant("navstack/params/smoothers.py", "w_data: float = {} ", 0.2, "simple_smoother", "sm_empty60"),
+    Constant("navstack/params/smoothers.py", "w_smooth: float = {} ", 0.3, "simple_smoother", "sm_empty60"),
+    Constant("navstack/params/smoothers.py", "refinement_num: int = {} ", 2, "simple_smoother", "sm_empty60"),
+    Constant(RPP_PARAMS, "    desired_linear_vel: float = {} ", 0.5, *STRAIGHT),
+    Constant(RPP_PARAMS, "    lookahead_dist: float = {} ", 0.6, *STRAIGHT),
+    Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: float = {} ", 0.6, *STRAIGHT),
+    Constant(RPP_PARAMS, "    max_angular_accel: float = {} ", 3.2, *STRAIGHT),
+    Constant(RPP_PARAMS, "    regulated_linear_scaling_min_radius: float = {} ", 0.9, "rpp", "arc"),
+)
+CHANGES = [(constant, factor) for constant in CONSTANTS for factor in constant.factors]
+
+
+def label(constant: Constant, factor: float) -> str:
+    return f"{constant.text.strip()} x {factor:g}"
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sources with what is compiled of them, which stays valid because the files keep their times."""
+    folder = tmp_path_factory.mktemp("sources")
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, folder / package, ignore=HALF_WRITTEN)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wrong(copy: Path) -> dict[str, list[str]]:
+    """What is wrong with each change, and with none (before and after all changes)."""
+    cases = {(constant.part, constant.case, constant.jit) for constant in CONSTANTS}
+    unchanged = [
+        {"file": "", "old": "", "new": "", "part": part, "case": case, "jit": jit} for part, case, jit in sorted(cases)
+    ]
+    changed = [
+        {
+            "file": constant.file,
+            "old": constant.text,
+            "new": constant.changed(factor),
+            "part": constant.part,
+            "case": constant.case,
+            "jit": constant.jit,
+        }
+        for constant, factor in CHANGES
+    ]
+    jobs = [job | {"copy": str(copy), "golden": str(GOLDEN)} for job in (*unchanged, *changed, *unchanged)]
+    environment = {key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
+    program = subprocess.run(
+        [sys.executable, str(Path(__file__).with_name("changed_sources.py"))],
+        input=json.dumps(jobs),
+        capture_output=True,
+        text=True,
+        cwd=copy,
+        env=environment,
+        check=False,
+    )
+    assert program.returncode == 0, program.stderr
+    answers = json.loads(program.stdout)
+    assert len(answers) == len(jobs)
+    before, middle, after = answers[: len(cases)], answers[len(cases) : -len(cases)], answers[-len(cases) :]
+    found = {label(*change): answer for change, answer in zip(CHANGES, middle, strict=True)}
+    return found | {UNCHANGED: sum((*before, *after), [])}
+
+
+def test_the_unchanged_copy_passes(wrong: dict[str, list[str]]) -> None:
+    assert wrong[UNCHANGED] == []
+
+
+@pytest.mark.parametrize("constant", CONSTANTS, ids=lambda constant: constant.text.strip())
+def test_every_constant_stands_once_in_the_sources(constant: Constant) -> None:
+    assert (ROOT / constant.file).read_text(encoding="utf-8").count(constant.text) == 1
+
+
+@pytest.mark.parametrize(("constant", "factor"), CHANGES, ids=[label(*change) for change in CHANGES])
+def test_a_changed_constant_is_noticed(constant: Constant, factor: float, wrong: dict[str, list[str]]) -> None:
+    found = wrong[label(constant, factor)]
+    assert found != []
+    assert not any("cannot be run" in each for each in found)  # it computes something else, it does not break down
