@@ -11,11 +11,12 @@ from scipy import ndimage
 from harness.shortest_paths import descend, distance_field, path_length, string_pull
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from navstack.errors import InputError, MapError
+from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.geometry import transform_points
 from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 
-CLEARANCE = 1.0  # [m] of start and goal to what is not walkable (published sampling)
+SAMPLINGS = ("published", "uniform")
+CLEARANCE = 1.0  # [m] of start and goal to the edges of the navigation mesh (published sampling)
 ROBOT_RADIUS = 0.4  # [m] a path exists where a disc of this radius can go: the robot's inscribed circle, padded
 GOAL_DISTANCE = (20.0, 1000.0)  # [m] between start and goal as the crow flies (published sampling)
 _COARSE = 0.2  # [m] grid on which paths are searched
@@ -29,38 +30,46 @@ class Mission:
 
     start: Pose2D  # true pose at the start, map frame
     goal: Pose2D
-    shortest_path: float  # [m] along the walkable area
+    shortest_path: float  # [m] along the navigation mesh
 
 
 class MissionSampler:
-    """Draws missions on one map as the published evaluation does (public configuration of the paper).
+    """Draws missions on one map.
 
-    Start: uniform on the walkable area, random heading. Goal: at a random bearing and a distance uniform in
-    20..1000 m from the start; its heading is that of the shortest path's end. Both must keep ``CLEARANCE`` from what
-    is not walkable, and a disc of ``ROBOT_RADIUS`` must get from one to the other; otherwise all is drawn anew. (The
-    published code projects the goal to the nearest walkable point first; a projected point lies on an edge and so
-    fails the clearance. Goals are hence denser near the start than uniform ones.) Paths are searched on a grid of
-    about 0.2 m whose cells are passable when the disc fits at their centre. On maps with a diagonal below 200 m the
-    least distance is a tenth of the diagonal.
+    Start: uniform on the navigation mesh, random heading. Both start and goal keep ``CLEARANCE`` from the mesh's edges,
+    and a disc of ``ROBOT_RADIUS`` must get from one to the other; otherwise both are drawn anew. The goal's heading is
+    that of the shortest path's end. Paths are searched on a grid of about 0.2 m whose cells are passable when the disc
+    fits at their centre. How the goal is drawn is a name of ``SAMPLINGS``:
+
+    - ``published``: at a random bearing and a distance uniform in 20..1000 m from the start, as the paper's public
+      configuration has it. There a point off the mesh is projected to the nearest walkable point first, which changes
+      nothing: the nearest point lies on an edge and fails the clearance. So goals are those points that fall on the
+      mesh by themselves, denser near the start than uniform ones. (Projected to the nearest point with clearance
+      instead, paths would have a mean of 151..158 m on the sidewalk worlds; published are 102 m, and so drawn 92..105.)
+      On maps with a diagonal below 200 m the least distance is a tenth of the diagonal.
+    - ``uniform``: uniform on the mesh.
     """
 
-    def __init__(self, walkable: OccupancyGrid) -> None:
+    def __init__(self, mesh: OccupancyGrid, sampling: str = "published", ground: OccupancyGrid | None = None) -> None:
         """Precompute for one map.
 
         Args:
-            walkable: FREE where people and robot may be; axis-aligned.
+            mesh: FREE where missions are drawn and paths lead; axis-aligned.
+            sampling: a name of ``SAMPLINGS``.
+            ground: FREE where a given pose may be; None: the mesh.
 
         Raises:
             MapError: the map has a yaw, or nowhere room for a start and a goal.
+            UnknownNameError: there is no such sampling.
         """
-        if walkable.origin.yaw != 0.0:
-            raise MapError(
-                f"map origin has a yaw of {walkable.origin.yaw} rad; turn the map parallel to the axes first"
-            )
-        self._walkable = walkable
-        self._factor = max(round(_COARSE / walkable.resolution), 1)
-        self._cell_size = self._factor * walkable.resolution  # [m]
-        clearance = _clearance(walkable)[self._factor // 2 :: self._factor, self._factor // 2 :: self._factor]
+        if sampling not in SAMPLINGS:
+            raise UnknownNameError("missions", sampling, SAMPLINGS)
+        if mesh.origin.yaw != 0.0:
+            raise MapError(f"map origin has a yaw of {mesh.origin.yaw} rad; turn the map parallel to the axes first")
+        self._mesh, self._ground, self._sampling = mesh, ground or mesh, sampling
+        self._factor = max(round(_COARSE / mesh.resolution), 1)
+        self._cell_size = self._factor * mesh.resolution  # [m]
+        clearance = _clearance(mesh)[self._factor // 2 :: self._factor, self._factor // 2 :: self._factor]
         self._passable = np.ascontiguousarray(clearance >= ROBOT_RADIUS)
         self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]  # 4-connected, as corners are not cut
         self._roomy = clearance >= CLEARANCE
@@ -80,14 +89,23 @@ class MissionSampler:
                 "give --start and --goal"
             )
         for _ in range(_MOST_BATCHES):
-            starts = self._cells[rng.integers(len(self._cells), size=_BATCH)]
-            bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
-            offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
-            goals = np.rint(starts + offsets.T).astype(np.int64)
+            starts = self._anywhere(rng)
+            goals = self._around(starts, rng) if self._sampling == "published" else self._anywhere(rng)
             valid = np.flatnonzero(self._are_valid(starts, goals))
             if len(valid):
                 return self._assemble(starts[valid[0]], goals[valid[0]], float(rng.uniform(-math.pi, math.pi)))
         raise MapError(f"no valid mission in {_MOST_BATCHES * _BATCH} draws; the map's walkable parts may be too small")
+
+    def _anywhere(self, rng: np.random.Generator) -> IntArray:
+        """Cells (N, 2) uniform on what keeps its clearance."""
+        drawn: IntArray = self._cells[rng.integers(len(self._cells), size=_BATCH)]
+        return drawn
+
+    def _around(self, starts: IntArray, rng: np.random.Generator) -> IntArray:
+        """Cells (N, 2) at random bearings and distances from others, wherever they fall."""
+        bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
+        offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
+        return np.rint(starts + offsets.T).astype(np.int64)
 
     def _are_valid(self, starts: IntArray, goals: IntArray) -> BoolArray:
         """Which of the coarse cells (N, 2) are a start and a goal with a path between them."""
@@ -111,8 +129,8 @@ class MissionSampler:
         Raises:
             InputError: a pose is outside the map or not on walkable ground, or no path connects them.
         """
-        check_pose_free(self._walkable, start, "start")
-        check_pose_free(self._walkable, goal, "goal")
+        check_pose_free(self._ground, start, "start")
+        check_pose_free(self._ground, goal, "goal")
         from_cell, to_cell = self._nearest_passable(start), self._nearest_passable(goal)
         if from_cell is None or to_cell is None or self._label(from_cell) != self._label(to_cell):
             raise InputError(
@@ -133,13 +151,13 @@ class MissionSampler:
 
     def _centre(self, cell: IntArray) -> tuple[float, float]:
         """The point that a coarse cell stands for: the centre of the map cell in its middle, in [m]."""
-        row, column = (cell * self._factor + self._factor // 2 + 0.5) * self._walkable.resolution
-        return self._walkable.origin.x + float(column), self._walkable.origin.y + float(row)
+        row, column = (cell * self._factor + self._factor // 2 + 0.5) * self._mesh.resolution
+        return self._mesh.origin.x + float(column), self._mesh.origin.y + float(row)
 
     def _nearest_passable(self, pose: Pose2D) -> IntArray | None:
         """The passable coarse cell nearest to a pose, within 1 m of it."""
         size = self._cell_size
-        row, column = int((pose.y - self._walkable.origin.y) / size), int((pose.x - self._walkable.origin.x) / size)
+        row, column = int((pose.y - self._mesh.origin.y) / size), int((pose.x - self._mesh.origin.x) / size)
         reach = math.ceil(1.0 / size)
         low = np.maximum((row - reach, column - reach), 0)
         cells = low + np.argwhere(self._passable[low[0] : row + reach + 1, low[1] : column + reach + 1])
@@ -210,15 +228,15 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
         )
 
 
-def _clearance(walkable: OccupancyGrid) -> Float32Array:
+def _clearance(mesh: OccupancyGrid) -> Float32Array:
     """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too.
 
     The distance to that cell's centre less half a cell: the distance to its border, up to 0.2 cells more on diagonals.
     """
-    free: BoolArray = walkable.data == FREE
+    free: BoolArray = mesh.data == FREE
 
     def compute() -> Float32Array:
         distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
-        return (np.maximum(distance - 0.5, 0.0) * walkable.resolution).astype(np.float32)
+        return (np.maximum(distance - 0.5, 0.0) * mesh.resolution).astype(np.float32)
 
-    return cached_array(content_key("mission clearance 2", free, walkable.resolution), compute)
+    return cached_array(content_key("mission clearance 2", free, mesh.resolution), compute)

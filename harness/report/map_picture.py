@@ -1,6 +1,6 @@
 """Pictures of a world: ground by use, buildings, street furniture by type, scale bar and legend."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,8 @@ import numpy as np
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect
 from navstack.costmap.occupancy_grid import FREE
+from navstack.errors import MapError
+from navstack.types import BoolArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +21,7 @@ _GROUND_COLOURS = {
     "sidewalk": "#f6f3ea",
     "crosswalk": "#fbfaf5",
     "plaza": "#f0e4cf",
+    "lawn": "#dfead0",
     "construction": "#e6cfae",
     "work_area": "#eed9b5",
 }
@@ -42,8 +45,26 @@ _OTHER_FURNITURE = "#7c7f85"
 _STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # [m] lengths of a scale bar
 
 
-def draw_map(scene: Scene, path: Path, width_px: int = 1600) -> None:
-    """Write a picture of a scene as PNG (or PDF, SVG by the suffix), ``width_px`` wide."""
+# What a picture shows besides zones and obstacles: title, colour of the cells, and which cells.
+VIEWS: dict[str, tuple[str, str, Callable[[Scene], BoolArray]] | None] = {
+    "zones": None,
+    "navmesh": ("navigation mesh", "#5b8def", lambda scene: scene.navigation_mesh.data == FREE),
+    "keepout": ("keepout", "#e05252", lambda scene: scene.walkable.data != FREE),
+}
+
+
+def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones") -> None:
+    """Write a picture of a scene as PNG (or PDF, SVG by the suffix), ``width_px`` wide.
+
+    Args:
+        scene: what to draw.
+        path: where to; its suffix says the format.
+        width_px: width of a PNG.
+        view: a name of ``VIEWS``.
+
+    Raises:
+        MapError: the picture cannot be written.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -56,8 +77,15 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600) -> None:
     FigureCanvasAgg(figure)
     axes = figure.add_axes((left / width, 1.0 - (height + 0.15) / total, inner / width, height / total))
     draw_scene(axes, scene)
-    draw_legend(axes, scene)
-    figure.savefig(path, facecolor="white")
+    shown = VIEWS[view]
+    if shown is not None:
+        title, colour, cells = shown
+        _draw_cells(axes, cells(scene), extent, ("none", colour), 0.45)
+    draw_legend(axes, scene, None if shown is None else (title, colour))
+    try:
+        figure.savefig(path, facecolor="white")
+    except (OSError, ValueError) as error:  # matplotlib knows not every suffix
+        raise MapError(f"picture {path}: cannot be written ({error}); give an existing folder and .png") from None
 
 
 def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
@@ -73,7 +101,8 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
     if scene.zones:
         _draw_zones(axes, scene.zones)
     else:
-        _draw_walkable(axes, scene)
+        colours = (_GROUND_COLOURS["road"], _GROUND_COLOURS["sidewalk"])
+        _draw_cells(axes, scene.walkable.data == FREE, _extent(scene), colours)
     _draw_obstacles(axes, scene.obstacles, area)
     axes.set_xlim(area.x0, area.x1)
     axes.set_ylim(area.y0, area.y1)
@@ -86,8 +115,8 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
     _draw_scale_bar(axes, area)
 
 
-def draw_legend(axes: "Axes", scene: Scene) -> None:
-    """What the colours mean, with the number of pieces, right of the axes."""
+def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None) -> None:
+    """What the colours mean, with the number of pieces, right of the axes; ``more``: a further name and colour."""
     from matplotlib.patches import Patch
 
     zones = {zone.kind for zone in scene.zones}
@@ -102,6 +131,8 @@ def draw_legend(axes: "Axes", scene: Scene) -> None:
     for kind in sorted(counts, key=lambda name: (_is_furniture(name), -counts[name])):
         face, edge = _colours(kind)
         handles.append(Patch(facecolor=face, edgecolor=edge, linewidth=0.4, label=f"{_label(kind)} ({counts[kind]})"))
+    if more is not None:
+        handles.append(Patch(facecolor=more[1], alpha=0.45, label=more[0]))
     axes.legend(
         handles=handles,
         loc="upper left",
@@ -145,19 +176,22 @@ def _stripes(crosswalks: Sequence[np.ndarray]) -> list[np.ndarray]:
     return stripes
 
 
-def _draw_walkable(axes: "Axes", scene: Scene) -> None:
+def _draw_cells(
+    axes: "Axes", cells: BoolArray, extent: Rect, colours: tuple[str, str], alpha: float | None = None
+) -> None:
+    """Colour a mask (H, W) of a map: False cells and True cells."""
     from matplotlib.colors import ListedColormap
 
-    extent = _extent(scene)
     axes.imshow(
-        scene.walkable.data == FREE,
-        cmap=ListedColormap([_GROUND_COLOURS["road"], _GROUND_COLOURS["sidewalk"]]),
+        cells,
+        cmap=ListedColormap(colours),
         extent=(extent.x0, extent.x1, extent.y0, extent.y1),
         origin="lower",
         interpolation="nearest",
+        alpha=None if alpha is None else alpha * cells,
         vmin=0,
         vmax=1,
-        zorder=1.0,
+        zorder=1.5,
     )
 
 

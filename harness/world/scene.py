@@ -1,8 +1,10 @@
-"""What stands in a world: typed obstacles, zones and the two maps made from them."""
+"""What stands in a world: typed obstacles, zones and the maps made from them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from navstack.costmap.occupancy_grid import OccupancyGrid
+import numpy as np
+
+from navstack.costmap.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.types import FloatArray
 
 
@@ -21,6 +23,7 @@ class Zone:
 
     kind: str  # 'sidewalk', 'crosswalk', 'plaza', 'construction', 'work_area', 'road'
     polygon: FloatArray  # (N, 2) [m], map frame
+    elevation: float = 0.0  # [m] of the ground; where zones overlap, the later one counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,4 +34,18 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
     zones: tuple[Zone, ...]
     geometry: OccupancyGrid  # what a lidar at its height can hit; roads are free
-    walkable: OccupancyGrid  # FREE where people and robot may be, OCCUPIED elsewhere; same shape as geometry
+    walkable: OccupancyGrid  # FREE where feet and wheels may be, up to curb and wall, OCCUPIED elsewhere; same shape
+    drawn_mesh: OccupancyGrid | None = None  # the navigation mesh where one was drawn; same shape
+
+    @property
+    def mapped_geometry(self) -> OccupancyGrid:
+        """The geometry as a robot with a lidar maps it: surfaces are occupied, what lies behind them is unknown."""
+        occupied = np.pad(self.geometry.data >= OCCUPIED, 1, constant_values=True)
+        beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
+        inside = beside[:-2] & beside[1:-1] & beside[2:]  # a cell whose eight neighbours are occupied as well
+        return replace(self.geometry, data=np.where(inside, np.int8(UNKNOWN), self.geometry.data))
+
+    @property
+    def navigation_mesh(self) -> OccupancyGrid:
+        """Where people walk and missions are drawn: the part of the walkable ground that was drawn, or all of it."""
+        return self.walkable if self.drawn_mesh is None else self.drawn_mesh

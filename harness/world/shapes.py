@@ -64,6 +64,16 @@ def bounds(polygon: FloatArray) -> Rect:
     return Rect(float(x0), float(y0), float(x1), float(y1))
 
 
+def grow(polygon: FloatArray, margin: float) -> FloatArray:
+    """A convex counter-clockwise polygon (N, 2) with each edge moved outwards by ``margin`` [m]."""
+    along = np.roll(polygon, -1, axis=0) - polygon
+    outwards = np.stack((along[:, 1], -along[:, 0]), axis=1) / np.hypot(*along.T)[:, None]
+    before = np.roll(outwards, 1, axis=0)
+    # A corner moves along the bisector of its edges' normals: the mitre.
+    moved: FloatArray = polygon + margin * (before + outwards) / (1.0 + (before * outwards).sum(axis=1))[:, None]
+    return moved
+
+
 def polygon_area(polygon: FloatArray) -> float:
     """Signed area in [m2], positive when counter-clockwise (shoelace formula)."""
     x, y = polygon.T

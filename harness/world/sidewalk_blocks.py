@@ -1,21 +1,27 @@
-"""The streets of the sidewalk world: blocks, sidewalks, buildings, alleys, crosswalks, plaza, building sites."""
+"""The streets of the sidewalk world: blocks, sidewalks, buildings, lawns, alleys, crosswalks, plaza, building site."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from harness.world.scene import Obstacle, Zone
-from harness.world.shapes import Rect
+from harness.world.shapes import Rect, bounds
 
 HALF_SIZE = 100.0  # [m] the world reaches from -100 to 100 on both axes
 COLUMNS, ROWS = 4, 3  # city blocks
 _EDGE = 1.5  # [m] depth of the facades around the world
 _OUTER_ROAD = 5.0  # [m] between those facades and the blocks
 _ROAD_WIDTHS = (7.0, 9.5)  # [m]
-_SIDEWALK_WIDTHS = (2.1, 2.3, 2.5, 2.8, 3.2, 3.7, 4.2, 9.4)  # [m] equally often
-_ALLEY_WIDTHS = (1.4, 2.6)  # [m]
+_SIDEWALK_WIDTHS = (2.7, 2.9, 3.1, 3.3, 3.6, 4.0, 4.4, 10.4)  # [m] equally often
+_ALLEY_WIDTHS = (1.1, 3.0)  # [m] evenly spread over a city's alleys
+_QUARTERED_SHARE = 0.75  # of the blocks with buildings are cut by alleys along both axes, the others along one
+_CUT = (0.35, 0.65)  # of a block's extent, where an alley cuts it
 _CROSSWALK_WIDTHS = (2.6, 3.8)  # [m]
-_SINGLE_CROSSING_SHARE = 0.65  # of the roads between two blocks have a crosswalk at one end only
+_DOUBLE_CROSSING_SHARE = 0.5  # of the roads between two blocks have a crosswalk at both ends, the others at one
+# Vertical curbs are 0.10 to 0.20 m high (AASHTO, A Policy on Geometric Design of Highways and Streets, "Curbs").
+# Crosswalks are raised ones: at sidewalk level from curb to curb.
+CURB_HEIGHT = 0.12  # [m] of sidewalks, plazas and lawns above the road
+_LAWN_SHARE = 0.25  # of the lots are lawns instead of buildings
 SIDES = ("left", "bottom", "right", "top")
 
 
@@ -52,6 +58,7 @@ class Streets:
     plazas: list[Rect] = field(default_factory=list)
     construction: list[Rect] = field(default_factory=list)
     work_areas: list[Rect] = field(default_factory=list)
+    lawns: list[Rect] = field(default_factory=list)
     buildings: list[Obstacle] = field(default_factory=list)
 
     def zones(self) -> tuple[Zone, ...]:
@@ -59,29 +66,40 @@ class Streets:
         world = Rect(-HALF_SIZE, -HALF_SIZE, HALF_SIZE, HALF_SIZE)
         parts = [("road", world)]
         parts += [("sidewalk", block.area) for block in self.blocks]
+        parts += [("lawn", area) for area in self.lawns]
         parts += [("crosswalk", area) for area in self.crosswalks]
         parts += [("plaza", area) for area in self.plazas]
         parts += [("construction", area) for area in self.construction]
         parts += [("work_area", area) for area in self.work_areas]
-        return tuple(Zone(kind, np.round(area.polygon, 3)) for kind, area in parts)
+        return tuple(
+            Zone(kind, np.round(area.polygon, 3), -CURB_HEIGHT if kind == "road" else 0.0) for kind, area in parts
+        )
 
 
-def lay_out(rng: np.random.Generator) -> Streets:
-    """Draw a city plan."""
+def lay_out(rng: np.random.Generator, widening: float = 0.0) -> Streets:
+    """Draw a city plan.
+
+    Args:
+        rng: where it is drawn from.
+        widening: [m] by which every sidewalk is wider than drawn, and the road beside it narrower.
+    """
     streets = Streets()
     lanes_x, lanes_y = _lanes(rng, COLUMNS), _lanes(rng, ROWS)
-    widths = rng.permutation(np.resize(_SIDEWALK_WIDTHS, 4 * COLUMNS * ROWS)).reshape(-1, 4).tolist()
+    widths = rng.permutation(np.resize(_SIDEWALK_WIDTHS, 4 * COLUMNS * ROWS)).reshape(-1, 4) + widening
     plaza = int(rng.integers(COLUMNS * ROWS))
     for number in range(COLUMNS * ROWS):
         row, column = divmod(number, COLUMNS)
-        area = Rect(lanes_x[column][0], lanes_y[row][0], lanes_x[column][1], lanes_y[row][1])
-        streets.blocks.append(Block(area, tuple(widths[number]), "plaza" if number == plaza else "buildings"))
+        drawn = Rect(lanes_x[column][0], lanes_y[row][0], lanes_x[column][1], lanes_y[row][1])
+        area = drawn.inset(*([-widening] * 4))
+        streets.blocks.append(Block(area, tuple(widths[number].tolist()), "plaza" if number == plaza else "buildings"))
     _add_crosswalks(streets, rng)
+    alleys = _alleys(rng, len(streets.blocks) - 1)
     for block in streets.blocks:
         if block.use == "plaza":
             _build_plaza(streets, block, rng)
         else:
-            _build_block(streets, block, rng)
+            _build_block(streets, block, alleys.pop(), rng)
+    _sow_lawns(streets, rng)
     _open_construction_site(streets, rng)
     _add_world_edge(streets, rng)
     return streets
@@ -99,38 +117,50 @@ def _lanes(rng: np.random.Generator, count: int) -> list[tuple[float, float]]:
 
 def _add_crosswalks(streets: Streets, rng: np.random.Generator) -> None:
     """One or two crossings between neighbouring blocks, near the ends of the road between them."""
+    ends = _crossing_ends(rng, ROWS * (COLUMNS - 1) + COLUMNS * (ROWS - 1))
     for number, block in enumerate(streets.blocks):
         row, column = divmod(number, COLUMNS)
         if column + 1 < COLUMNS:
             a, b = block.area, streets.blocks[number + 1].area
-            for low, high in _crossing_spans(rng, a.y0, a.y1):
+            for low, high in _crossing_spans(rng, ends.pop(), a.y0, a.y1):
                 streets.crosswalks.append(Rect(a.x1, low, b.x0, high))
         if row + 1 < ROWS:
             a, b = block.area, streets.blocks[number + COLUMNS].area
-            for low, high in _crossing_spans(rng, a.x0, a.x1):
+            for low, high in _crossing_spans(rng, ends.pop(), a.x0, a.x1):
                 streets.crosswalks.append(Rect(low, a.y1, high, b.y0))
 
 
-def _crossing_spans(rng: np.random.Generator, start: float, end: float) -> list[tuple[float, float]]:
+def _crossing_ends(rng: np.random.Generator, roads: int) -> list[slice]:
+    """Which of a road's two ends have a crosswalk, for each road; where it is one, as often the first as the last."""
+    both, first, last = slice(0, 2), slice(0, 1), slice(1, 2)
+    double = round(_DOUBLE_CROSSING_SHARE * roads)
+    ends = [both] * double + [first, last] * roads
+    return [ends[k] for k in rng.permutation(roads)]
+
+
+def _crossing_spans(rng: np.random.Generator, ends: slice, start: float, end: float) -> list[tuple[float, float]]:
+    """Extents [m] of the crosswalks over a road that runs from ``start`` to ``end``."""
     widths = rng.uniform(*_CROSSWALK_WIDTHS, size=2)
     offsets = rng.uniform(0.5, 1.5, size=2)
     spans = [(start + offsets[0], start + offsets[0] + widths[0]), (end - offsets[1] - widths[1], end - offsets[1])]
-    if rng.random() < _SINGLE_CROSSING_SHARE:
-        spans.pop(int(rng.integers(2)))
-    return spans
+    return spans[ends]
 
 
-def _build_block(streets: Streets, block: Block, rng: np.random.Generator) -> None:
+def _alleys(rng: np.random.Generator, blocks: int) -> list[list[float]]:
+    """Widths [m] of each block's alleys: one across it, and for the share that is quartered one across each half."""
+    quartered = round(_QUARTERED_SHARE * blocks)
+    widths = rng.permutation(np.linspace(*_ALLEY_WIDTHS, blocks + 2 * quartered)).tolist()
+    return [[widths.pop() for _ in range(3 if k < quartered else 1)] for k in rng.permutation(blocks)]
+
+
+def _build_block(streets: Streets, block: Block, alleys: list[float], rng: np.random.Generator) -> None:
     """Fill a block with buildings, parted by alleys and standing back from the sidewalk by different amounts."""
     inner = block.interior
-    parts = [inner]
     along_x = inner.width >= inner.depth
-    for axis in (along_x, not along_x)[: 1 + int(rng.random() < 0.5)]:
-        parts = [
-            piece
-            for part in parts
-            for piece in _split(part, axis, rng.uniform(0.35, 0.65), rng.uniform(*_ALLEY_WIDTHS))
-        ]
+    parts = _split(inner, along_x, rng.uniform(*_CUT), alleys[0])
+    if len(alleys) > 1:
+        halves = zip(parts, alleys[1:], strict=True)
+        parts = [piece for half, alley in halves for piece in _split(half, not along_x, rng.uniform(*_CUT), alley)]
     for part in parts:
         for lot in _lots(part, rng):
             faces = _setbacks(lot, inner, rng)
@@ -177,12 +207,18 @@ def _build_plaza(streets: Streets, block: Block, rng: np.random.Generator) -> No
     streets.plazas.append(Rect(inner.x0, split, inner.x1, inner.y1))
 
 
+def _sow_lawns(streets: Streets, rng: np.random.Generator) -> None:
+    """Turn some buildings into lawns: nobody walks there, and the lidar sees across."""
+    chosen = set(rng.permutation(len(streets.buildings))[: round(_LAWN_SHARE * len(streets.buildings))].tolist())
+    streets.lawns += [bounds(building.polygon) for k, building in enumerate(streets.buildings) if k in chosen]
+    streets.buildings = [building for k, building in enumerate(streets.buildings) if k not in chosen]
+
+
 def _open_construction_site(streets: Streets, rng: np.random.Generator) -> None:
     """Turn one building of a block's edge into a fenced building site."""
     large = [k for k, building in enumerate(streets.buildings) if np.ptp(building.polygon, axis=0).min() > 10.0]
     chosen = streets.buildings.pop(large[int(rng.integers(len(large)))])
-    (x0, y0), (x1, y1) = chosen.polygon.min(axis=0), chosen.polygon.max(axis=0)
-    streets.construction.append(Rect(float(x0), float(y0), float(x1), float(y1)))
+    streets.construction.append(bounds(chosen.polygon))
 
 
 def _add_world_edge(streets: Streets, rng: np.random.Generator) -> None:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.world.map_statistics import PIECE_AREA, PUBLISHED
 from harness.world.scene import Obstacle
-from harness.world.shapes import Rect, bounds, box, octagon
+from harness.world.shapes import Rect, bounds, box, octagon, polygon_area
 from harness.world.sidewalk_blocks import Block, Streets
 from navstack.types import FloatArray
 
@@ -41,24 +42,23 @@ _KINDS = {"tree_pit": "plant"}  # entries that are sizes of another kind
 _CURB_MIX = {
     "trash_bin": 18,
     "mailbox": 7,
-    "plant": 24,
-    "tree_pit": 12,
+    "plant": 20,
+    "tree_pit": 14,
     "bollard": 13,
     "hydrant": 7,
     "lamp": 13,
-    "newspaper_box": 9,
+    "newspaper_box": 12,
     "bus_stop": 5,
     "fence": 6,
 }
 _FACADE_MIX = {"plant": 10, "trash_bin": 3, "newspaper_box": 3}
 
-_CLEAR_LANE = 1.15  # [m] of a sidewalk's width that furniture at the curb leaves free
+_CLEAR_LANE = 1.25  # [m] of a sidewalk's width that furniture at the curb leaves free
 _CURB_GAP = (0.28, 0.56)  # [m] between the curb and what stands along it
 _FACADE_GAP = (0.1, 0.3)  # [m]
-_CURB_SPACING = (5.3, 0.36)  # median [m] and log standard deviation of the distance along the curb, between groups
-_GROUP_SHARE = 0.32  # of the pieces stand close to the previous one
-_GROUP_SPACING = (1.4, 3.0)  # [m]
-_BARE_SHARE = 0.32  # of the curbs have no furniture
+_CURB_SPACING = (5.3, 0.28)  # median [m] and log standard deviation of the distance along the curb, between groups
+_GROUP_SHARE = 0.28  # of the pieces stand close to the previous one
+_GROUP_SPACING = (1.4, 3.4)  # [m]
 _FACADE_SPACING = (13.0, 0.8)
 _FACADE_LEAST_WIDTH = 3.7  # [m] narrower sidewalks have nothing along the facades
 _PANEL_LENGTH = 3.0  # [m] of fence around a building site, about
@@ -71,32 +71,32 @@ class Furnisher:
 
     def __init__(self, streets: Streets, rng: np.random.Generator) -> None:
         self.pieces: list[Obstacle] = []
+        self._count = 0  # of the pieces, those of a size that counts
         self._streets = streets
         self._rng = rng
         self._taken: list[Rect] = [area.inset(*([-_APPROACH] * 4)) for area in streets.crosswalks]
 
     def furnish(self) -> tuple[Obstacle, ...]:
-        """Furnish every street."""
+        """Furnish the streets; curbs in random order until there are as many pieces as in the paper's world."""
         for area in self._streets.construction:
             self._fence_in(area)
         self._dig_work_areas(3)
         self._signal_crosswalks(0.35)
-        sides = [(block, side) for block in self._streets.blocks for side in range(4)]
-        bare = set(self._rng.permutation(len(sides))[: round(_BARE_SHARE * len(sides))].tolist())
-        for number, (block, side) in enumerate(sides):
-            if number not in bare:
-                self._line_curb(block, side)
-            if block.widths[side] >= _FACADE_LEAST_WIDTH and block.use != "plaza":
-                self._line_facade(block, side)
         for area in self._streets.plazas:
             self._furnish_plaza(area)
+        sides = [(block, side) for block in self._streets.blocks for side in range(4)]
+        for block, side in sides:
+            if block.widths[side] >= _FACADE_LEAST_WIDTH and block.use != "plaza":
+                self._line_facade(block, side)
+        for number in self._rng.permutation(len(sides)):
+            self._line_curb(*sides[number])
         return tuple(self.pieces)
 
     def _line_curb(self, block: Block, side: int) -> None:
         strip, width = block.strip(side), block.widths[side]
         length = strip.depth if side % 2 == 0 else strip.width
         along = float(self._rng.uniform(1.0, 4.0))
-        while along < length - 1.0:
+        while along < length - 1.0 and self._count < PUBLISHED.pieces:
             gap = float(self._rng.uniform(*_CURB_GAP))
             name, size = self._draw(_CURB_MIX)
             if gap + size[1] <= width - _CLEAR_LANE:
@@ -147,7 +147,10 @@ class Furnisher:
                     x, y = (area.x0 - 0.45, area.x1 + 0.45)[end], (area.y0 - 0.35, area.y1 + 0.35)[end]
                 else:
                     x, y = (area.x0 - 0.35, area.x1 + 0.35)[end], (area.y0 - 0.45, area.y1 + 0.45)[end]
-                self._add("traffic_light", self._draw({"traffic_light": 1})[1], x, y, 0.0)
+                size = self._draw({"traffic_light": 1})[1]
+                reach = Rect(x, y, x, y).inset(*([-size[0]] * 4))
+                if not any(bounds(piece.polygon).overlaps(reach) for piece in self.pieces):
+                    self._add("traffic_light", size, x, y, 0.0)
 
     def _fence_in(self, area: Rect) -> None:
         """Panels just inside those sides of a building site that do not lean on a building."""
@@ -212,6 +215,7 @@ class Furnisher:
     def _add(self, name: str, size: FloatArray, x: float, y: float, yaw: float) -> None:
         outline = _outline(name, size, x, y, yaw)
         self.pieces.append(Obstacle(_KINDS.get(name, name), outline, float(size[2])))
+        self._count += PIECE_AREA[0] <= polygon_area(outline) <= PIECE_AREA[1]
         self._taken.append(bounds(outline))
 
 

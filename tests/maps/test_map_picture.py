@@ -3,13 +3,15 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from harness.report.map_picture import draw_map, draw_scene
+from harness.report.map_picture import VIEWS, draw_map, draw_scene
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect, box
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import MapError
 from navstack.types import Pose2D
 
 
@@ -44,3 +46,17 @@ def test_a_picture_is_written_as_wide_as_asked(tmp_path: Path) -> None:
     for with_zones in (True, False):
         draw_map(scene(with_zones), tmp_path / "map.png", width_px=800)
         assert Image.open(tmp_path / "map.png").size[0] == 800
+
+
+def test_a_view_colours_its_cells_and_a_picture_needs_a_folder(tmp_path: Path) -> None:
+    seen = {}
+    for view in VIEWS:
+        draw_map(scene(True), tmp_path / f"{view}.png", width_px=800, view=view)
+        seen[view] = np.asarray(Image.open(tmp_path / f"{view}.png").convert("RGB")).astype(int)
+    # Everything is walkable here: the mesh tints the ground, and there is nothing to keep out of.
+    middle = np.s_[150:160, 300:310]
+    assert seen["navmesh"][middle][..., 2].mean() > seen["navmesh"][middle][..., 0].mean() + 20
+    assert np.array_equal(seen["keepout"][middle], seen["zones"][middle])
+    for name in ("nowhere/map.png", "map.nonsense"):
+        with pytest.raises(MapError, match="cannot be written"):
+            draw_map(scene(True), tmp_path / name)

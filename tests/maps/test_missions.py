@@ -1,4 +1,4 @@
-"""Missions: drawn by the published rules, always feasible, measured along the walkable area."""
+"""Missions: drawn by the published rules, always feasible, measured along the navigation mesh."""
 
 import math
 
@@ -10,19 +10,30 @@ from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError, MapError
-from navstack.types import Pose2D
+from navstack.types import FloatArray, Pose2D
 
 MISSIONS = 150
 
 
 @pytest.fixture(scope="module")
-def walkable() -> OccupancyGrid:
-    return load_scene("sidewalk").walkable
+def mesh() -> OccupancyGrid:
+    return load_scene("sidewalk").navigation_mesh
 
 
 @pytest.fixture(scope="module")
-def missions(walkable: OccupancyGrid) -> list[Mission]:
-    sampler, rng = MissionSampler(walkable), np.random.default_rng(2)
+def clearance(mesh: OccupancyGrid) -> FloatArray:
+    """Distance [m] of cells' centres from what is not free."""
+    distance: FloatArray = ndimage.distance_transform_edt(np.pad(mesh.data == FREE, 1))[1:-1, 1:-1] * mesh.resolution
+    return distance
+
+
+@pytest.fixture(scope="module")
+def missions(mesh: OccupancyGrid) -> list[Mission]:
+    return draw(mesh, "published")
+
+
+def draw(mesh: OccupancyGrid, sampling: str) -> list[Mission]:
+    sampler, rng = MissionSampler(mesh, sampling), np.random.default_rng(2)
     return [sampler.sample(rng) for _ in range(MISSIONS)]
 
 
@@ -36,8 +47,7 @@ def room(height: int, width: int, resolution: float = 0.1) -> OccupancyGrid:
     return OccupancyGrid(data, resolution, Pose2D(-2.0, 3.0))
 
 
-def test_start_and_goal_keep_their_distance(walkable: OccupancyGrid, missions: list[Mission]) -> None:
-    clearance = ndimage.distance_transform_edt(np.pad(walkable.data == FREE, 1))[1:-1, 1:-1] * walkable.resolution
+def test_start_and_goal_keep_their_distance(clearance: FloatArray, missions: list[Mission]) -> None:
     for mission in missions:
         for pose in (mission.start, mission.goal):
             row, column = int((pose.y + 100.0) / 0.05), int((pose.x + 100.0) / 0.05)
@@ -55,8 +65,44 @@ def test_distribution(missions: list[Mission]) -> None:
     assert resultant < math.sqrt(7.0 / len(headings))
 
 
-def test_same_seed_same_missions(walkable: OccupancyGrid, missions: list[Mission]) -> None:
-    sampler, rng = MissionSampler(walkable), np.random.default_rng(2)
+def test_uniform_goals_are_farther_and_lie_anywhere(
+    mesh: OccupancyGrid, clearance: FloatArray, missions: list[Mission]
+) -> None:
+    uniform = draw(mesh, "uniform")
+    lengths = [mission.shortest_path for mission in uniform]
+    assert np.mean(lengths) == pytest.approx(129.0, rel=0.15)  # what the paper's map gives
+    assert np.mean(lengths) > np.mean([mission.shortest_path for mission in missions])
+    rows, columns = np.nonzero(clearance >= CLEARANCE)
+    centre = np.array((columns.mean(), rows.mean())) * mesh.resolution - 100.0
+    for ends in ([(m.start.x, m.start.y) for m in uniform], [(m.goal.x, m.goal.y) for m in uniform]):
+        # four standard errors of a mean of places spread by 55 m
+        assert np.mean(ends, axis=0) == pytest.approx(centre, abs=4.0 * 55.0 / math.sqrt(MISSIONS))
+
+
+def test_a_goal_projected_to_the_nearest_walkable_point_lacks_the_clearance(
+    mesh: OccupancyGrid, clearance: FloatArray
+) -> None:
+    """Why goals off the mesh are drawn anew instead of being projected first."""
+    free = mesh.data == FREE
+    off_mesh = np.argwhere(~free)
+    rows, columns = ndimage.distance_transform_edt(~free, return_distances=False, return_indices=True)
+    drawn = off_mesh[np.random.default_rng(0).integers(len(off_mesh), size=2000)].T
+    assert clearance[rows[tuple(drawn)], columns[tuple(drawn)]].max() < 0.1 * CLEARANCE
+
+
+def test_given_poses_may_stand_on_ground_that_the_mesh_leaves_out() -> None:
+    ground, mesh = room(100, 100), room(100, 100)
+    mesh.data[:4] = 100  # 0.4 m drawn in front of the wall
+    start, goal = Pose2D(0.0, 3.25), Pose2D(6.0, 8.0)
+    assert MissionSampler(mesh, ground=ground).mission(start, goal).start == start
+    with pytest.raises(InputError, match="occupied cell"):
+        MissionSampler(mesh).mission(start, goal)
+    with pytest.raises(InputError, match="did you mean 'uniform'"):
+        MissionSampler(mesh, "unifrom")
+
+
+def test_same_seed_same_missions(mesh: OccupancyGrid, missions: list[Mission]) -> None:
+    sampler, rng = MissionSampler(mesh), np.random.default_rng(2)
     assert [sampler.sample(rng) for _ in range(5)] == missions[:5]
 
 

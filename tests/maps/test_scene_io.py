@@ -1,7 +1,6 @@
 """Scenes on disk, users' maps as scenes, and bodies raised from occupied cells."""
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
@@ -22,24 +21,36 @@ def small_scene() -> Scene:
     geometry[3:9, 5:12] = OCCUPIED
     walkable = geometry.copy()
     walkable[20:] = OCCUPIED
+    mesh = walkable.copy()
+    mesh[:, :3] = OCCUPIED
     origin = Pose2D(-1.25, 2.5, 0.0)
     return Scene(
         "small",
         (Obstacle("mailbox", box(-0.8, 2.8, 0.3, 0.4, 0.3), 1.3), Obstacle("bollard", octagon(1.0, 3.0, 0.15), 0.9)),
-        (Zone("sidewalk", Rect(-1.0, 2.5, 1.0, 3.5).polygon),),
+        (
+            Zone("road", Rect(-1.0, 2.5, 1.0, 3.5).polygon, -0.12),
+            Zone("sidewalk", Rect(-1.0, 2.5, 1.0, 3.5).polygon),
+        ),
         OccupancyGrid(geometry, 0.05, origin),
         OccupancyGrid(walkable, 0.05, origin),
+        OccupancyGrid(mesh, 0.05, origin),
     )
 
 
 def assert_same(a: Scene, b: Scene) -> None:
-    for one, other in ((a.geometry, b.geometry), (a.walkable, b.walkable)):
+    for one, other in (
+        (a.geometry, b.geometry),
+        (a.walkable, b.walkable),
+        (a.navigation_mesh, b.navigation_mesh),
+    ):
         assert np.array_equal(one.data, other.data)
         assert (one.resolution, one.origin) == (other.resolution, other.origin)
     assert [(o.kind, o.height, o.polygon.tolist()) for o in a.obstacles] == [
         (o.kind, o.height, o.polygon.tolist()) for o in b.obstacles
     ]
-    assert [(z.kind, z.polygon.tolist()) for z in a.zones] == [(z.kind, z.polygon.tolist()) for z in b.zones]
+    assert [(z.kind, z.elevation, z.polygon.tolist()) for z in a.zones] == [
+        (z.kind, z.elevation, z.polygon.tolist()) for z in b.zones
+    ]
 
 
 def test_a_saved_scene_is_read_back_unchanged(tmp_path: Path) -> None:
@@ -50,9 +61,29 @@ def test_a_saved_scene_is_read_back_unchanged(tmp_path: Path) -> None:
     assert_same(scene, again)
 
 
+def test_cells_come_from_the_cache_until_the_map_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
+    cells = np.zeros((4, 4), dtype=np.int8)
+    for value in (FREE, OCCUPIED, OCCUPIED):
+        cells[1, 2] = value
+        save_map(OccupancyGrid(cells, 0.5, Pose2D()), tmp_path / "m.yaml")
+        assert load_scene(tmp_path / "m.yaml").geometry.data.tolist() == cells.tolist()
+    assert len(list((tmp_path / "cache").iterdir())) == 2
+
+
+def test_ground_is_level_where_a_zone_says_nothing(tmp_path: Path) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    ring = [[0, 0], [1, 0], [1, 1], [0, 0]]
+    features = [
+        {"properties": {"role": "zone", "kind": kind, **more}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+        for kind, more in (("plaza", {}), ("road", {"elevation": -0.15}))
+    ]
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": features}))
+    assert [zone.elevation for zone in load_scene(tmp_path / "m.yaml").zones] == [0.0, -0.15]
+
+
 def test_shipped_maps_are_found_by_name_and_others_are_not() -> None:
-    assert "sidewalk" in map_names()
-    assert not any(name.endswith("_walkable") for name in map_names())
+    assert map_names() == ["sidewalk", "sidewalk_1", "sidewalk_2"]
     with pytest.raises(UnknownNameError, match="did you mean 'sidewalk'"):
         load_scene("sidewolk")
     with pytest.raises(MapError, match=r"nowhere/my\.yaml: cannot be read"):
@@ -64,6 +95,7 @@ def test_a_users_map_becomes_walls_and_walkable_ground(tmp_path: Path) -> None:
     save_map(OccupancyGrid(cells, 0.5, Pose2D(1.0, 2.0)), tmp_path / "m.yaml")
     scene = load_scene(tmp_path / "m.yaml")
     assert scene.walkable.data.tolist() == [[0, 0, 100], [0, 100, 100], [100, 0, 0]]
+    assert scene.navigation_mesh is scene.walkable
     assert {o.kind for o in scene.obstacles} == {"unknown"}
     assert sorted((*o.polygon.min(axis=0), *o.polygon.max(axis=0), o.height) for o in scene.obstacles) == [
         (1.0, 3.0, 1.5, 3.5, WALL_HEIGHT),
@@ -71,10 +103,11 @@ def test_a_users_map_becomes_walls_and_walkable_ground(tmp_path: Path) -> None:
     ]
 
 
-def test_a_walkable_map_of_another_size_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", ["walkable", "navmesh"])
+def test_a_part_of_another_size_is_refused(tmp_path: Path, part: str) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
-    save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m_walkable.yaml")
-    with pytest.raises(MapError, match="size or origin differs"):
+    save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / f"m_{part}.yaml")
+    with pytest.raises(MapError, match="size, resolution or origin differs"):
         load_scene(tmp_path / "m.yaml")
 
 
@@ -86,6 +119,7 @@ def test_a_walkable_map_of_another_size_is_refused(tmp_path: Path) -> None:
         '{"features": [{}]}',
         '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": "high"}}]}',
         '{"features": [{"properties": {"role": "obstacle", "kind": "x", "height": -1}}]}',
+        '{"features": [{"properties": {"role": "zone", "kind": "x", "elevation": Infinity}}]}',
         '{"features": [{"properties": {"role": "zone", "kind": "x"}, "geometry": {"type": "Polygon", '
         '"coordinates": [[[0,0],[1,1],[1,0],[0,1],[0,0]]]}}]}',
     ],
@@ -168,17 +202,3 @@ def test_filled_cells_are_those_with_their_centre_inside() -> None:
     assert not mask.any()
     fill_convex(mask, Rect(90.0, 90.0, 95.0, 95.0).polygon, True, 0.1, -1.0, -0.5)
     assert not mask.any()
-
-
-def test_real_maps_become_scenes() -> None:
-    if "NAVSTACK_DATA" not in os.environ:
-        pytest.skip("NAVSTACK_DATA is not set: real maps are not there")
-    files = sorted((Path(os.environ["NAVSTACK_DATA"]) / "ros_maps").glob("*/*.yaml"))
-    if not files:
-        pytest.skip("NAVSTACK_DATA has no ros_maps")
-    for file in files:
-        scene = load_scene(file)
-        assert scene.geometry.origin.yaw == 0.0
-        assert scene.geometry.data.shape == scene.walkable.data.shape
-        solid_area = sum(polygon_area(obstacle.polygon) for obstacle in scene.obstacles)
-        assert solid_area == pytest.approx((scene.geometry.data == OCCUPIED).sum() * scene.geometry.resolution**2)
