@@ -24,7 +24,9 @@ class Contact:
     partner_id: int  # pedestrian number or obstacle number in the scene
     x: float  # [m] where
     y: float  # [m]
-    impulse: float  # [N s] exchanged during the impact itself, independent of the physics step
+    impulse: float  # [N s] of its impacts, without the push between and after them; independent of the physics step
+    impacts: int  # separate ones: times that the bodies came together anew
+    delta_v: float  # [m/s] of the robot: impulse over its mass
     peak_step_impulse: float  # [N s] the most that was exchanged in one physics step
     robot_speed: float  # [m/s] of the robot towards the partner at first touch, along the normal
     partner_speed: float  # [m/s] of the partner towards the robot at first touch, along the normal
@@ -75,3 +77,4 @@ class Truth:
     counted_contacts: tuple[CountedContact, ...]  # all of this episode so far
     contacts: tuple[Contact, ...]  # all finished events of this episode so far
     cargo: CargoState | None  # None: not modelled
+    motion_energy: float = 0.0  # [J] that the motors have delivered to the wheels so far

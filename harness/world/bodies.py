@@ -1,4 +1,4 @@
-"""The bodies of the physics server: robot, ground, and the obstacles near the robot.
+"""The bodies of the physics server: the robot and the obstacles near it.
 
 All bodies are rigid bodies in maximal coordinates, three times as fast here as PyBullet's multi-bodies. The server has
 no gravity; the robot's weight is applied by its drive, and nothing else falls. Collision groups let only pairs with the
@@ -98,26 +98,25 @@ class NearObstacles:
         self.touchable[body] = Touched(Partner.PROPERTY, obstacle.kind, number)
 
 
-def add_ground(client: int) -> int:
-    """An endless plane at height 0 without friction: the drive makes the friction of the wheels."""
-    plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-    return fixed_body(client, plane, (0.0, 0.0, 0.0), 0.0)
-
-
 def add_robot(client: int, robot: RobotParams) -> int:
-    """The robot: a box above four small spheres at its lower corners, which carry it exactly level on the ground."""
+    """The robot: a box above four small spheres, the treads of its wheels and casters, which carry it exactly level.
+
+    The spheres do not turn; they slide without friction, and the drive pushes.
+    """
     a, b = robot.half_size
-    foot, low, mass_height = robot.foot_radius, robot.ground_clearance, robot.center_of_mass_height
+    x, y, z = robot.center_of_mass
+    foot, low = robot.foot_radius, robot.ground_clearance
     half_height = 0.5 * (robot.height - low)
-    feet = [(sx * (a - foot), sy * (b - foot), foot - mass_height) for sx in (1.0, -1.0) for sy in (1.0, -1.0)]
+    feet = [(fx - x, fy - y, foot - z) for fx, fy in robot.feet]
+    box = (robot.center[0] - x, robot.center[1] - y, low + half_height - z)
     shape = bullet.createCollisionShapeArray(
         [bullet.GEOM_BOX] + [bullet.GEOM_SPHERE] * 4,
         radii=[0.0] + [foot] * 4,
         halfExtents=[(a, b, half_height)] + [(0.0, 0.0, 0.0)] * 4,
-        collisionFramePositions=[(0.0, 0.0, low + half_height - mass_height), *feet],
+        collisionFramePositions=[box, *feet],
         physicsClientId=client,
     )
-    body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, mass_height))
+    body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, z))
     _set_dynamics(client, body, robot.mass, robot.inertia, robot.body_friction)
     bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
     return body

@@ -28,15 +28,9 @@ Quaternion = tuple[float, float, float, float]
 SCALE = 10.0  # lengths in the server per real length
 _WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
 _SETTLING = 3.0  # [s] in which the poured pieces come to rest
+_POURS = 16  # differently poured heaps, each of which can be turned and mirrored in eight ways
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
-
-
-def piece_radius(params: CargoParams) -> float:
-    """Radius of a piece in [m], from the volume that all pieces fill together."""
-    filled = params.fill * params.bucket_width**2 * params.bucket_height
-    volume = filled * params.packing / params.pieces
-    return float((0.75 * volume / math.pi) ** (1.0 / 3.0))
 
 
 class Cargo:
@@ -50,17 +44,18 @@ class Cargo:
             gravity: [m/s2].
             dt: [s] physics step.
         """
-        self._params = params
+        self.params = params
         self._gravity = gravity
         self._dt = dt
-        self._radius = piece_radius(params)
+        self._radius = params.piece_radius
         self._server = Server()
         self._client = self._server.client
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Fill the bucket; ``rng`` chooses among the eight ways to turn and mirror one settled heap."""
-        heap = turned(settled_heap(self._params, self._gravity, self._dt), int(rng.integers(8)))
-        self._build(heap[is_inside(heap, self._params)])
+        """Fill the bucket; ``rng`` chooses among settled heaps and the eight ways to turn and mirror one."""
+        pour, image = int(rng.integers(_POURS)), int(rng.integers(8))
+        heap = turned(settled_heap(self.params, self._gravity, self._dt, pour), image)
+        self._build(heap[is_inside(heap, self.params)])
         self._lost = 0
         self._at_start = len(self._pieces)
         self._outside = 0
@@ -93,7 +88,7 @@ class Cargo:
             orientation: of the robot's body in the map frame.
             spin: [rad/s] of the robot's body, map frame.
         """
-        params = self._params
+        params = self.params
         ax, ay, az = acceleration
         qx, qy, _, _ = orientation
         lean = 2.0 * self._gravity * math.sqrt(qx * qx + qy * qy)  # [m/s2] gravity along the floor, small angles
@@ -139,13 +134,13 @@ class Cargo:
     def _look(self) -> None:
         """Count what is outside and remove what has left the bucket's surroundings."""
         places = self._local_positions()
-        far = (np.abs(places) > 4.0 * max(self._params.bucket_width, self._params.bucket_height)).any(axis=1)
-        far |= places[:, 2] < -0.5 * self._params.bucket_height
+        far = (np.abs(places) > 4.0 * max(self.params.bucket_width, self.params.bucket_height)).any(axis=1)
+        far |= places[:, 2] < -0.5 * self.params.bucket_height
         if far.any():
             for i in np.flatnonzero(far)[::-1].tolist():
                 bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
                 self._lost += 1
-        self._outside = self._lost + int((~is_inside(self._local_positions(), self._params)).sum())
+        self._outside = self._lost + int((~is_inside(self._local_positions(), self.params)).sum())
 
     def _local_positions(self) -> FloatArray:
         """Centres (n, 3) in [m] in the bucket's frame."""
@@ -157,7 +152,7 @@ class Cargo:
 
     def _build(self, heap: FloatArray) -> None:
         self._orientation: Quaternion = _LEVEL
-        self._bucket, self._pieces = build(self._client, self._params, heap, self._radius, self._dt)
+        self._bucket, self._pieces = build(self._client, self.params, heap, self._radius, self._dt)
 
 
 def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
@@ -233,14 +228,14 @@ def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, s
     bullet.stepSimulation(physicsClientId=client)
 
 
-@lru_cache(maxsize=4)
-def settled_heap(params: CargoParams, gravity: float, dt: float) -> FloatArray:
-    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; once per process."""
-    radius = piece_radius(params)
+@lru_cache(maxsize=4 * _POURS)
+def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) -> FloatArray:
+    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; once per process and pour."""
+    radius = params.piece_radius
     server = Server()
     client = server.client
     try:
-        bucket, pieces = build(client, params, _poured(params, radius), radius, dt)
+        bucket, pieces = build(client, params, _poured(params, radius, pour), radius, dt)
         for _ in range(round(_SETTLING / dt)):
             step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
         places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
@@ -251,15 +246,16 @@ def settled_heap(params: CargoParams, gravity: float, dt: float) -> FloatArray:
     return heap
 
 
-def _poured(params: CargoParams, radius: float) -> FloatArray:
-    """A loose lattice (n, 3) of pieces, each layer shifted, above the floor; it collapses into a heap."""
+def _poured(params: CargoParams, radius: float, pour: int) -> FloatArray:
+    """A loose lattice (n, 3) of pieces above the floor, jittered differently in every pour; it collapses into a heap."""
     pitch = 2.1 * radius
     per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
     number = np.arange(params.pieces)
     layer, in_layer = np.divmod(number, per_row * per_row)
     row, column = np.divmod(in_layer, per_row)
     slack = 0.5 * (params.bucket_width - 2.0 * radius - (per_row - 1) * pitch)
-    shift = slack * np.array(((0.9, 0.2), (-0.7, 0.8), (0.1, -0.9), (-0.3, -0.1)))[layer % 4]
+    rng = np.random.default_rng(pour)
+    shift = slack * rng.uniform(-0.9, 0.9, (int(layer.max()) + 1, 2))[layer]  # a layer moves as a whole
     flat = (np.stack((column, row), axis=1) - 0.5 * (per_row - 1)) * pitch + shift
     return np.column_stack((flat, radius + layer * pitch))
 

@@ -1,12 +1,15 @@
 """What the robot touched: counted contacts as published, and contact events with who moved into whom."""
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 
 from harness.truth import Contact, CountedContact, Partner
 from harness.world.world_params import ContactParams
 
 Vector = tuple[float, float, float]
+
+_SAME_PLACE = 0.1  # [m] between a point and one of the step before, up to which the contact goes on
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,7 @@ class ContactPoint:
     normal: Vector  # unit vector from the partner to the robot
     impulse: float  # [N s] along the normal in this step
     partner: Motion  # before the step
+    distance: float = 0.0  # [m] between the bodies before the step; the engine brakes them ahead of touching
 
     @property
     def partner_speed(self) -> float:
@@ -64,11 +68,21 @@ class _Event:
     last: float  # [s] of the last touch
     robot_speed: float  # [m/s] towards the partner
     partner_speed: float  # [m/s] towards the robot
-    impulse: float = 0.0  # [N s]
+    impulse: float = 0.0  # [N s] of all impacts
+    impacts: int = 0
+    in_impact: bool = False  # at the last touch
     peak: float = 0.0  # [N s]
 
-    def finished(self, step: float) -> Contact:
-        """The event for the record; ``step`` [s] is the physics step."""
+    def extend(self, stamp: float, impulse: float, impact: float) -> None:
+        """Take in a step's ``impulse`` [N s], of which ``impact`` [N s] stopped bodies that came together."""
+        self.last = stamp
+        self.peak = max(self.peak, impulse)
+        self.impulse += impact
+        self.impacts += impact > 0.0 and not self.in_impact
+        self.in_impact = impact > 0.0
+
+    def finished(self, step: float, robot_mass: float) -> Contact:
+        """The event for the record; ``step`` [s] is the physics step, ``robot_mass`` in [kg]."""
         touched, position = self.first.touched, self.first.position
         return Contact(
             stamp=self.stamp,
@@ -79,6 +93,8 @@ class _Event:
             x=position[0],
             y=position[1],
             impulse=self.impulse,
+            impacts=self.impacts,
+            delta_v=self.impulse / robot_mass,
             peak_step_impulse=self.peak,
             robot_speed=self.robot_speed,
             partner_speed=self.partner_speed,
@@ -93,15 +109,20 @@ class ContactBook:
     an impact spreads over points is a matter of the engine: here a person or a wall touches the robot's side in two to
     four points at once. So the points of one partner in one step count as one.
 
-    An event's impulse is that of its first impact; a second one within ``separation_time`` shows in its peak only.
+    An event's impulse is that of its impacts: of points where the bodies come together and did not touch already. What
+    the engine gives between bodies in touch is a push (a person who walks on or round a corner, the robot's drive); it
+    grows with time, not with the closing speed. So halving the physics step does not change the impulse.
     """
 
     params: ContactParams
     dt: float  # [s] physics step
+    robot_mass: float  # [kg]
     counted: tuple[CountedContact, ...] = ()
     finished: tuple[Contact, ...] = ()
     _cool_down: int = 0  # contact reports during which nothing counts
     _open: dict[Touched, _Event] = field(default_factory=dict)
+    _in_touch: list[ContactPoint] = field(default_factory=list)  # points where bodies touched when the last step ended
+    _recorded: float = 0.0  # [s] end of that step
 
     @property
     def is_waiting(self) -> bool:
@@ -120,9 +141,29 @@ class ContactBook:
             return
         merged = merge(points)
         self._count(stamp, merged, robot)
+        impacts = self._impacts(stamp, points, robot)
         for point in merged:
             if point.impulse > 0.0:
-                self._extend(stamp, point, robot)
+                self._extend(stamp, point, impacts.get(point.touched, 0.0), robot)
+
+    def _impacts(self, stamp: float, points: list[ContactPoint], robot: Motion) -> dict[Touched, float]:
+        """Impulse [N s] per partner of the points where bodies meet."""
+        if stamp - self._recorded > 1.5 * self.dt:
+            self._in_touch = []
+        least = self.params.impact_speed
+        impacts: dict[Touched, float] = {}
+        for point in points:
+            if point.robot_speed(robot) + point.partner_speed > least and not self._goes_on(point):
+                impacts[point.touched] = impacts.get(point.touched, 0.0) + point.impulse
+        self._in_touch = [p for p in points if p.impulse > 0.0 and p.distance <= least * self.dt]
+        self._recorded = stamp
+        return impacts
+
+    def _goes_on(self, point: ContactPoint) -> bool:
+        return any(
+            point.touched == before.touched and math.dist(point.position, before.position) < _SAME_PLACE
+            for before in self._in_touch
+        )
 
     def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
         """The published accounting: the first partner that is strong enough, then a cool-down in reports."""
@@ -148,7 +189,7 @@ class ContactBook:
                 self._cool_down = self.params.cool_down
                 return
 
-    def _extend(self, stamp: float, point: ContactPoint, robot: Motion) -> None:
+    def _extend(self, stamp: float, point: ContactPoint, impact: float, robot: Motion) -> None:
         event = self._open.get(point.touched)
         if event is None:
             event = self._open[point.touched] = _Event(
@@ -158,20 +199,17 @@ class ContactBook:
                 robot_speed=point.robot_speed(robot),
                 partner_speed=point.partner_speed,
             )
-        event.last = stamp
-        event.peak = max(event.peak, point.impulse)
-        if stamp < event.stamp + (self.params.impact_steps - 0.5) * self.dt:
-            event.impulse += point.impulse
+        event.extend(stamp, point.impulse, impact)
 
     def close_old(self, stamp: float) -> None:
         """Finish the events whose bodies have been apart for long enough."""
         ended = [t for t, event in self._open.items() if stamp - event.last > self.params.separation_time]
         for touched in ended:
-            self.finished += (self._open.pop(touched).finished(self.dt),)
+            self.finished += (self._open.pop(touched).finished(self.dt, self.robot_mass),)
 
     def close_all(self) -> None:
         """Finish every event: the episode is over."""
-        self.finished += tuple(event.finished(self.dt) for event in self._open.values())
+        self.finished += tuple(event.finished(self.dt, self.robot_mass) for event in self._open.values())
         self._open.clear()
 
 

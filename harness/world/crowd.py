@@ -22,8 +22,10 @@ _SETTLED = 0.05  # [m] off its way, below which a dynamic body may be given up
 class Crowd:
     """Moves people by their model and gives those near the robot a body.
 
-    Kinematic bodies follow the model whatever they hit. Dynamic ones are pushed off their way and steer back to it with
-    a limited force; their model does not notice. A real person would also stumble and fall; these stay upright.
+    Kinematic bodies follow the model whatever they hit. Dynamic ones move by a limited force and can be pushed. A model
+    that takes pushes goes on from where its bodies are, step by step, and says where they are to be after the next one;
+    bodies of another model steer back to the way that it knows. A real person would also stumble and fall; these stay
+    upright.
     """
 
     ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
@@ -33,9 +35,10 @@ class Crowd:
         self._model = model
         self._params = params
         self._is_dynamic = params.pedestrian_bodies.kind == "dynamic"
+        self._is_led = self._is_dynamic and model.takes_pushes  # the model goes on from the bodies
         self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
         self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
-        self._robot_reach = math.hypot(*robot.half_size)
+        self._robot_reach = robot.reach
         self._bodies: dict[int, int] = {}  # person -> body
         self.touchable: dict[int, Touched] = {}  # body -> who it is
         self.motions: dict[int, Motion] = {}  # body -> motion before the step
@@ -58,10 +61,7 @@ class Crowd:
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
         for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:
-            body = self._bodies.pop(person)
-            del self.touchable[body]
-            self.motions.pop(body, None)
-            bullet.removeBody(body, physicsClientId=self._client)
+            self._remove(person)
         for person in wanted:
             if person not in self._bodies:
                 self._add(person)
@@ -73,13 +73,19 @@ class Crowd:
         self._bodies[person] = body
         self.touchable[body] = Touched(Partner.PEDESTRIAN, "pedestrian", person)
 
+    def _remove(self, person: int) -> None:
+        body = self._bodies.pop(person)
+        del self.touchable[body]
+        self.motions.pop(body, None)
+        bullet.removeBody(body, physicsClientId=self._client)
+
     def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
         client = self._client
         bullet.resetBasePositionAndOrientation(body, (x, y, 0.0), _UPRIGHT, physicsClientId=client)
         bullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
 
     def _may_go(self, person: int) -> bool:
-        if not self._is_dynamic:
+        if not self._is_dynamic or self._is_led:
             return True
         (x, y, _), _ = self._body_state(self._bodies[person])
         wanted = self._model.states[person]
@@ -106,14 +112,27 @@ class Crowd:
             near = near or math.hypot(px - x, py - y) < reach
         return near
 
+    def after_step(self, dt: float) -> None:
+        """Move everybody by the ``dt`` [s] of a physics step that is over."""
+        if self._is_led:
+            for person, body in self._bodies.items():
+                (x, y, _), (vx, vy, _) = self._body_state(body)
+                self._model.displaced(person, x, y, vx, vy)
+        self._model.step(dt)
+        for person in [person for person in self._bodies if self._model.states[person, 0] == math.inf]:
+            self._remove(person)
+
     def _steer(self, body: int, x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
         """Push a dynamic body towards where its model is; returns its state before the step."""
         (bx, by, bz), (ux, uy, uz) = self._body_state(body)
-        gain = self._mass * self._params.physics.rate * 0.1  # [N s/m] reaches the wanted velocity in about ten steps
-        wish_x, wish_y = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
-        wish = math.hypot(wish_x, wish_y)
-        cap = min(1.0, 2.0 * self._params.people.speed / wish) if wish > 0.0 else 1.0
-        fx, fy = gain * (wish_x * cap - ux), gain * (wish_y * cap - uy)
+        gain = self._mass * self._params.physics.rate  # [N s/m] reaches the wanted velocity in one step
+        if not self._is_led:
+            gain *= 0.1  # in about ten steps
+            vx, vy = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
+            wish = math.hypot(vx, vy)
+            cap = min(1.0, 2.0 * self._params.people.speed / wish) if wish > 0.0 else 1.0
+            vx, vy = vx * cap, vy * cap
+        fx, fy = gain * (vx - ux), gain * (vy - uy)
         force = math.hypot(fx, fy)
         scale = min(1.0, self._params.pedestrian_bodies.push_force / force) if force > 0.0 else 1.0
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground

@@ -5,28 +5,31 @@ import math
 import numpy as np
 from numba import njit
 
+from harness.world.motion_kernels import rotate
 from harness.world.robot import RobotParams
 from navstack.types import FloatArray
 
-TRACTION_TILT = 0.5  # [rad] beyond which the driven wheels have left the ground
+LEVEL = -1.0  # [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight
 
 
 def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
-    """The constants (12,) of :func:`drive_wrench`, in its order, SI units."""
+    """The constants (14,) of :func:`drive_wrench`, in its order, SI units."""
     return np.array(
         (
             dt,
             robot.mass,
             robot.inertia[2],
-            -robot.center[0],
-            robot.wheel_friction * robot.mass * gravity,
-            robot.max_drive_force,
+            -robot.center_of_mass_x,
+            robot.center_of_mass_height,
+            robot.mass * gravity,
             0.5 * robot.track,
+            robot.wheel_friction,
+            0.5 * robot.max_drive_force,
+            robot.rolling_resistance,
             robot.max_acceleration,
             robot.max_deceleration,
             robot.max_yaw_acceleration,
             max(robot.servo_time_constant, dt),
-            robot.mass * gravity,
         )
     )
 
@@ -40,41 +43,78 @@ def step_towards(now, target, dt, time_constant, up, down):
 
 
 @njit(cache=True)
-def wheel_forces(along, sideways, couple, grip, max_force, half_track):
-    """Forces [N] and couple [N m] that the two driven wheels can give of those asked for.
+def within_friction(left, right, sideways, left_load, right_load, friction):
+    """What friction lets through of the asked forces [N]: left forward, left sideways, right forward, right sideways.
 
-    Each wheel is limited by its motor, and by a friction circle of half the ``grip`` [N] that scales its force as a
-    whole (Coulomb; textbook).
+    The axle's force sideways divides as the loads do; each wheel's force is scaled as a whole into the circle
+    ``friction * load`` (Coulomb; textbook).
     """
-    left = min(max(0.5 * along - 0.5 * couple / half_track, -0.5 * max_force), 0.5 * max_force)
-    right = min(max(0.5 * along + 0.5 * couple / half_track, -0.5 * max_force), 0.5 * max_force)
-    side = 0.5 * sideways
-    norm_left, norm_right = math.hypot(left, side), math.hypot(right, side)
-    scale_left = 0.5 * grip / norm_left if norm_left > 0.5 * grip else 1.0
-    scale_right = 0.5 * grip / norm_right if norm_right > 0.5 * grip else 1.0
-    left, right = left * scale_left, right * scale_right
-    return left + right, side * (scale_left + scale_right), (right - left) * half_track
+    load = left_load + right_load
+    if load <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    left_side, right_side = sideways * left_load / load, sideways * right_load / load
+    norm_left, norm_right = math.hypot(left, left_side), math.hypot(right, right_side)
+    scale_left = min(1.0, friction * left_load / norm_left) if norm_left > 0.0 else 1.0
+    scale_right = min(1.0, friction * right_load / norm_right) if norm_right > 0.0 else 1.0
+    return scale_left * left, scale_left * left_side, scale_right * right, scale_right * right_side
 
 
 @njit(cache=True)
-def drive_wrench(qx, qy, qz, qw, vx, vy, yaw_rate, height, speed_command, yaw_rate_command, constants):
-    """Force [N] and torque [N m] about the centre of mass, map frame: drive and weight of the robot.
+def motor_forces(along, couple, half_track, limit):
+    """Forces [N] of the left and the right motor for a force [N] and a couple [N m]; each gives at most ``limit``."""
+    left, right = 0.5 * along - 0.5 * couple / half_track, 0.5 * along + 0.5 * couple / half_track
+    return min(max(left, -limit), limit), min(max(right, -limit), limit)
+
+
+@njit(cache=True)
+def grip(left, right, sideways, left_load, right_load, constants):
+    """The forces of :func:`within_friction`, with loads [N] of the wheels that may be ``LEVEL``: half the weight each."""
+    weight, friction = constants[5], constants[7]
+    if left_load == LEVEL:
+        left_load = right_load = 0.5 * weight
+    return within_friction(left, right, sideways, left_load, right_load, friction)
+
+
+@njit(cache=True)
+def mechanical_power(left, right, forward, turn, along, constants):
+    """Power [W] that the motors deliver to two wheels pushing with ``left`` and ``right`` [N].
+
+    Each wheel works against its force and half the rolling resistance of the whole weight; braking gives nothing back.
+    ``forward`` [m/s] and ``turn`` [rad/s] are the robot's motion before the step, ``along`` [N] the force that changes
+    it.
+    """
+    dt, mass = constants[:2]
+    resistance = 0.5 * constants[9] * constants[5]
+    speed = forward + 0.5 * dt * along / mass  # in the middle of the step
+    left_speed, right_speed = speed - turn * constants[6], speed + turn * constants[6]
+    return max(left * left_speed + resistance * abs(left_speed), 0.0) + max(
+        right * right_speed + resistance * abs(right_speed), 0.0
+    )
+
+
+@njit(cache=True)
+def drive_wrench(
+    qx, qy, qz, qw, vx, vy, wx, wy, yaw_rate, left_load, right_load, speed_command, yaw_rate_command, constants
+):
+    """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight; power [W] of the motors.
 
     The wheels follow the command as a first-order servo with limited acceleration and hold the axle sideways (no slip).
-    The forces attack at the ground below the axle, so that braking pitches the body. Simplifications: the driven wheels
-    carry the whole weight evenly whatever the tilt up to ``TRACTION_TILT``, and nothing beyond.
+    Their forces attack where they stand, so that braking pitches the body. Simplification: on level ground the driven
+    wheels grip with the whole weight, as if the casters held sideways what they carry.
 
-    Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the yaw rate [rad/s] in the map
-    frame, the height [m] of the centre of mass above ground, the command (forward [m/s], yaw rate [rad/s]) and the
-    constants (12,) of :func:`drive_constants`.
+    Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the spin [rad/s] in the map frame,
+    the loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants
+    (14,) of :func:`drive_constants`.
     """
-    dt, mass, inertia, lever, grip, max_force, half_track = constants[:7]
-    up, down, yaw_up, time_constant, weight = constants[7:]
-    if 1.0 - 2.0 * (qx * qx + qy * qy) < math.cos(TRACTION_TILT):
-        return 0.0, 0.0, -weight, 0.0, 0.0, 0.0
+    dt, mass, inertia, lever, height, weight = constants[:6]
+    half_track, motor_limit = constants[6], constants[8]
+    up, down, yaw_up, time_constant = constants[10:]
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     cos, sin = math.cos(yaw), math.sin(yaw)
     forward, left = cos * vx + sin * vy, -sin * vx + cos * vy  # [m/s] of the centre of mass, heading frame
+    if left_load != LEVEL:  # pitching and rolling move the treads as well
+        forward -= (cos * wy - sin * wx) * height
+        left += (cos * wx + sin * wy) * height
 
     speed = step_towards(forward, speed_command, dt, time_constant, up, down)
     turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
@@ -84,7 +124,25 @@ def drive_wrench(qx, qy, qz, qw, vx, vy, yaw_rate, height, speed_command, yaw_ra
     along = mass * (speed * ahead + turn * lever * aside - forward) / dt
     sideways = mass * (speed * aside - turn * lever * ahead - left) / dt
     couple = inertia * (turn - yaw_rate) / dt - sideways * lever
-    along, sideways, couple = wheel_forces(along, sideways, couple, grip, max_force, half_track)
+    left_along, right_along = motor_forces(along, couple, half_track, motor_limit)
+    if max(abs(left_along), abs(right_along)) >= motor_limit:
+        # Motors at their limit turn it otherwise; the ground still holds the axle sideways.
+        couple = (right_along - left_along) * half_track
+        ahead, aside = math.cos(yaw_rate * dt), math.sin(yaw_rate * dt)
+        speed = forward + dt * (left_along + right_along) / mass
+        turn = (couple * dt + inertia * yaw_rate + lever * mass * (speed * aside - left)) / (
+            inertia + mass * lever * lever * ahead
+        )
+        sideways = mass * (speed * aside - turn * lever * ahead - left) / dt
+    left_along, left_side, right_along, right_side = grip(
+        left_along, right_along, sideways, left_load, right_load, constants
+    )
+    power = mechanical_power(left_along, right_along, forward, yaw_rate, left_along + right_along, constants)
 
-    fx, fy = cos * along - sin * sideways, sin * along + cos * sideways
-    return fx, fy, -weight, height * fy, -height * fx, couple + sideways * lever
+    lx, ly, lz = rotate(qx, qy, qz, qw, lever, half_track, -height)  # the wheels' treads from the centre of mass
+    rx, ry, rz = rotate(qx, qy, qz, qw, lever, -half_track, -height)
+    lfx, lfy = cos * left_along - sin * left_side, sin * left_along + cos * left_side
+    rfx, rfy = cos * right_along - sin * right_side, sin * right_along + cos * right_side
+    tx, ty = -lz * lfy - rz * rfy, lz * lfx + rz * rfx
+    tz = lx * lfy - ly * lfx + rx * rfy - ry * rfx
+    return lfx + rfx, lfy + rfy, -weight, tx, ty, tz, power

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, Health, Observation, Pose2D
 
@@ -17,7 +19,7 @@ class GroundTruthLocalizer(Localizer):
         """
         self._true_pose = true_pose
 
-    def reset(self, belief: Belief) -> None:
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
         """Nothing to do: the initial belief does not matter to who knows."""
 
     def update(self, observation: Observation) -> Belief:

@@ -131,3 +131,38 @@ def walk(dt, points, counts, next_point, pauses, speeds, positions, states, rest
             next_point[i] += 1
         states[i, :2] = positions[i]
     return number
+
+
+@njit(cache=True)
+def replay(time, firsts, times, positions, robot_x, robot_y, clearance, absent, hidden, states):
+    """Everybody at one moment of a recording.
+
+    Args:
+        time: [s].
+        firsts: (n + 1,) index of each person's first sample, and the number of samples.
+        times: (N,) [s], ascending for each person.
+        positions: (N, 2) [m].
+        robot_x: [m].
+        robot_y: [m].
+        clearance: [m] from the robot within which nobody appears.
+        absent: (n,) bool: who is not in the recording at the moment. Changed in place.
+        hidden: (n,) bool: who appeared too near to the robot and is not shown. Changed in place.
+        states: (n, 4) output: x, y [m], vx, vy [m/s]; (inf, inf, 0, 0) for those who are not there.
+    """
+    for i in range(len(absent)):
+        first, last = firsts[i], firsts[i + 1] - 1
+        states[i, :2], states[i, 2:] = math.inf, 0.0
+        if not times[first] <= time <= times[last]:
+            absent[i], hidden[i] = True, False
+            continue
+        k = min(first + np.searchsorted(times[first : last + 1], time, side="right") - 1, max(last - 1, first))
+        x, y, vx, vy = positions[k, 0], positions[k, 1], 0.0, 0.0
+        if last > first:
+            span, gone = times[k + 1] - times[k], time - times[k]
+            vx, vy = (positions[k + 1, 0] - x) / span, (positions[k + 1, 1] - y) / span
+            x, y = x + gone * vx, y + gone * vy
+        if absent[i]:
+            absent[i] = False
+            hidden[i] = math.hypot(x - robot_x, y - robot_y) < clearance
+        if not hidden[i]:
+            states[i, 0], states[i, 1], states[i, 2], states[i, 3] = x, y, vx, vy

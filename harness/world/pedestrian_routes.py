@@ -9,12 +9,13 @@ from harness.shortest_paths import distance_field, string_pull
 from harness.world.pedestrian_kernels import find_path
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import MapError
-from navstack.geometry import transform_points
-from navstack.types import BoolArray, Float32Array, FloatArray, IntArray
+from navstack.geometry import relative_to, transform_points
+from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 
 _CELL = 0.2  # [m] of the grid that is searched; finer maps are coarsened to it
 _BORDER = 2  # [cells] closed cells around the grid, as the search needs them
 _LANDMARKS = 16
+_NEAR = 10  # [cells] around a point that are searched first
 _ENOUGH = 0.2  # share of the walkable area that must survive the keeping of a distance
 
 
@@ -41,6 +42,7 @@ class WalkingNetwork:
                 f"nothing is walkable in a map of {walkable.width} x {walkable.height} cells of "
                 f"{walkable.resolution} m; people need a free square of {self._cell:.2f} m at least"
             )
+        self.walkable: BoolArray = free  # (H, W) cells, without any distance kept
         clearance = distance_transform_edt(free) * self._cell - 0.5 * self._cell  # [m] of a centre to the edge
         for kept in (agent_radius, 0.5 * agent_radius, 0.0):
             self._free = _largest_part(free & (clearance >= kept - 1e-9))
@@ -52,6 +54,30 @@ class WalkingNetwork:
         self._length = np.full(self._free.size, np.inf)  # work space of the search
         self._arrival = np.zeros(self._free.size, dtype=np.uint8)
         self._closed = np.zeros(self._free.size, dtype=np.bool_)
+
+    @property
+    def frame(self) -> FloatArray:
+        """Place of the grid (5,): x, y [m] of its corner in the map frame, cosine and sine of its yaw, cell [m]."""
+        cos, sin = math.cos(self._origin.yaw), math.sin(self._origin.yaw)
+        corner = transform_points(self._origin, np.array([(-_BORDER * self._cell, -_BORDER * self._cell)]))[0]
+        return np.array((*corner, cos, sin, self._cell))
+
+    def edge_distances(self) -> FloatArray:
+        """Distance (H, W) [m] of each cell's centre to the edge of the walkable area, negative outside of it."""
+        inside = distance_transform_edt(self.walkable)
+        outside = distance_transform_edt(~self.walkable)
+        distances: FloatArray = (np.maximum(inside - 0.5, 0.0) - np.maximum(outside - 0.5, 0.0)) * self._cell
+        return distances
+
+    def nearest_cell(self, x: float, y: float) -> IntArray:
+        """The one of :attr:`cells` nearest to a point [m] in the map frame."""
+        at = relative_to(self._origin, Pose2D(x, y))
+        middle = np.array((at.y, at.x)) / self._cell + _BORDER - 0.5  # of cell (0, 0) its centre
+        low = np.maximum(middle.astype(np.int64) - _NEAR, 0)
+        near = np.argwhere(self._free[low[0] : low[0] + 2 * _NEAR, low[1] : low[1] + 2 * _NEAR]) + low
+        cells = near if len(near) else self.cells
+        cell: IntArray = cells[((cells - middle) ** 2).sum(axis=1).argmin()]
+        return cell
 
     def positions(self, cells: IntArray) -> FloatArray:
         """Centres (N, 2) of cells (N, 2), in [m] in the map frame."""

@@ -2,18 +2,22 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from harness.mission import Mission
 from harness.truth import Truth
-from harness.world.bodies import NearObstacles, add_ground, add_robot, static_index
+from harness.world.bodies import NearObstacles, add_robot, static_index
 from harness.world.body_state import BodyState
 from harness.world.cargo import Cargo
 from harness.world.contacts import ContactBook, ContactPoint, Motion
 from harness.world.crowd import Crowd
-from harness.world.drive_kernels import drive_constants, drive_wrench
+from harness.world.drive_kernels import LEVEL, drive_constants, drive_wrench
+from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
+from harness.world.footing import Feet, Footing
+from harness.world.ground import Ground
 from harness.world.motion_kernels import base_motion, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
@@ -24,14 +28,16 @@ from harness.world.world_params import WorldParams
 from navstack.types import Observation, Pose2D, Twist2D
 
 _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
+_LEVEL_SINE = 0.002  # [-] of half the tilt, beyond which the loads of the wheels are measured: 0.23 degrees
+_ON_LEVEL_GROUND = Footing(LEVEL, LEVEL, ())
 
 
 class PyBulletWorld(World):
     """Steps rigid bodies at the physics rate; a tick is a fixed number of physics steps.
 
-    Simplifications: the ground is flat, curbs are no obstacles; robot and furniture are rigid and collide without
-    rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_wrench`. The robot is driven by
-    forces, so that impacts push it about and can tip it.
+    Simplifications: the ground is level but for vertical steps (:class:`Ground`); robot and furniture are rigid and
+    collide without rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_wrench`. The robot
+    is driven by forces, so that impacts push it about and can tip it.
     """
 
     def __init__(
@@ -59,30 +65,36 @@ class PyBulletWorld(World):
         self._sensors = sensors
         self._steps_per_tick = steps_per_tick
         self._index = static_index(scene)
+        self._elevation = elevation_of(scene)
+        self._has_steps = not self._elevation.is_flat
         self._server = Server()
         self._client = self._server.client
         self._dt = 1.0 / params.physics.rate  # [s]
         self._constants = drive_constants(robot, params.physics.gravity, self._dt)
-        self._base_offset = (-robot.center[0], -robot.center[1], -robot.center_of_mass_height)  # from centre of mass
-        x, y, z = robot.bucket
-        self._bucket_offset = (x - robot.center[0], y - robot.center[1], z - robot.center_of_mass_height)
-        self._reach = math.hypot(*robot.half_size) + 0.1  # [m] with what is closed within one step
+        x, y, z = robot.center_of_mass
+        self._base_offset = (-x, -y, -z)  # from the centre of mass
+        bucket_x, bucket_y, bucket_z = robot.bucket
+        self._bucket_offset = (bucket_x - x, bucket_y - y, bucket_z - z)
+        self._feet = Feet(robot)
+        self._reach = robot.reach + 0.1  # [m] with what is closed within one step
         self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
 
     def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
         """See :class:`World`; generators are those of people, sensors and cargo. Earlier episodes leave no trace."""
         self._reset_server()
         client, robot = self._client, self._robot
-        self._ground = add_ground(client)
+        self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(client, self._pedestrians, self._params, robot)
-        self._book = ContactBook(self._params.contacts, self._dt)
+        self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
         if self._cargo:
             self._cargo.reset(generators["cargo"])
         self._place(mission.start)
         self._steps = 0
+        self._work = 0.0  # [J] of the motors
+        self._footing = _ON_LEVEL_GROUND
         self._read_robot()
         self._bucket_velocity = self._point_velocity(self._bucket_offset)
         self._state = self._base_state(None)
@@ -95,6 +107,7 @@ class PyBulletWorld(World):
         robot = self._robot
         speed = min(max(command.linear_x, -robot.max_speed), robot.max_speed)
         yaw_rate = min(max(command.angular_z, -robot.max_yaw_rate), robot.max_yaw_rate)
+        self._pedestrians.see_robot(self._state)
         self._crowd.follow(self._position[0], self._position[1])
         for _ in range(self._steps_per_tick):
             self._advance(speed, yaw_rate)
@@ -106,6 +119,16 @@ class PyBulletWorld(World):
     def truth(self) -> Truth:
         """See :class:`World`."""
         return self._truth
+
+    @property
+    def people(self) -> PedestrianModel:
+        """Who walks about."""
+        return self._pedestrians
+
+    @property
+    def tick(self) -> tuple[int, float]:
+        """Physics steps of a tick, and the duration of each in [s]."""
+        return self._steps_per_tick, self._dt
 
     @property
     def stamp(self) -> float:
@@ -145,54 +168,92 @@ class PyBulletWorld(World):
 
     def _place(self, start: Pose2D) -> None:
         cos, sin = math.cos(start.yaw), math.sin(start.yaw)
-        cx, cy = self._robot.center
-        position = (
-            start.x + cos * cx - sin * cy,
-            start.y + sin * cx + cos * cy,
-            self._robot.center_of_mass_height,
-        )
+        cx, cy, cz = self._robot.center_of_mass
+        position = (start.x + cos * cx - sin * cy, start.y + sin * cx + cos * cy, cz + self._ground.level)
         orientation = (0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw))
         bullet.resetBasePositionAndOrientation(self._body, position, orientation, physicsClientId=self._client)
 
     def _advance(self, speed: float, yaw_rate: float) -> None:
         """One physics step."""
-        client, body, position = self._client, self._body, self._position
-        x, y, z = position
+        x, y, _ = self._position
+        at_step = self._has_steps and self._ground.follow(x, y, self._reach)
         near = self._obstacles.follow(x, y, self._reach)
         near = self._crowd.before_step(x, y) or near
-        fx, fy, fz, tx, ty, tz = drive_wrench(
-            *self._orientation, *self._velocity[:2], self._spin[2], z, speed, yaw_rate, self._constants
+        self._apply_forces(speed, yaw_rate)
+        before = Motion(self._position, self._velocity, self._spin) if near else None
+        bullet.stepSimulation(physicsClientId=self._client)
+        self._steps += 1
+        self._read_robot()
+        if before or at_step or self._is_tilted:
+            self._read_contacts(before, at_step)
+        else:
+            self._footing = _ON_LEVEL_GROUND
+        if self._book.is_waiting:
+            self._book.close_old(self.stamp)
+        self._crowd.after_step(self._dt)
+        if self._cargo:
+            self._shake(self._cargo)
+
+    def _apply_forces(self, speed: float, yaw_rate: float) -> None:
+        """Let drive, weight and scraping act during the coming step."""
+        client, body, position, footing = self._client, self._body, self._position, self._footing
+        fx, fy, fz, tx, ty, tz, power = drive_wrench(
+            *self._orientation,
+            *self._velocity[:2],
+            *self._spin,
+            footing.left_load,
+            footing.right_load,
+            speed,
+            yaw_rate,
+            self._constants,
         )
+        self._work += power * self._dt
         world_frame = bullet.WORLD_FRAME
         bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, physicsClientId=client)
         bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, physicsClientId=client)
-        bullet.stepSimulation(physicsClientId=client)
-        self._steps += 1
-        if near:
-            self._book.record(self.stamp, self._contact_points(), Motion(position, self._velocity, self._spin))
-        if self._book.is_waiting:
-            self._book.close_old(self.stamp)
-        self._read_robot()
-        self._pedestrians.step(self._dt)
-        if self._cargo:
-            self._shake(self._cargo)
+        if footing.scrapes:
+            motion = Motion(position, self._velocity, self._spin)
+            for place, force in footing.friction(motion, self._robot.body_friction, self._robot.mass / self._dt):
+                bullet.applyExternalForce(body, -1, force, place, world_frame, physicsClientId=client)
 
     def _read_robot(self) -> None:
         body, client = self._body, self._client
         self._position, self._orientation = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
         self._velocity, self._spin = bullet.getBaseVelocity(body, physicsClientId=client)
 
-    def _contact_points(self) -> list[ContactPoint]:
-        """What the robot touches after a step, without the ground, in the solver's order."""
+    @property
+    def _is_tilted(self) -> bool:
+        qx, qy, _, _ = self._orientation
+        return qx * qx + qy * qy > _LEVEL_SINE * _LEVEL_SINE
+
+    def _read_contacts(self, before: Motion | None, at_step: bool) -> None:
+        """Note what the robot touched in the last step, and what it stands on.
+
+        Args:
+            before: the robot's motion before the step; None: there is nothing near to touch.
+            at_step: whether it may stand over a step of the ground.
+        """
+        contacts = bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client)
+        ground = self._ground.bodies
+        if before:
+            points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
+            self._book.record(self.stamp, points, before)
+        self._footing = _ON_LEVEL_GROUND
+        if at_step or self._is_tilted:
+            below = [contact for contact in contacts if contact[2] in ground]
+            self._footing = self._feet.footing(below, self._position, self._orientation, self._is_tilted)
+
+    def _contact_points(self, contacts: list[tuple[Any, ...]]) -> list[ContactPoint]:
+        """What the robot touches after a step, in the solver's order."""
         obstacles, people = self._obstacles.touchable, self._crowd.touchable
         points: list[ContactPoint] = []
-        for raw in bullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
+        for raw in contacts:
             partner, position, normal, distance, force = raw[2], raw[6], raw[7], raw[8], raw[9]
-            if partner == self._ground or (force <= 0.0 and distance > 0.0):
+            if force <= 0.0 and distance > 0.0:
                 continue
             touched = people.get(partner) or obstacles[partner]
             motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
-            points.append(ContactPoint(touched, position, normal, force * self._dt, motion))
+            points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
         return points
 
     def _shake(self, cargo: Cargo) -> None:
@@ -230,4 +291,5 @@ class PyBulletWorld(World):
             counted_contacts=self._book.counted,
             contacts=self._book.finished,
             cargo=self._cargo.state if self._cargo else None,
+            motion_energy=self._work,
         )

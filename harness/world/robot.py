@@ -1,5 +1,6 @@
 """The robot's body: what it weighs, how big it is, what its drive can do."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,30 +9,39 @@ from navstack.geometry import make_footprint
 from navstack.types import FloatArray
 
 _POSITIVE = (
-    *("mass", "height", "center_of_mass_height", "foot_radius", "ground_clearance", "track", "max_speed"),
-    *("max_yaw_rate", "max_acceleration", "max_deceleration", "max_yaw_acceleration", "max_drive_force"),
-    "servo_time_constant",
+    *("mass", "height", "center_of_mass_height", "foot_radius", "ground_clearance", "wheel_radius", "track"),
+    *("wheelbase", "caster_track", "max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration"),
+    *("max_yaw_acceleration", "max_wheel_torque", "servo_time_constant"),
 )
+_NOT_NEGATIVE = ("wheel_friction", "body_friction", "rolling_resistance")
 
 
 @dataclass(frozen=True)
 class RobotParams:
-    """A differential drive with a box for a body: one file of ``params/robots``."""
+    """A differential drive with a box for a body: one file of ``params/robots``.
+
+    The base frame's origin is on the ground below the middle of the driven axle; two casters follow behind it.
+    """
 
     footprint: tuple[tuple[float, float], ...]  # [m] base frame; the body is its bounding box
     mass: float  # [kg]
     height: float  # [m] of the body
-    center_of_mass_height: float  # [m] above ground; along x and y it is the body's centre
-    foot_radius: float  # [m] of the four feet at the body's corners
+    center_of_mass_x: float  # [m] base frame; between casters and axle
+    center_of_mass_height: float  # [m] above ground
+    foot_radius: float  # [m] of the spheres that stand for the treads of wheels and casters
     ground_clearance: float  # [m] below the body
+    wheel_radius: float  # [m] of the driven wheels
     track: float  # [m] between the driven wheels
+    wheelbase: float  # [m] from the driven axle back to the casters
+    caster_track: float  # [m] between the casters
     wheel_friction: float  # [-] Coulomb coefficient of the driven wheels on the ground
+    rolling_resistance: float  # [-] force that rolling costs over the weight
     max_speed: float  # [m/s]
     max_yaw_rate: float  # [rad/s]
     max_acceleration: float  # [m/s2] speeding up
     max_deceleration: float  # [m/s2] slowing down
     max_yaw_acceleration: float  # [rad/s2]
-    max_drive_force: float  # [N] of both driven wheels together
+    max_wheel_torque: float  # [N m] of each driven wheel
     servo_time_constant: float  # [s] of the wheel speed loop
     body_friction: float  # [-] Coulomb coefficient of the body against what it touches
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
@@ -46,13 +56,18 @@ class RobotParams:
         for name in _POSITIVE:
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is more than 0")
-        for name in ("wheel_friction", "body_friction"):
+        for name in _NOT_NEGATIVE:
             if getattr(self, name) < 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is 0 or more")
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
                 f"robot: height {self.height} m must exceed center_of_mass_height {self.center_of_mass_height} m "
                 f"and ground_clearance {self.ground_clearance} m"
+            )
+        if not -self.wheelbase < self.center_of_mass_x < 0.0:
+            raise ParameterError(
+                f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between the casters at "
+                f"{-self.wheelbase} m and the axle at 0, or the robot falls over"
             )
 
     @cached_property
@@ -68,9 +83,14 @@ class RobotParams:
 
     @cached_property
     def center(self) -> tuple[float, float]:
-        """The body's centre, which is above the centre of mass, in [m], base frame."""
+        """The middle of the body in [m], base frame."""
         x, y = 0.5 * (self.polygon.max(axis=0) + self.polygon.min(axis=0))
         return float(x), float(y)
+
+    @cached_property
+    def center_of_mass(self) -> tuple[float, float, float]:
+        """The centre of mass in [m], base frame; sideways it is the body's middle."""
+        return self.center_of_mass_x, self.center[1], self.center_of_mass_height
 
     @cached_property
     def inertia(self) -> tuple[float, float, float]:
@@ -79,3 +99,21 @@ class RobotParams:
         length2, width2, height2 = (2.0 * a) ** 2, (2.0 * b) ** 2, self.height**2
         k = self.mass / 12.0
         return k * (width2 + height2), k * (length2 + height2), k * (length2 + width2)
+
+    @cached_property
+    def reach(self) -> float:
+        """Distance [m] in the plane from the centre of mass to the farthest corner of the body."""
+        (cx, cy), (a, b) = self.center, self.half_size
+        x, y, _ = self.center_of_mass
+        return math.hypot(a + abs(cx - x), b + abs(cy - y))
+
+    @property
+    def max_drive_force(self) -> float:
+        """What both motors together can push with, in [N]."""
+        return 2.0 * self.max_wheel_torque / self.wheel_radius
+
+    @cached_property
+    def feet(self) -> tuple[tuple[float, float], ...]:
+        """Where the robot stands, (x, y) in [m], base frame: left and right wheel, left and right caster."""
+        wheel, caster = 0.5 * self.track, 0.5 * self.caster_track
+        return (0.0, wheel), (0.0, -wheel), (-self.wheelbase, caster), (-self.wheelbase, -caster)

@@ -1,8 +1,9 @@
 """The parameters of the simulated world: one file of ``params/worlds``."""
 
+import math
 from dataclasses import dataclass
 
-from harness.world.pedestrians import PedestrianParams
+from harness.world.pedestrian_params import PedestrianParams
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
@@ -62,7 +63,7 @@ class ContactParams:
 
     counted_impulse: float = 50.0  # [N s] with one partner in one step, from which it counts; published
     cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
-    impact_steps: int = 3  # steps over which an event's impulse is summed: the impact without the push after it
+    impact_speed: float = 0.01  # [m/s] closing speed up to which bodies touch without impact
     separation_time: float = 0.25  # [s] apart after which an event has ended
 
     def __post_init__(self) -> None:
@@ -71,8 +72,8 @@ class ContactParams:
         Raises:
             ParameterError: a value out of range.
         """
-        if self.counted_impulse < 0.0 or self.cool_down < 0 or self.impact_steps < 1 or self.separation_time < 0.0:
-            raise ParameterError(f"contacts: {self} has a value out of range; impact_steps is 1 or more, the rest 0")
+        if min(self.counted_impulse, self.cool_down, self.impact_speed, self.separation_time) < 0.0:
+            raise ParameterError(f"contacts: {self} has a value out of range; allowed is 0 or more")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +83,8 @@ class CargoParams:
     pieces: int = 50  # published; 0: no cargo
     piece_mass: float = 0.001  # [kg] published
     fill: float = 0.6  # [-] share of the bucket's volume below the settled pieces' mean surface; published
+    piece_radius: float = 0.0154  # [m] about that of popped corn; assumed
     bucket_width: float = 0.12  # [m] inside; assumed
-    bucket_height: float = 0.15  # [m] inside; assumed
     packing: float = 0.59  # [-] share of the filled volume that is pieces: loose random packing between near walls
     friction: float = 0.5  # [-] Coulomb coefficient between pieces and with the cardboard; assumed
     restitution: float = 0.3  # [-] of speed kept in a bounce between pieces and off the walls; assumed
@@ -101,11 +102,22 @@ class CargoParams:
             raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) or more")
         if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
             raise ParameterError(f"cargo: fill {self.fill}, packing {self.packing}; allowed are up to 1 and up to 0.74")
-        sizes = (self.piece_mass, self.bucket_width, self.bucket_height, self.wake_acceleration, self.settle_time)
+        sizes = (self.piece_mass, self.piece_radius, self.bucket_width, self.wake_acceleration, self.settle_time)
         if min(sizes) <= 0.0 or min(self.friction, self.rolling_friction, self.restitution) < 0.0:
             raise ParameterError(
                 "cargo: masses, sizes, times and wake_acceleration must be positive, frictions not < 0"
             )
+        if self.bucket_width < 2.0 * self.piece_radius:
+            raise ParameterError(
+                f"cargo: bucket_width {self.bucket_width} m holds no piece of radius {self.piece_radius} m; "
+                "allowed is twice the radius or more"
+            )
+
+    @property
+    def bucket_height(self) -> float:
+        """Height [m] of the walls inside: the settled pieces reach up to ``fill`` of it."""
+        volume = self.pieces * 4.0 / 3.0 * math.pi * self.piece_radius**3 / self.packing
+        return volume / (self.bucket_width**2 * self.fill)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.cargo import Cargo, in_frame, is_inside, piece_radius, settled_heap, turned
+from harness.statistics import wilson_interval
+from harness.world.cargo import Cargo, in_frame, is_inside, settled_heap, turned
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -50,7 +51,7 @@ def surface_height(heap, radius):
 
 
 def test_the_bucket_is_filled_as_asked():
-    heap, radius = settled_heap(PARAMS, GRAVITY, DT), piece_radius(PARAMS)
+    heap, radius = settled_heap(PARAMS, GRAVITY, DT), PARAMS.piece_radius
     assert heap.shape == (PARAMS.pieces, 3)
     assert is_inside(heap, PARAMS).all()
     assert surface_height(heap, radius) / PARAMS.bucket_height == pytest.approx(PARAMS.fill, abs=0.06)
@@ -79,23 +80,49 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
         assert shake(cargo, braking(deceleration)).pieces_outside == 0
 
 
-def test_harder_shocks_spill_more(cargo):
-    directions = (0.0, 0.7, 2.0)
-    losses = [
-        sum(shake(cargo, shock(v, d), seed=i).pieces_outside for i, d in enumerate(directions)) for v in (1, 3, 5)
-    ]
-    assert losses[0] == 0
-    assert losses[0] < losses[1] < losses[2]
+@pytest.fixture(scope="module")
+def fuller():
+    made = Cargo(dataclasses.replace(PARAMS, fill=0.8), GRAVITY, DT)
+    yield made
+    made.close()
 
 
-def test_harder_braking_spills_more_of_a_fuller_bucket():
-    full = Cargo(dataclasses.replace(PARAMS, fill=0.9), GRAVITY, DT)
-    try:
-        losses = [sum(shake(full, braking(a), seed=s).pieces_outside for s in (0, 2)) for a in (6.0, 16.0, 26.0)]
-    finally:
-        full.close()
-    assert losses[0] <= losses[1] <= losses[2]
-    assert losses[0] < losses[2]
+def losses(cargo, dose, seeds=20):
+    """Share of the pieces that is lost (seeds,), every seed with a heap and a direction of its own."""
+    lost = []
+    for seed in range(seeds):
+        direction = np.random.default_rng((7, seed)).uniform(-math.pi, math.pi)
+        turn = np.array(((math.cos(direction), math.sin(direction), 0.0),))
+        state = shake(cargo, np.asarray(dose)[:, :1] * turn, seed=seed, calm=0.8)
+        inside = int(is_inside(cargo.positions, cargo.params).sum())
+        assert inside + state.pieces_outside == state.pieces_at_start
+        lost.append(state.lost_fraction)
+    return np.array(lost)
+
+
+def test_the_harder_the_brake_the_more_is_lost(fuller):
+    means = [losses(fuller, braking(deceleration)).mean() for deceleration in (4.0, 8.0, 16.0)]
+    assert means[0] == 0.0
+    assert means == sorted(means) and means[-1] > 0.02
+
+
+def test_the_harder_the_shock_the_more_is_lost(fuller):
+    shares = [losses(fuller, shock(speed)) for speed in (0.5, 1.0, 2.0)]
+    means = [share.mean() for share in shares]
+    assert means == sorted(means) and means[0] < 0.02 < means[-1]
+    spoiled = [wilson_interval(int((share > 0.05).sum()), len(share)) for share in shares]
+    assert spoiled[0].high < 0.2 < spoiled[-1].low
+
+
+def test_a_fuller_bucket_loses_more():
+    means = []
+    for fill in (0.6, 0.8, 1.0):
+        bucket = Cargo(dataclasses.replace(PARAMS, fill=fill), GRAVITY, DT)
+        try:
+            means.append(losses(bucket, shock(2.5), seeds=12).mean())
+        finally:
+            bucket.close()
+    assert means == sorted(means) and means[0] < means[-1]
 
 
 def test_pieces_are_conserved(cargo):

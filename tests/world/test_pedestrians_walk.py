@@ -7,8 +7,9 @@ from scipy.ndimage import distance_transform_edt
 
 from harness.shortest_paths import distance_field, path_length
 from harness.world.pedestrian_kernels import find_path
+from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
-from harness.world.pedestrians import PedestrianModel, PedestrianParams, RandomWalkPedestrians
+from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError, ParameterError
 from navstack.types import Pose2D
@@ -117,7 +118,7 @@ def test_people_walk_at_their_speed_or_stand(crowd):
 def test_speeds_are_spread_as_stated():
     people = RandomWalkPedestrians(PedestrianParams(count=400, speed_std=0.1), grid_of(np.ones((200, 200), np.bool_)))
     people.reset(np.random.default_rng(0), AWAY)
-    speeds = people._speeds
+    speeds = people._errands.speeds
     assert abs(speeds.mean() - 1.0) < 3 * 0.1 / 20
     assert abs(speeds.std() - 0.1) < 3 * 0.1 / math.sqrt(800)
 
@@ -138,8 +139,8 @@ def test_pauses_last_two_to_five_seconds(crowd):
 
 def test_people_stand_at_shared_goals(crowd):
     states = record(crowd, 200.0, seed=4)
-    goals = crowd._network.positions(crowd._goals)
-    assert len(np.unique(crowd._goals, axis=0)) == 60
+    goals = crowd._errands.network.positions(crowd._errands.goals)
+    assert len(np.unique(crowd._errands.goals, axis=0)) == 60
     standing = states[(states[..., 2:] == 0.0).all(axis=2)][:, :2]
     distance = np.hypot(*(np.unique(standing, axis=0)[:, None] - goals).transpose(2, 0, 1)).min(axis=1)
     assert distance.max() < 1e-9

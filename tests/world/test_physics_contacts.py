@@ -13,20 +13,23 @@ STILL = Motion((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 ROBOT = Motion((0.0, 0.0, 0.45), (1.5, 0.2, 0.0), (0.0, 0.0, 0.5))
 
 
-def point(impulse, touched=PERSON, partner=STILL, position=(0.4, 0.0, 0.3)):
-    return ContactPoint(touched, position, (-1.0, 0.0, 0.0), impulse, partner)
+LEAVING = Motion((0.0, 0.0, 0.0), (1.5, 0.0, 0.0))  # as fast as the robot at y = 0
 
 
-def feed(book, steps, first=1):
+def point(impulse, touched=PERSON, partner=STILL, position=(0.4, 0.0, 0.3), distance=0.0):
+    return ContactPoint(touched, position, (-1.0, 0.0, 0.0), impulse, partner, distance)
+
+
+def feed(book, steps, first=1, robot=ROBOT):
     """Record a list of contact points per physics step; an empty list is a step without contact."""
     for number, points in enumerate(steps, first):
-        book.record(number * DT, points, ROBOT)
+        book.record(number * DT, points, robot)
         book.close_old(number * DT)
 
 
 @pytest.fixture
 def book():
-    return ContactBook(ContactParams(), DT)
+    return ContactBook(ContactParams(), DT, robot_mass=50.0)
 
 
 def test_the_points_of_one_partner_count_as_one(book):
@@ -74,23 +77,55 @@ def test_an_event_sums_the_impact_and_not_the_push_after_it(book):
     feed(book, [[point(30.0), point(10.0)], [point(5.0)], [point(2.0)], [point(3.0)], [point(3.0)]])
     book.close_all()
     (event,) = book.finished
-    assert event.impulse == pytest.approx(47.0)
+    assert event.impulse == pytest.approx(40.0)
+    assert event.delta_v == pytest.approx(40.0 / 50.0)
+    assert event.impacts == 1
     assert event.peak_step_impulse == 40.0
     assert event.stamp == DT
     assert event.duration == pytest.approx(5 * DT)
 
 
+def test_an_impact_lasts_until_the_bodies_touch(book):
+    """The engine brakes bodies that would meet within the step to just meet; they still come together in the next."""
+    feed(book, [[point(30.0, distance=0.004)], [point(12.0, distance=0.0)], [point(3.0, distance=-1e-5)]])
+    book.close_all()
+    (event,) = book.finished
+    assert (event.impulse, event.impacts) == (pytest.approx(42.0), 1)
+
+
+def test_bodies_that_stay_together_push(book):
+    feed(book, [[point(4.0, partner=LEAVING)]] * 3)
+    book.close_all()
+    (event,) = book.finished
+    assert (event.impulse, event.impacts, event.delta_v) == (0.0, 0, 0.0)
+    assert event.peak_step_impulse == 4.0
+
+
+def test_a_second_impact_of_the_same_contact_counts_too(book):
+    feed(book, [[point(30.0)], [point(2.0)], [], [point(20.0)]])
+    book.close_all()
+    (event,) = book.finished
+    assert (event.impulse, event.impacts) == (pytest.approx(50.0), 2)
+
+
+def test_another_corner_that_strikes_while_the_first_one_touches_is_an_impact(book):
+    feed(book, [[point(30.0)], [point(2.0)], [point(1.0), point(25.0, position=(0.4, 0.5, 0.3))]])
+    book.close_all()
+    (event,) = book.finished
+    assert (event.impulse, event.impacts) == (pytest.approx(55.0), 2)
+
+
 def test_an_event_ends_after_a_quarter_second_apart_and_then_begins_anew(book):
     feed(book, [[point(30.0)]] + [[]] * 29 + [[point(4.0)]] + [[]] * 31 + [[point(8.0)]])
     book.close_all()
-    assert [event.impulse for event in book.finished] == [30.0, 8.0]
+    assert [event.impulse for event in book.finished] == [34.0, 8.0]
     assert book.finished[0].duration == pytest.approx(31 * DT)
 
 
 def test_partners_have_events_of_their_own(book):
     feed(book, [[point(30.0), point(11.0, MAILBOX)], [point(1.0, MAILBOX)]])
     book.close_all()
-    assert {event.kind: event.impulse for event in book.finished} == {"pedestrian": 30.0, "mailbox": 12.0}
+    assert {event.kind: event.impulse for event in book.finished} == {"pedestrian": 30.0, "mailbox": 11.0}
 
 
 def test_it_says_who_moved_into_whom(book):

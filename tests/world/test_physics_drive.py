@@ -1,12 +1,13 @@
 """The drive's forces and the kinematics of points on the robot, against slow twins and textbook cases."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from harness import resources
-from harness.world.drive_kernels import drive_constants, drive_wrench, wheel_forces
+from harness.world.drive_kernels import LEVEL, drive_constants, drive_wrench, grip, motor_forces
 from harness.world.motion_kernels import base_motion, point_velocity
 from harness.world.robot import RobotParams
 from navstack.params.strict import load_dataclass
@@ -29,42 +30,58 @@ def matrix(q):
     return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
 
 
-def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0)):
-    constants = drive_constants(robot, GRAVITY, DT)
-    result = drive_wrench(*q, *v, w, robot.center_of_mass_height, *command, constants)
-    return np.array(result[:3]), np.array(result[3:])
+def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0), loads=(LEVEL, LEVEL)):
+    """Force, torque and power."""
+    result = drive_wrench(*q, *v, 0.0, 0.0, w, *loads, *command, drive_constants(robot, GRAVITY, DT))
+    return np.array(result[:3]), np.array(result[3:6]), result[6]
+
+
+def sticky(robot):
+    """Wheels that friction does not limit."""
+    return dataclasses.replace(robot, wheel_friction=100.0, max_wheel_torque=1e6)
 
 
 def test_at_rest_it_only_carries_the_weight(robot):
-    force, torque = wrench(robot)
+    force, torque, power = wrench(robot)
     assert force == pytest.approx((0.0, 0.0, -robot.mass * GRAVITY))
     assert torque == pytest.approx((0.0, 0.0, 0.0))
+    assert power == 0.0
 
 
 def test_full_throttle_gives_the_greatest_acceleration_and_pitches(robot):
-    force, torque = wrench(robot, command=(3.0, 0.0))
+    force, torque, _ = wrench(sticky(robot), command=(3.0, 0.0))
     assert force[0] == pytest.approx(robot.mass * robot.max_acceleration)
     assert torque[1] == pytest.approx(-robot.center_of_mass_height * force[0])  # lifts the front
 
 
-def test_force_never_exceeds_friction(robot):
+def test_friction_limits_speeding_up_and_braking(robot):
+    slippery = dataclasses.replace(robot, wheel_friction=0.2)
+    for v, command, sign in (((0.0, 0.0), (3.0, 0.0), 1.0), ((2.0, 0.0), (0.0, 0.0), -1.0)):
+        force, _, _ = wrench(slippery, v=v, command=command)
+        assert force[0] == pytest.approx(sign * 0.2 * robot.mass * GRAVITY)
+
+
+def test_each_wheel_stays_within_its_own_circle_of_friction(robot):
     rng = np.random.default_rng(5)
-    grip = robot.wheel_friction * robot.mass * GRAVITY
+    constants = drive_constants(robot, GRAVITY, DT)
+    limit = 0.5 * robot.wheel_friction * robot.mass * GRAVITY
+    limited = 0
     for _ in range(500):
-        q = quaternion((0.0, 0.0, 1.0), rng.uniform(-3.0, 3.0))
-        force, torque = wrench(robot, rng.normal(0.0, 2.0, 2), rng.normal(0.0, 2.0), rng.normal(0.0, 2.0, 2), q)
-        assert math.hypot(*force[:2]) <= grip * (1.0 + 1e-12)
-        lever = abs(robot.center[0])
-        assert abs(torque[2]) <= grip * (lever + 0.5 * robot.track) * (1.0 + 1e-12)
+        asked_left, asked_right, sideways = rng.normal(0.0, (200.0, 200.0, 300.0))
+        la, ls, ra, rs = grip(asked_left, asked_right, sideways, LEVEL, LEVEL, constants)
+        assert max(math.hypot(la, ls), math.hypot(ra, rs)) <= limit * (1.0 + 1e-12)
+        assert abs(la) <= abs(asked_left) and abs(ra) <= abs(asked_right)
+        limited += math.hypot(la, ls) > limit * (1.0 - 1e-12)
+    assert limited > 100
 
 
 def test_a_free_step_leads_to_the_servos_next_speed_without_slip(robot):
     """One explicit integration step of the rigid body in the plane is the oracle."""
     yaw, speed, turn = 0.8, 1.0, 0.4
-    lever = abs(robot.center[0])
+    lever = abs(robot.center_of_mass_x)
     cos, sin = math.cos(yaw), math.sin(yaw)
     velocity = np.array((cos * speed + sin * turn * lever, sin * speed - cos * turn * lever))
-    force, torque = wrench(robot, velocity, turn, (1.1, 0.45), quaternion((0.0, 0.0, 1.0), yaw))
+    force, torque, _ = wrench(robot, velocity, turn, (1.1, 0.45), quaternion((0.0, 0.0, 1.0), yaw))
     after = velocity + DT * force[:2] / robot.mass
     turn_after = turn + DT * torque[2] / robot.inertia[2]
     heading = yaw + DT * turn_after
@@ -75,19 +92,51 @@ def test_a_free_step_leads_to_the_servos_next_speed_without_slip(robot):
 
 
 def test_wheels_in_the_air_pull_nothing(robot):
-    force, torque = wrench(robot, v=(1.0, 1.0), command=(3.0, 1.0), q=quaternion((1.0, 0.0, 0.0), 0.6))
+    tilted = quaternion((1.0, 0.0, 0.0), 0.6)
+    force, torque, _ = wrench(robot, v=(1.0, 1.0), command=(3.0, 1.0), q=tilted, loads=(0.0, 0.0))
     assert force == pytest.approx((0.0, 0.0, -robot.mass * GRAVITY))
     assert not torque.any()
 
 
-def test_wheel_forces_within_all_limits_pass_unchanged():
-    assert wheel_forces(50.0, 20.0, 5.0, 400.0, 300.0, 0.2) == pytest.approx((50.0, 20.0, 5.0))
+def test_a_wheel_alone_on_the_ground_pulls_at_its_own_place(robot):
+    force, torque, _ = wrench(robot, command=(3.0, 0.0), loads=(0.0, 200.0))
+    assert math.hypot(*force[:2]) <= 0.8 * 200.0 + 1e-9
+    lever = np.array((-robot.center_of_mass_x, -0.5 * robot.track, -robot.center_of_mass_height))  # right wheel
+    assert torque == pytest.approx(np.cross(lever, (force[0], force[1], 0.0)))
+
+
+def test_forces_within_all_limits_pass_unchanged(robot):
+    left, right = motor_forces(50.0, 5.0, 0.2, 300.0)
+    assert (left + right, 0.2 * (right - left)) == pytest.approx((50.0, 5.0))
+    la, ls, ra, rs = grip(left, right, 20.0, LEVEL, LEVEL, drive_constants(robot, GRAVITY, DT))
+    assert (la, ra, ls + rs) == pytest.approx((left, right, 20.0))
 
 
 def test_a_weak_motor_limits_each_wheel():
-    along, _, couple = wheel_forces(500.0, 0.0, 40.0, 1e6, 300.0, 0.2)
-    # Asked for: left 150, right 350; each motor gives at most 150.
-    assert (along, couple) == pytest.approx((300.0, 0.0))
+    # Asked for: left 150, right 350; each motor gives at most 200.
+    assert motor_forces(500.0, 40.0, 0.2, 200.0) == pytest.approx((150.0, 200.0))
+
+
+def test_weak_motors_leave_the_axle_without_slip(robot):
+    """One explicit step of the rigid body: what the motors cannot turn, the ground still holds sideways."""
+    weak = dataclasses.replace(sticky(robot), max_wheel_torque=1e-9)
+    lever = abs(robot.center_of_mass_x)
+    velocity, turn = np.array((1.0, 0.3)), 0.7
+    force, torque, _ = wrench(weak, velocity, turn, (2.0, -1.5))
+    after, turn_after = velocity + DT * force[:2] / robot.mass, turn + DT * torque[2] / robot.inertia[2]
+    assert after[1] + turn_after * lever == pytest.approx(0.0, abs=0.02)  # to first order in the step
+    assert force[0] == pytest.approx(0.0, abs=1e-6)
+    before = 0.5 * robot.mass * velocity @ velocity + 0.5 * robot.inertia[2] * turn**2
+    assert 0.5 * robot.mass * after @ after + 0.5 * robot.inertia[2] * turn_after**2 <= before
+
+
+def test_power_is_force_times_speed_and_rolling_resistance_and_braking_gives_nothing_back(robot):
+    rolling = robot.rolling_resistance * robot.mass * GRAVITY
+    assert wrench(robot, v=(2.0, 0.0), command=(2.0, 0.0))[2] == pytest.approx(2.0 * rolling)
+    force, _, power = wrench(robot, v=(1.0, 0.0), command=(1.1, 0.0))
+    middle = 1.0 + 0.5 * DT * force[0] / robot.mass
+    assert power == pytest.approx((force[0] + rolling) * middle)
+    assert wrench(robot, v=(2.0, 0.0), command=(0.0, 0.0))[2] == 0.0
 
 
 def test_motion_kernels_equal_matrix_algebra():

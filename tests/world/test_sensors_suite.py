@@ -226,7 +226,7 @@ def test_the_same_seed_gives_the_same_numbers_also_on_a_second_episode():
 def test_ground_truth_knows_the_pose():
     pose = Pose2D(1.0, 2.0, 3.0)
     localizer = GroundTruthLocalizer(lambda: pose)
-    localizer.reset(Belief(Pose2D()))
+    localizer.reset(Belief(Pose2D()), np.random.default_rng(0))
     belief = localizer.update(Observation(4.0))
     assert (belief.pose, belief.stamp) == (pose, 4.0)
     assert not belief.covariance.any()

@@ -1,0 +1,157 @@
+"""Popcorn held to account: how much spills at a given shake, and what simulating it only when shaken leaves out.
+
+Usage: python benchmarks/check_cargo.py dose [--seeds 20]
+       python benchmarks/check_cargo.py gate [--episodes 100] [--stack NAME ...]
+
+``dose`` brakes and strikes a standing bucket; every seed has a heap and a direction of its own. ``gate`` drives
+deliveries, keeps those with a contact or a hard brake, and shakes two buckets alike with the recorded motion: one
+simulated while something happens, as in a study, and one simulated always.
+"""
+
+import argparse
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from harness.episode import run_episode
+from harness.statistics import Interval, bootstrap_mean, wilson_interval
+from harness.study import make_study
+from harness.world.cargo import Cargo
+from harness.world.world_params import CargoParams
+
+DT, GRAVITY = 1.0 / 120.0, 9.81  # [s], [m/s2]
+LEVEL, STILL = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+FILLS = (0.6, 0.8, 1.0)
+SPOILED = 0.05  # [-] share of the pieces beyond which a delivery is spoiled
+HARD_BRAKE = 3.5  # [m/s2] mean over BRAKE_TIME
+BRAKE_TIME = 0.1  # [s]
+ALWAYS = 1e-9  # [m/s2] a threshold that every motion passes
+
+
+def lost(cargo: Cargo, seed: int, accelerations: np.ndarray, calm: float = 1.2) -> float:
+    """Share of the pieces that is outside the bucket after accelerations (n,) [m/s2] along a direction of the seed's choice."""
+    rng = np.random.default_rng(seed)
+    cargo.reset(rng)
+    direction = rng.uniform(-math.pi, math.pi)
+    for a in accelerations.tolist():
+        cargo.step((-a * math.cos(direction), -a * math.sin(direction), 0.0), LEVEL, STILL)
+    for _ in range(round(calm / DT)):
+        cargo.step(STILL, LEVEL, STILL)
+    return cargo.state.lost_fraction
+
+
+def doses() -> dict[str, np.ndarray]:
+    """Accelerations (n,) [m/s2], one per physics step."""
+    brakes = {f"braking {a:g} m/s2, 0.5 s": np.full(round(0.5 / DT), float(a)) for a in (4, 6, 8)}
+    shocks = {f"shock {v:g} m/s": np.array((v / DT,)) for v in (0.5, 1.0, 2.0, 3.0)}
+    return {**brakes, **shocks}
+
+
+def dose_response(seeds: int) -> None:
+    """Print the share of lost pieces and of spoiled buckets per dose and fill."""
+    print(f"pieces lost [%], mean and 95 % bootstrap interval; buckets spoiled (> 5 %), Wilson; n = {seeds}")
+    print(f"{'dose':<24}" + "".join(f"{f'fill {fill}':>40}" for fill in FILLS))
+    buckets = [Cargo(dataclasses.replace(CargoParams(), fill=fill), GRAVITY, DT) for fill in FILLS]
+    for name, accelerations in doses().items():
+        cells = []
+        for bucket in buckets:
+            shares = np.array([lost(bucket, seed, accelerations) for seed in range(seeds)])
+            mean = bootstrap_mean(100.0 * shares, np.random.default_rng(0))
+            spoiled = wilson_interval(int((shares > SPOILED).sum()), seeds)
+            cells.append(f"{told(mean, 1)} {told(spoiled, 2)}")
+        print(f"{name:<24}" + "".join(f"{cell:>40}" for cell in cells), flush=True)
+
+
+def told(interval: Interval, digits: int) -> str:
+    """A value with its interval."""
+    return f"{interval.value:.{digits}f} [{interval.low:.{digits}f}, {interval.high:.{digits}f}]"
+
+
+@dataclasses.dataclass
+class Shaken:
+    """One delivery's bucket: what moved it, and the pieces lost when simulated while something happens."""
+
+    name: str
+    gated: int
+    motion: list[tuple]  # per physics step: acceleration [m/s2], orientation, spin [rad/s]
+    generator: np.random.Generator
+
+    @property
+    def brakes_hard(self) -> bool:
+        """Whether the bucket was accelerated horizontally by HARD_BRAKE, averaged over BRAKE_TIME."""
+        window = round(BRAKE_TIME / DT)
+        horizontal = np.array([acceleration[:2] for acceleration, _, _ in self.motion])
+        sums = np.cumsum(np.vstack((np.zeros(2), horizontal)), axis=0)
+        return bool((np.hypot(*(sums[window:] - sums[:-window]).T) / window).max() >= HARD_BRAKE)
+
+    def always(self, cargo: Cargo) -> int:
+        """The pieces lost by a bucket that is simulated throughout."""
+        cargo.reset(self.generator)
+        for step in self.motion:
+            cargo.step(*step)
+        return cargo.state.pieces_outside
+
+
+def eventful(stacks: list[str], wanted: int, seed: int) -> Iterator[Shaken]:
+    """Drive deliveries until ``wanted`` had a contact or a hard brake."""
+    motion: list[tuple] = []
+    undisturbed = Cargo.step
+
+    def recorded(cargo: Cargo, *step: tuple) -> None:
+        motion.append(step)
+        undisturbed(cargo, *step)
+
+    found = 0
+    study = make_study(stacks=stacks, episodes=20 * wanted, seed=seed)
+    by_episode = sorted(study.tasks(), key=lambda task: (task.episode, task.stack_number))
+    for task in by_episode:
+        motion.clear()
+        Cargo.step = recorded  # type: ignore[method-assign]
+        delivery = run_episode(task)
+        Cargo.step = undisturbed  # type: ignore[method-assign]
+        name = f"{task.stack.name} {task.episode}"
+        shaken = Shaken(name, delivery.row["pieces_lost"], list(motion), task.generators()["cargo"])
+        if delivery.events or shaken.brakes_hard:
+            found += 1
+            yield shaken
+        if found == wanted:
+            return
+
+
+def gate(stacks: list[str], wanted: int, seed: int) -> None:
+    """Print how far apart the two ways of simulating are."""
+    throughout = Cargo(dataclasses.replace(CargoParams(), wake_acceleration=ALWAYS), GRAVITY, DT)
+    apart, missed = [], 0
+    limit = SPOILED * CargoParams().pieces
+    for shaken in eventful(stacks, wanted, seed):
+        always = shaken.always(throughout)
+        apart.append(shaken.gated - always)
+        missed += shaken.gated <= limit < always
+        if shaken.gated or always:
+            print(f"{shaken.name:<20} lost {shaken.gated:>3} while something happens, {always:>3} always", flush=True)
+    difference = np.abs(apart)
+    print(
+        f"{len(apart)} deliveries with a contact or a hard brake: pieces lost differ by more than one in "
+        f"{(difference > 1).sum()}, at most by {difference.max()}; spoiled but called intact: {missed}"
+    )
+
+
+def main() -> None:
+    """Read the arguments and check."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("dose", "gate"))
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--episodes", type=int, default=100, help="eventful deliveries to look at")
+    parser.add_argument("--stack", nargs="*", default=["nav2-stock", "paper-gps", "parked"])
+    arguments = parser.parse_args()
+    if arguments.what == "dose":
+        dose_response(arguments.seeds)
+    else:
+        gate(arguments.stack, arguments.episodes, arguments.seed)
+
+
+if __name__ == "__main__":
+    main()

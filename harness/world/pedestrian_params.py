@@ -1,0 +1,109 @@
+"""The parameters of the people: ``people`` in a file of ``params/worlds``."""
+
+from dataclasses import dataclass
+
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.types import Pose2D
+
+MODEL_NAMES = ("random_walk", "social_force", "replay")
+
+
+@dataclass(frozen=True, slots=True)
+class SocialForceParams:
+    """Accelerations of the social force model.
+
+    The social part is Helbing & Molnar 1995 (Phys. Rev. E 51, 4282) with the values printed there; ``body_stiffness``
+    is the body compression of Helbing, Farkas & Vicsek 2000 (Nature 407, 487): 1.2e5 kg/s2 over 80 kg.
+    """
+
+    relaxation_time: float = 0.5  # [s] in which somebody takes up the wanted velocity
+    person_strength: float = 2.1  # [m2/s2] of the potential around a person
+    person_range: float = 0.3  # [m] of the same
+    look_ahead: float = 2.0  # [s] of the others' walking that the potential covers
+    wall_strength: float = 10.0  # [m2/s2] of the potential along walls
+    wall_range: float = 0.2  # [m] of the same
+    sight_angle: float = 3.490659  # [rad] full angle (200 degrees) within which others count fully
+    unseen_weight: float = 0.5  # [-] of those outside it
+    top_speed: float = 1.3  # [-] of the own walking speed, at most
+    body_stiffness: float = 1500.0  # [1/s2] of bodies that overlap
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        for name in ("relaxation_time", "person_range", "wall_range", "top_speed"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"social_force: {name} {getattr(self, name)}; allowed is more than 0")
+        for name in ("person_strength", "look_ahead", "wall_strength", "sight_angle", "unseen_weight"):
+            if getattr(self, name) < 0.0:
+                raise ParameterError(f"social_force: {name} {getattr(self, name)}; allowed is 0 or more")
+        if not 0.0 <= self.body_stiffness <= 1e4:
+            raise ParameterError(
+                f"social_force: body_stiffness {self.body_stiffness} 1/s2; allowed is 0 to 10000, "
+                "which the physics step can still follow"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayParams:
+    """A recording of people and where it is put."""
+
+    file: str = ""  # CSV with columns id, t, x, y, or a UCY obsmat.txt; relative to the world file
+    placement: Pose2D = Pose2D()  # of the recording's frame in the map frame
+    frame_rate: float = 25.0  # [Hz] of the frame numbers of an obsmat.txt; UCY's videos
+    loop: bool = True  # over and over, each delivery beginning at a random moment; false: once, from its beginning
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        if not self.frame_rate > 0.0:
+            raise ParameterError(f"replay: frame_rate {self.frame_rate} Hz; allowed is more than 0")
+
+
+@dataclass(frozen=True, slots=True)
+class PedestrianParams:
+    """Who walks, and how; the values are those of the published evaluation unless noted.
+
+    ``count`` and what follows ``height`` is not for a replay, whose recording says it all.
+    """
+
+    model: str = "random_walk"  # of MODEL_NAMES; random_walk: published
+    count: int = 20
+    radius: float = 0.3  # [m] of the body
+    height: float = 1.7  # [m] of the body
+    speed: float = 1.0  # [m/s] mean over people
+    speed_std: float = 0.1  # [m/s] between people; ours, the published speed is "about 1 m/s"
+    goals: int = 60  # random walkable points that all share; the published number is not known
+    pause_min: float = 2.0  # [s] standing at a goal
+    pause_max: float = 5.0  # [s]
+    agent_radius: float = 0.5  # [m] that paths keep from the edges of the walkable area
+    start_clearance: float = 2.0  # [m] from the robot's start within which nobody starts; ours
+    social_force: SocialForceParams = SocialForceParams()
+    replay: ReplayParams = ReplayParams()
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+            UnknownNameError: an unknown model.
+        """
+        if self.model not in MODEL_NAMES:
+            raise UnknownNameError("model of people", self.model, MODEL_NAMES)
+        if self.count < 0 or self.goals < 1:
+            raise ParameterError(f"pedestrians: count {self.count}, goals {self.goals}; allowed are 0 and 1 or more")
+        if not self.speed > 0.0 or self.speed_std < 0.0 or not self.radius > 0.0 or not self.height > 0.0:
+            raise ParameterError(
+                f"pedestrians: speed {self.speed} m/s, speed_std {self.speed_std} m/s, radius {self.radius} m, "
+                f"height {self.height} m; all must be positive, speed_std may be 0"
+            )
+        if not 0.0 <= self.pause_min <= self.pause_max or self.agent_radius < 0.0 or self.start_clearance < 0.0:
+            raise ParameterError(
+                f"pedestrians: pause {self.pause_min}..{self.pause_max} s, agent_radius {self.agent_radius} m, "
+                f"start_clearance {self.start_clearance} m; none may be negative, the pause must be a range"
+            )

@@ -1,0 +1,147 @@
+"""People of the models as bodies: pushed, absent, and seen by the world."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from harness.mission import Mission
+from harness.world.crowd import Crowd
+from harness.world.pedestrian_models import make_pedestrians
+from harness.world.pedestrian_params import ReplayParams
+from harness.world.pedestrians import PedestrianModel
+from harness.world.pybullet_world import PyBulletWorld
+from harness.world.scene import Scene
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.types import Observation, Pose2D, Twist2D
+
+WALKABLE = OccupancyGrid(np.zeros((80, 300), dtype=np.int8), 0.1, Pose2D())
+START = Pose2D(5.0, 4.0)
+
+
+class NoSensors:
+    def reset(self, body, generators):
+        pass
+
+    def measure(self, body, pedestrians, stamp):
+        return Observation(stamp)
+
+
+@pytest.fixture
+def world_of(robot, params):
+    """Makes worlds of given people; closes them afterwards."""
+    made = []
+
+    def make(bodies="dynamic", **people):
+        who = dataclasses.replace(params.people, **people)
+        kind = dataclasses.replace(params.pedestrian_bodies, kind=bodies)
+        settings = dataclasses.replace(params, people=who, pedestrian_bodies=kind)
+        scene = Scene("test", (), (), WALKABLE, WALKABLE)
+        world = PyBulletWorld(scene, robot, settings, make_pedestrians(who, WALKABLE, robot), NoSensors(), 2)
+        made.append(world)
+        restart(world)
+        return world
+
+    yield make
+    for world in made:
+        world.close()
+
+
+def restart(world, seed=0, start=START):
+    generators = {name: np.random.default_rng(seed) for name in ("pedestrians", "cargo")}
+    world.reset(Mission(start, start, 0.0), generators)
+
+
+def stand(world, x, y):
+    """Make the only person stand at (x, y) for good."""
+    model = world._pedestrians
+    model._errands.next_point[0] = model._errands.counts[0]
+    model._errands.pauses[0] = 1e6
+    model.displaced(0, x, y, 0.0, 0.0)
+
+
+def drive(world, seconds, speed=0.0):
+    truths = []
+    for _ in range(round(seconds * 60)):
+        world.step(Twist2D(speed))
+        truths.append(world.truth)
+    return truths
+
+
+def test_a_model_that_takes_pushes_goes_on_from_where_its_body_is(world_of):
+    """The social forces are off here, so that nobody makes way and only the body yields."""
+    world = world_of(model="social_force", count=1)
+    model = world._pedestrians
+    model._forces = model._forces._replace(person_strength=0.0, body_stiffness=0.0, wall_strength=0.0)
+    stand(world, 6.0, 4.0)
+    truths = drive(world, 3.0, speed=1.0)
+    body, modelled = truths[-1].pedestrians[0], model.states[0]
+    assert body[0] > 6.3
+    assert np.hypot(*(body[:2] - modelled[:2])) < 0.03
+    assert len(world.close_episode().contacts) >= 1
+    let_go = drive(world, 2.0, speed=-1.0)[-1].pedestrians[0, 0]
+    assert drive(world, 2.0, speed=-1.0)[-1].pedestrians[0, 0] == pytest.approx(let_go, abs=0.01)  # it stays there
+
+
+def test_a_body_follows_its_model_as_long_as_nobody_pushes(world_of):
+    """The same walk with and without bodies: a robot that nobody touches makes no difference."""
+    with_bodies, without = world_of(model="social_force", count=12), world_of(model="social_force", count=12)
+    for world in (with_bodies, without):
+        restart(world, seed=4)
+    without._crowd.ACTIVE_RADIUS = 0.0
+    ours, theirs = (np.array([t.pedestrians for t in drive(world, 8.0)]) for world in (with_bodies, without))
+    near = np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS
+    assert near.any()
+    assert not with_bodies.close_episode().contacts
+    assert np.median(np.abs(ours - theirs)[near]) < 0.03
+
+
+def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
+    """Than people who walk on whatever they hit, in the same narrow and crowded place; and none of them hard."""
+    counts = {}
+    middle = Pose2D(15.0, 4.0, 0.3)
+    for model in ("random_walk", "social_force"):
+        world = world_of("kinematic", model=model, count=12)
+        counts[model] = 0
+        for seed in range(3):
+            restart(world, seed, middle)
+            drive(world, 30.0)
+            counts[model] += len(world.close_episode().contacts)
+            assert model == "random_walk" or not world.truth.counted_contacts
+    assert counts["social_force"] < 0.6 * counts["random_walk"]
+
+
+@pytest.mark.parametrize("bodies", ["kinematic", "dynamic"])
+def test_who_goes_absent_leaves_no_body_behind(world_of, tmp_path, bodies):
+    file = tmp_path / "short.csv"
+    file.write_text("id,t,x,y\n1,0,7.5,4\n1,0.5,7,4\n2,1,7.5,4\n2,2,6.5,4\n")
+    world = world_of(bodies, model="replay", replay=ReplayParams(str(file), loop=False))
+    present = [[bool(np.isfinite(t.pedestrians[i, 0])) for i in (0, 1)] for t in drive(world, 3.0)]
+    at = lambda seconds: present[round(seconds * 60)]  # noqa: E731
+    assert at(0.25) == [True, False] and at(0.75) == [False, False]
+    assert at(1.5) == [False, True] and at(2.5) == [False, False]
+    assert not world._crowd.touchable
+    assert np.isfinite(world.truth.pose.x)
+
+
+def test_absent_people_can_be_driven_through(world_of, tmp_path):
+    file = tmp_path / "later.csv"
+    file.write_text("id,t,x,y\n1,0,6.5,4\n1,0.1,6.5,4\n2,50,6,4\n2,60,6,4\n")
+    world = world_of(model="replay", replay=ReplayParams(str(file), loop=False))
+    drive(world, 4.0, speed=1.5)
+    assert world.truth.pose.x > 8.0 and not world.close_episode().contacts
+
+
+def test_pushes_are_news_to_models_that_take_them_only():
+    class Blind(PedestrianModel):
+        states = np.zeros((1, 4))
+
+        def reset(self, rng, robot):
+            pass
+
+        def step(self, dt):
+            pass
+
+    blind = Blind()
+    blind.displaced(0, 1.0, 2.0, 3.0, 4.0)
+    assert not blind.takes_pushes and (blind.states == 0.0).all()

@@ -1,0 +1,292 @@
+"""The social force model against its equations, and what people do with it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from harness.world.body_state import BodyState
+from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
+from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
+from harness.world.social_force import SocialForcePedestrians
+from harness.world.social_force_kernels import (
+    force_constants,
+    from_edge,
+    from_person,
+    from_robot,
+    walk_among_others,
+)
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.types import Pose2D
+
+DT = 1 / 120
+AWAY = Pose2D(1000.0, 0.0)
+SOCIAL = PedestrianParams(model="social_force", speed=1.34, speed_std=0.26)
+FORCES = force_constants(SOCIAL, (0.37, 0.25), 0.5)
+FRAME = np.array((-6.0, -6.0, 1.0, 0.0, 0.2))
+P = SocialForceParams()
+
+
+def grid_of(free, resolution=0.1):
+    return OccupancyGrid(np.where(free, 0, 100).astype(np.int8), resolution, Pose2D())
+
+
+def strip(length=30.0, width=4.0):
+    return np.ones((round(width / 0.1), round(length / 0.1)), dtype=np.bool_)
+
+
+def crossing():
+    """Two ways of 4 m that cross, 30 m x 30 m."""
+    free = np.zeros((300, 300), dtype=np.bool_)
+    free[130:170] = True
+    free[:, 130:170] = True
+    return free
+
+
+class Walkers:
+    """People on routes that a test chooses."""
+
+    def __init__(self, robot, states, goals, free=None, **changes):
+        """``states`` (n, 4) and ``goals`` (n, 2) [m]; everybody likes to walk at 1.34 m/s."""
+        people = dataclasses.replace(SOCIAL, count=len(states), speed_std=0.0, start_clearance=0.0, **changes)
+        self.model = SocialForcePedestrians(people, grid_of(strip() if free is None else free), robot)
+        self.model.reset(np.random.default_rng(0), AWAY)
+        errands = self.model._errands
+        for i, ((x, y, vx, vy), goal) in enumerate(zip(states, goals, strict=True)):
+            errands._cells[i] = errands.network.nearest_cell(*goal)
+            errands.pauses[i] = 1e6
+            errands.find_back(i, x, y)
+            self.model.displaced(i, x, y, vx, vy)
+
+    def walk(self, seconds, dt=DT, robot=None):
+        states = [self.model.states]
+        for k in range(round(seconds / dt)):
+            if robot:
+                self.model.see_robot(robot(k * dt))
+            self.model.step(dt)
+            states.append(self.model.states)
+        return np.array(states)
+
+
+def ellipse(r, velocity):
+    """The semi-minor axis b of equation 4, from the other to the person at ``r``."""
+    s = P.look_ahead * np.array(velocity)
+    both = np.linalg.norm(r) + np.linalg.norm(r - s)
+    return 0.5 * math.sqrt(both**2 - s @ s)
+
+
+def gradient(potential, r, step=1e-6):
+    offsets = step * np.eye(2)
+    return np.array([(potential(r + d) - potential(r - d)) / (2 * step) for d in offsets])
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (1.0, 0.0), (-0.6, 1.1)])
+@pytest.mark.parametrize("r", [(0.8, 0.3), (1.9, -0.7), (-0.9, 0.2)])
+def test_the_force_is_minus_the_gradient_of_the_published_potential(r, velocity):
+    """Equations 3, 4 and 8 by finite differences."""
+    r = np.array(r)
+    force = -gradient(lambda q: 2.1 * math.exp(-ellipse(q, velocity) / 0.3), r)
+    for heading in ((1.0, 0.0), (0.0, 1.0), (-0.6, -0.8)):
+        seen = np.dot(heading, -force) >= np.linalg.norm(force) * math.cos(math.radians(100.0))
+        expected = force if seen else 0.5 * force
+        assert from_person(FORCES, *r, *heading, 0.0, 0.0, *velocity) == pytest.approx(expected, rel=1e-5)
+
+
+def test_edges_push_as_published():
+    """Equation 5: U = 10 exp(-d / 0.2) of the distance to the nearest edge."""
+    x = (np.arange(60) + 0.5) * 0.2
+    distances = np.tile(x, (60, 1))  # an edge at the left
+    edges = Edges(distances, distances > 0.0, np.array((0.0, 0.0, 1.0, 0.0, 0.2)))
+    for d in (0.4, 0.73, 1.5):
+        force = 10.0 / 0.2 * math.exp(-d / 0.2)
+        assert from_edge(FORCES, d, 6.0, edges) == pytest.approx((force, 0.0), abs=1e-9)
+
+
+def test_bodies_that_overlap_are_pressed_apart():
+    far = from_person(FORCES, 0.6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    near = from_person(FORCES, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    social = 2.1 / 0.3 * (math.exp(-0.5 / 0.3) - math.exp(-0.6 / 0.3))
+    assert near[0] - far[0] == pytest.approx(1500.0 * 0.1 + social)
+    assert near[1] == far[1] == 0.0
+
+
+def test_two_who_meet_exactly_head_on_keep_right():
+    """There the gradient jumps; one rule for both, so that they do not dodge to the same side."""
+    assert from_person(FORCES, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.3, 0.0) == pytest.approx((0.0, 7.0))
+    assert from_person(FORCES, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.3, 0.0) == pytest.approx((0.0, -7.0))
+
+
+def test_the_robot_is_a_person_of_its_size_with_a_rectangular_body():
+    robot = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    circle = math.hypot(0.37, 0.25)
+    force = 7.0 * math.exp(-(1.2 - (circle - 0.3)) / 0.3)
+    assert from_robot(FORCES, 1.2, 0.0, 0.0, 0.0, -1.0, 0.0, robot) == pytest.approx((force, 0.0))
+    for (x, y), direction in (((0.6, 0.1), (1.0, 0.0)), ((0.1, -0.5), (0.0, -1.0)), ((0.3, 0.0), (1.0, 0.0))):
+        push = from_robot(FORCES, x, y, *np.zeros(4), robot)
+        soft = from_robot(FORCES._replace(body_stiffness=0.0), x, y, *np.zeros(4), robot)
+        assert np.subtract(push, soft) / np.linalg.norm(np.subtract(push, soft)) == pytest.approx(direction)
+    assert from_robot(FORCES, 0.6, 0.1, *np.zeros(4), robot)[0] > 1500.0 * (0.37 + 0.3 - 0.6)
+
+
+def test_what_counts_of_the_robot_is_its_relative_motion():
+    """Walking towards it is as its coming."""
+    still, coming = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 1.0, 0.0, 1.2, 0.3))
+    assert from_robot(FORCES, 2.0, 0.4, -1.2, -0.3, -1.0, 0.0, still) == pytest.approx(
+        from_robot(FORCES, 2.0, 0.4, 0.0, 0.0, -1.0, 0.0, coming)
+    )
+
+
+def twin(forces, robot, corners, speeds, states, edges):
+    """The kernel in slow numpy: everybody walks, nobody arrives; one step of DT."""
+    after = np.empty_like(states)
+    for i, (x, y, vx, vy) in enumerate(states):
+        e = (corners[i] - (x, y)) / np.linalg.norm(corners[i] - (x, y))
+        total = (speeds[i] * e - (vx, vy)) / forces.relaxation_time
+        for j, other in enumerate(states):
+            if j != i:
+                total = total + from_person(forces, x, y, *e, *other)
+        total = total + from_robot(forces, x, y, vx, vy, *e, robot) + from_edge(forces, x, y, edges)
+        velocity = np.array((vx, vy)) + DT * total
+        speed = np.linalg.norm(velocity)
+        velocity *= min(1.0, forces.top_speed * speeds[i] / speed)
+        after[i] = keep_inside(x, y, *velocity, DT, forces.edge_distance, edges)
+    return after
+
+
+def test_the_kernel_equals_a_slow_twin():
+    rng = np.random.default_rng(7)
+    n = 12
+    states = np.hstack((rng.uniform(-3.0, 3.0, (n, 2)), rng.normal(0.0, 0.8, (n, 2))))
+    corners = rng.uniform(-5.0, 5.0, (n, 2)) + (20.0, 0.0)
+    speeds = rng.uniform(0.8, 1.6, n)
+    robot = np.array((0.3, -0.2, math.cos(0.4), math.sin(0.4), 1.1, 0.3))
+    edges = Edges(rng.uniform(0.5, 1.5, (60, 60)), np.ones((60, 60), dtype=np.bool_), FRAME)
+    after, needs = np.empty((n, 4)), np.empty(n, dtype=np.int64)
+    points, counts, zeros = corners[:, None].copy(), np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    walk_among_others(
+        *(DT, FORCES, robot, points, counts, zeros, np.zeros(n), np.ones(n), speeds, states),
+        *(edges, after, needs),
+    )
+    np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
+    assert (needs == 0).all()
+
+
+def test_alone_in_the_open_everybody_walks_at_the_own_speed(robot):
+    walkers = Walkers(robot, [(2.0, 2.0, 0.0, 0.0)], [(28.0, 2.0)])
+    states = walkers.walk(8.0)
+    speed = np.hypot(*states[:, 0, 2:].T)
+    expected = 1.34 * (1.0 - np.exp(-np.arange(len(speed)) * DT / 0.5))  # equation 2 alone
+    assert np.abs(speed - expected).max() < 0.02
+
+
+def test_two_who_meet_pass_without_touching(robot):
+    walkers = Walkers(robot, [(5.0, 2.0, 1.34, 0.0), (25.0, 2.0, -1.34, 0.0)], [(28.0, 2.0), (2.0, 2.0)])
+    states = walkers.walk(15.0)
+    assert np.hypot(*(states[:, 0, :2] - states[:, 1, :2]).T).min() > 0.59
+    assert states[-1, 0, 0] > 20.0 and states[-1, 1, 0] < 10.0
+
+
+def test_people_step_aside_for_the_robot(robot):
+    """It drives at 1.5 m/s towards somebody who stands in its way."""
+    way = lambda t: BodyState(4.0 + 1.5 * t, 2.0, 0.0, 1.5)  # noqa: E731
+    standing = Walkers(robot, [(15.0, 2.05, 0.0, 0.0)], [(15.0, 2.05)])
+    states = standing.walk(9.0, robot=way)
+    nearest = min(
+        math.dist((4.0 + 1.5 * k * DT + robot.center[0], 2.0 + robot.center[1]), state[0, :2])
+        for k, state in enumerate(states)
+    )
+    assert nearest > robot.half_size[1] + 0.3 - 0.02
+    assert abs(states[-1, 0, 1] - 2.05) > 0.3
+
+
+def test_people_walk_around_a_standing_robot(robot):
+    walkers = Walkers(robot, [(5.0, 2.0, 1.34, 0.0)], [(28.0, 2.0)])
+    states = walkers.walk(20.0, robot=lambda t: BodyState(15.0, 1.95))
+    dx = np.abs(states[:, 0, 0] - 15.0 - robot.center[0]) - robot.half_size[0]
+    dy = np.abs(states[:, 0, 1] - 1.95 - robot.center[1]) - robot.half_size[1]
+    assert np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0)).min() > 0.3 - 0.02
+    assert states[-1, 0, 0] > 26.0
+
+
+@pytest.mark.parametrize("count", [20, 40])
+def test_nobody_leaves_the_walkable_ground_or_gets_stuck(robot, count):
+    free = crossing()
+    model = SocialForcePedestrians(dataclasses.replace(SOCIAL, count=count), grid_of(free), robot)
+    model.reset(np.random.default_rng(1), AWAY)
+    states = []
+    for _ in range(round(60.0 / DT)):
+        model.step(DT)
+        states.append(model.states)
+    states = np.array(states)
+    assert np.isfinite(states).all()
+    columns, rows = np.floor(states[..., 0] / 0.1).astype(int), np.floor(states[..., 1] / 0.1).astype(int)
+    assert free[rows, columns].all()
+    assert np.hypot(states[..., 2], states[..., 3]).max() <= 1.3 * 1.5 * 1.34 + 1e-9
+    moved = np.hypot(*(states[-1, :, :2] - states[:-1, :, :2]).transpose(2, 0, 1)).max(axis=0)
+    assert moved.min() > 3.0
+
+
+def test_crowds_do_not_push_anybody_through_an_edge(robot):
+    """Thirty people behind each other in a blind alley, all wanting through its end."""
+    free = strip(20.0, 2.0)
+    model = SocialForcePedestrians(dataclasses.replace(SOCIAL, count=30), grid_of(free), robot)
+    model.reset(np.random.default_rng(3), AWAY)
+    errands = model._errands
+    errands.points[:, 0] = (60.0, 1.0)
+    errands.counts[:], errands.next_point[:] = 1, 0
+    errands.find_back = errands.set_out = lambda *_: None
+    states = []
+    for _ in range(round(30.0 / DT)):
+        model.step(DT)
+        states.append(model.states[:, :2])
+    states = np.array(states)
+    assert states[-1, :, 0].max() > 18.0
+    assert (states >= 0.2).all() and (states <= (19.8, 1.8)).all()
+
+
+def test_it_is_stable_at_the_physics_rate(robot):
+    """Half the step changes little until people have met; overlapping bodies do not fly apart."""
+    meet = [(5.0, 2.1, 1.34, 0.0), (12.0, 1.9, -1.34, 0.0), (8.0, 2.0, 0.0, 0.0), (8.3, 2.0, 0.0, 0.0)]
+    goals = [(28.0, 2.0), (2.0, 2.0), (8.0, 2.0), (8.3, 2.0)]
+    coarse = Walkers(robot, meet, goals).walk(6.0)
+    fine = Walkers(robot, meet, goals).walk(6.0, dt=DT / 4)[::4]
+    np.testing.assert_allclose(coarse[: round(2.0 / DT), :, :2], fine[: round(2.0 / DT), :, :2], atol=0.05)
+    assert np.hypot(coarse[..., 2], coarse[..., 3]).max() <= 1.3 * 1.34 + 1e-9
+    assert np.hypot(*(coarse[-1, 2, :2] - coarse[-1, 3, :2])) > 0.59
+
+
+def test_long_steps_are_divided(robot):
+    meet, goals = [(5.0, 2.1, 1.34, 0.0), (12.0, 1.9, -1.34, 0.0)], [(28.0, 2.0), (2.0, 2.0)]
+    one = Walkers(robot, meet, goals).walk(3.0, dt=0.1)
+    many = Walkers(robot, meet, goals).walk(3.0, dt=1 / 60)[::6]
+    np.testing.assert_allclose(one, many, atol=1e-9)
+
+
+def test_somebody_pushed_around_a_corner_finds_a_new_way(robot):
+    walkers = Walkers(robot, [(15.0, 2.0, 0.0, 0.0)], [(15.0, 28.0)], free=crossing())
+    walkers.walk(1.0)
+    walkers.model.displaced(0, 28.0, 15.0, 0.0, 0.0)
+    states = walkers.walk(25.0)
+    assert math.dist(states[-1, 0, :2], (15.0, 28.0)) < 1.5
+
+
+def test_who_was_pushed_off_the_walkable_ground_comes_back(robot):
+    walkers = Walkers(robot, [(5.0, 2.0, 0.0, 0.0)], [(28.0, 2.0)])
+    walkers.model.displaced(0, 5.0, -0.15, 0.0, -0.5)
+    states = walkers.walk(4.0)
+    assert edge_distance(*states[0, 0, :2], walkers.model._edges) < 0.0
+    assert edge_distance(*states[-1, 0, :2], walkers.model._edges) > 0.3
+
+
+def test_goals_and_speeds_do_not_depend_on_the_others(robot):
+    """Common random numbers: what somebody wants is the same in a crowd of any size."""
+    few, many = (
+        SocialForcePedestrians(dataclasses.replace(SOCIAL, count=count), grid_of(crossing()), robot)
+        for count in (3, 30)
+    )
+    for model in (few, many):
+        model.reset(np.random.default_rng(5), AWAY)
+    assert np.array_equal(few.states, many.states[:3])
+    assert np.array_equal(few._errands.speeds, many._errands.speeds[:3])
+    assert np.array_equal(few._errands._cells, many._errands._cells[:3])

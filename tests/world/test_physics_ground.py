@@ -1,0 +1,120 @@
+"""Ground with steps: what lies where, and how the robot leaves it, through real contact."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from harness.world.contacts import Motion
+from harness.world.elevation import Elevation
+from harness.world.footing import Footing, Scrape
+from harness.world.scene import Zone
+from harness.world.shapes import Rect
+from navstack.types import Pose2D
+
+CURB = 0.12  # [m]
+ROAD = Zone("road", Rect(-30.0, -30.0, 30.0, 30.0).polygon, -CURB)
+SIDEWALK = Zone("sidewalk", Rect(-20.0, -20.0, 1.0, 20.0).polygon)
+CROSSING = Zone("crosswalk", Rect(1.0, -1.5, 9.0, 1.5).polygon)
+STREET = (ROAD, SIDEWALK, CROSSING)
+EDGE = (ROAD, SIDEWALK)  # the sidewalk ends at x = 1
+
+
+def test_the_later_zone_counts_and_the_rest_lies_at_zero():
+    ground = Elevation(STREET)
+    assert ground.level(0.0, 0.0) == 0.0
+    assert ground.level(3.0, 0.0) == 0.0
+    assert ground.level(3.0, 5.0) == -CURB
+    assert ground.level(100.0, 0.0) == 0.0
+
+
+def test_the_clearance_is_the_distance_to_the_nearest_step():
+    ground = Elevation(STREET)
+    assert ground.clearance(1.0, 0.0) == pytest.approx(1.5)  # no step between sidewalk and crossing
+    assert ground.clearance(-2.0, 10.0) == pytest.approx(3.0)
+    assert ground.clearance(4.0, 2.5) == pytest.approx(1.0)
+    assert Elevation((SIDEWALK,)).clearance(0.0, 0.0) == math.inf
+
+
+def test_the_pieces_around_a_place_are_convex_and_fill_the_window():
+    ground = Elevation((ROAD, SIDEWALK, CROSSING, Zone("plaza", Rect(-5.0, -5.0, -2.0, -2.0).polygon, 0.3)))
+    pieces = ground.around(0.5, 0.5, 5.0)
+    assert list(pieces) == [-CURB, 0.0, 0.3]
+    area = 0.0
+    for height, polygons in pieces.items():
+        for polygon in polygons:
+            shape = shapely.Polygon(polygon)
+            area += shape.area
+            assert shape.convex_hull.area == pytest.approx(shape.area)
+            assert shapely.LinearRing(polygon).is_ccw
+            inner = shape.representative_point()
+            assert ground.level(inner.x, inner.y) == height
+    assert area == pytest.approx(100.0)
+
+
+def test_flat_zones_leave_everything_as_it_is(lab, robot, params):
+    flat = (dataclasses.replace(SIDEWALK), dataclasses.replace(ROAD, elevation=0.0))
+    with lab.world(robot, params) as bare, lab.world(robot, params, zones=flat) as zoned:
+        for world in (bare, zoned):
+            lab.drive(world, 60, v=1.0, w=0.3)
+        assert bare._position == zoned._position
+        assert bare._orientation == zoned._orientation
+
+
+def test_along_a_curb_it_drives_as_on_a_plane(lab, any_robot, params):
+    """The body's side is 0.05 m from the step: the ground is slabs all the way, seam after seam."""
+    start = Pose2D(0.7, -6.0, 0.5 * math.pi)
+    with lab.world(any_robot, params, zones=STREET, start=start) as world, lab.world(any_robot, params) as plane:
+        along_curb, on_plane = lab.drive(world, 480, v=1.5), lab.drive(plane, 480, v=1.5)
+    assert max(t.tilt for t in along_curb) < 1e-3
+    driven = [(t.pose.y + 6.0, 0.7 - t.pose.x, t.pose.yaw - 0.5 * math.pi) for t in along_curb]
+    assert np.array(driven) == pytest.approx(np.array([(t.pose.x, t.pose.y, t.pose.yaw) for t in on_plane]), abs=5e-3)
+
+
+def test_on_the_road_it_stands_a_curb_lower(lab, robot, params):
+    with lab.world(robot, params, zones=STREET, start=Pose2D(15.0, 10.0, 0.0)) as world:
+        lab.drive(world, 60, v=1.0)
+        assert world._position[2] == pytest.approx(robot.center_of_mass_height - CURB, abs=1e-4)
+        assert not world._ground.follow(*world._position[:2], 1.0)
+
+
+def test_slowly_over_the_curb_it_hangs_on_its_belly(lab, robot, params):
+    with lab.world(robot, params, zones=EDGE) as world:
+        truth = lab.drive(world, 300, v=0.4)[-1]
+        assert world._footing.scrapes
+        assert world._footing.left_load == world._footing.right_load == 0.0
+    assert 0.05 < truth.tilt < 0.5
+    assert truth.pose.x == pytest.approx(1.0, abs=0.1)  # the wheels turn in the air
+    assert abs(truth.twist.linear_x) < 0.02
+
+
+def test_at_walking_speed_over_the_curb_it_falls(lab, robot, params):
+    with lab.world(robot, params, zones=EDGE) as world:
+        assert max(t.tilt for t in lab.drive(world, 200, v=1.26)) > 0.5
+
+
+def test_one_wheel_over_the_curb_leans_to_that_side(lab, robot, params):
+    start = Pose2D(0.84, 0.0, 0.5 * math.pi - 0.15)  # drifts towards the step on its right
+    with lab.world(robot, params, zones=EDGE, start=start) as world:
+        truths = lab.drive(world, 120, v=1.0)
+    assert max(t.tilt for t in truths) > 0.1
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 1.5])
+def test_a_curb_stops_it_on_the_way_up(lab, any_robot, params, speed):
+    with lab.world(any_robot, params, zones=EDGE, start=Pose2D(2.5, 0.0, math.pi)) as world:
+        truth = lab.drive(world, 300, v=speed)[-1]
+    assert 1.1 < truth.pose.x < 1.3
+    assert truth.tilt < 0.2
+    assert not truth.contacts and not truth.counted_contacts  # ground is nobody's property
+
+
+def test_scraping_is_braked_by_friction_and_never_turned_round():
+    footing = Footing(0.0, 0.0, (Scrape((0.0, 0.0, 0.0), 100.0), Scrape((0.0, 1.0, 0.0), 50.0)))
+    fast = footing.friction(Motion((0.0, 0.0, 0.3), (3.0, 4.0, 0.0)), 0.4, 6000.0)
+    assert fast[0][1] == pytest.approx((-0.4 * 100.0 * 0.6, -0.4 * 100.0 * 0.8, 0.0))
+    slow = footing.friction(Motion((0.0, 0.0, 0.3), (1e-4, 0.0, 0.0)), 0.4, 6000.0)
+    assert sum(force[0] for _, force in slow) == pytest.approx(-6000.0 * 1e-4)
+    assert footing.friction(Motion((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)), 0.4, 6000.0) == []
