@@ -1,20 +1,34 @@
 """One delivery, from a task to its rows."""
 
+import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from harness.economics.prices import Price, Prices
-from harness.injury import injury_cost
-from harness.metrics import DeliveryLog, Row, event_rows, is_paid
+from harness.contact_costs import injury_costs, injury_measures, property_cost
+from harness.economics.prices import Prices
+from harness.metrics import JOULES_PER_KWH, DecisionLog, DeliveryLog, NoDecisionLog, Row, event_rows
+from harness.metrics.encounters import Body
+from harness.metrics.motion import success_weighted_path_length
 from harness.mission import Mission
-from harness.outcome import Verdict
-from harness.setup import Brain, build_brain, build_world, mission_of, prices_of, rules_of, scene_of
+from harness.outcome import ARRIVALS, Verdict
+from harness.pedestrian_delay import PedestrianDelay
+from harness.setup import (
+    Brain,
+    build_brain,
+    build_world,
+    mission_of,
+    prices_of,
+    robot_of,
+    rules_of,
+    scene_of,
+    world_params,
+)
 from harness.study import EpisodeTask
 from harness.truth import CountedContact, Partner, Truth
 from navstack.types import Belief
@@ -28,6 +42,7 @@ class Delivery:
     events: list[Row]
     timing: Row  # what the machine determines
     recording: Mapping[str, Any] | None  # arrays; None: not asked for
+    decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
 
 
 def run_episode(task: EpisodeTask) -> Delivery:
@@ -46,28 +61,57 @@ def run_episode(task: EpisodeTask) -> Delivery:
     ready = time.perf_counter()
 
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"])
-    log = DeliveryLog(world.truth, frozenset(obstacle.kind for obstacle in scene.obstacles), task.keep_trace)
+    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    kinds = frozenset(obstacle.kind for obstacle in scene.obstacles)
+    log = DeliveryLog(world.truth, kinds, _body(task), task.keep_trace)
+    delay = PedestrianDelay(world.people, world.truth, *world.tick)
+    decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
+        decisions.record(brain)
         observation = world.step(command)
         log.record(world.truth, brain.belief, command)
+        delay.record(world.truth)
 
     truth = world.close_episode()
     wall = time.perf_counter() - ready
     where = {"stack": task.stack.name, "episode": task.episode}
+    measured = {**log.measurements(truth), "pedestrian_delay_s": delay.total(truth)}
     events = event_rows(truth, _costs(truth, prices_of(task.prices)))
     return Delivery(
-        row=_row(task, mission, verdict, truth, brain, log),
+        row=_row(task, mission, verdict, truth, brain, measured),
         events=[{**where, **event} for event in events],
-        timing={**where, "setup_s": ready - began, "wall_s": wall, "real_time_factor": truth.stamp / wall},
+        timing={
+            **where,
+            "setup_s": ready - began,
+            "wall_s": wall,
+            "real_time_factor": truth.stamp / wall,
+            **_latency("planner", "planner_calls", brain.latencies.planner),
+            **_latency("controller", "controller_cycles", brain.latencies.controller),
+        },
         recording=log.recording() if task.keep_trace else None,
+        decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
     )
 
 
-def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, log: DeliveryLog) -> Row:
+def _body(task: EpisodeTask) -> Body:
+    """The robot as people meet it."""
+    robot, people = robot_of(task.stack.robot), world_params(task.world, task.pedestrians, task.people).people
+    return Body(robot.center, robot.half_size, people.radius)
+
+
+def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
+    """How often a part ran and how long it took in [ms]; null where it never ran."""
+    if not len(durations):
+        return {count: 0}
+    median, p95, longest = (1000.0 * np.percentile(durations, (50.0, 95.0, 100.0))).tolist()
+    return {count: len(durations), f"{part}_median_ms": median, f"{part}_p95_ms": p95, f"{part}_max_ms": longest}
+
+
+def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row) -> Row:
     """The episode's row; :data:`harness.metrics.EPISODE_COLUMNS` gives its order."""
     start, goal = mission.start, mission.goal
+    prices = prices_of(task.prices)
     return {
         "stack": task.stack.name,
         "stack_number": task.stack_number,
@@ -83,34 +127,31 @@ def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, br
         "outcome": verdict.outcome.value,
         "reason": verdict.reason,
         "navigator_status": brain.status.value,
-        "navigator_error": brain.last_error,
+        "gave_up": brain.trouble.gave_up,
+        "navigator_error": brain.trouble.error,
+        "navigator_error_code": brain.trouble.error_code,
+        "recovery_error": brain.trouble.recovery_error,
+        "recovery_error_code": brain.trouble.recovery_error_code,
         "goal_distance_m": math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y),
-        **log.measurements(truth),
-        **_injury(truth, prices_of(task.prices)),
-        "plans": brain.counts.plans,
-        "failed_plans": brain.counts.failed_plans,
-        "failed_controls": brain.counts.failed_controls,
-        "recoveries": brain.counts.recoveries,
+        **measured,
+        "spl": success_weighted_path_length(verdict.outcome in ARRIVALS, mission.shortest_path, measured["distance_m"]),
+        "published_energy_kwh": prices.rolling_resistance_force * measured["distance_m"] / JOULES_PER_KWH,
+        **_injury(truth, prices),
+        **dataclasses.asdict(brain.counts),
     }
 
 
 def _injury(truth: Truth, prices: Prices) -> Row:
-    """Injury cost of the counted contacts with people; delta_v is impulse over the robot's mass, as published."""
-    impulses = [c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN]
-    delta_v = np.array(impulses) / prices.robot_mass.value  # [m/s]
-    return {
-        "collision_delta_v_mps": float(delta_v.mean()) if len(delta_v) else 0.0,
-        "pedestrian_injury_usd": float(injury_cost(delta_v, prices).sum()),
-    }
+    """Injury cost of the counted contacts with people."""
+    return injury_measures([c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN], prices)
 
 
 def _costs(truth: Truth, prices: Prices) -> list[float]:
     """What each counted contact costs, in [USD]."""
-    return [_cost(contact, prices) if is_paid(contact) else 0.0 for contact in truth.counted_contacts]
+    return [_cost(contact, prices) for contact in truth.counted_contacts]
 
 
 def _cost(contact: CountedContact, prices: Prices) -> float:
     if contact.partner is Partner.PEDESTRIAN:
-        return float(injury_cost(contact.impulse / prices.robot_mass.value, prices))
-    price: Price = getattr(prices.property_damage, contact.kind)
-    return price.value
+        return float(injury_costs(contact.impulse, prices))
+    return property_cost(contact.kind, contact.impulse, prices)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from harness.truth import CargoState, Truth
+from navstack.errors import ParameterError
 from navstack.types import Pose2D
 
 
@@ -16,6 +17,10 @@ class Outcome(Enum):
     TIMEOUT = "timeout"
     PHYSICAL_ASSISTANCE = "physical_assistance"
     ARRIVED = "arrived"  # at the goal, cargo not modelled: neither SLA nor spoiled is claimed
+
+
+_MOST = {"arrival_radius": 1000.0, "timeout": 1e5, "max_tilt": math.pi, "impulse_health": 1e6}  # of each rule
+ARRIVALS = (Outcome.SLA, Outcome.SPOILED, Outcome.ARRIVED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,18 @@ class Rules:
     max_tilt: float  # [rad]
     impulse_health: float  # [N s]
     spoiled_fraction: float  # share of the pieces
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        for name, most in _MOST.items():
+            if not 0.0 < getattr(self, name) <= most:
+                raise ParameterError(f"rules: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
+        if not 0.0 <= self.spoiled_fraction <= 1.0:
+            raise ParameterError(f"rules: spoiled_fraction {self.spoiled_fraction}; allowed is 0 to 1")
 
     def judge(self, truth: Truth, goal: Pose2D) -> Verdict | None:
         """The verdict on the current state; None while the delivery goes on.

@@ -69,7 +69,6 @@ class NavigateToPose:
         self._behavior_server.reset()
         self._recoveries.reset()
         self._stopwatch.clear()
-        self._controller_server.stopwatch.clear()
         self._begin(goal)
 
     def _begin(self, goal: Pose2D) -> None:

@@ -16,13 +16,15 @@ from navstack.costmap.filters import FilterMask
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.errors import UnknownNameError
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.gps import GpsLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_views import (
+    read_amcl,
     read_behavior_server,
     read_behaviors,
     read_collision_monitor,
@@ -41,9 +43,14 @@ from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import BoolArray, FloatArray
 
+MOST_FREQUENT = 1000.0  # [Hz] of any part
+
 # A new localizer or controller is one line here.
 # A localizer is made from the parameter file and the map that it takes for the static one.
-LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {"gps": lambda *_: GpsLocalizer()}
+LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {
+    "gps": lambda *_: GpsLocalizer(),
+    "amcl": lambda nav2, static_map: AmclLocalizer(read_amcl(nav2), static_map),
+}
 # A controller is made from its parameters, the footprint, the control frequency and the goal checker's xy tolerance.
 CONTROLLERS: dict[str, Callable[[Any, FloatArray, float, float], Controller]] = {
     "dwb_core::DWBLocalPlanner": lambda params, footprint, frequency, _: DwbController(params, footprint, frequency),
@@ -121,14 +128,21 @@ def build_navigator(
 
 
 def read_frequencies(nav2: Nav2File) -> Frequencies:
-    """How often each part of the navigator runs."""
-    return Frequencies(
+    """How often each part of the navigator runs.
+
+    Raises:
+        ParameterError: more often than ``MOST_FREQUENT``.
+    """
+    frequencies = Frequencies(
         local_costmap=read_costmap(nav2, "local_costmap").update_frequency,
         global_costmap=read_costmap(nav2, "global_costmap").update_frequency,
         controller=read_controller_server(nav2).controller_frequency,
         behaviors=read_behavior_server(nav2).cycle_frequency,
         smoother=read_velocity_smoother(nav2).smoothing_frequency,
     )
+    if max(frequencies) > MOST_FREQUENT:
+        raise ParameterError(f"{nav2.path}: a frequency of {max(frequencies):g} Hz; at most {MOST_FREQUENT:g} is run")
+    return frequencies
 
 
 def _build_costmap(nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout: BoolArray | None) -> LayeredCostmap:

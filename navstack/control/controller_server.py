@@ -27,10 +27,11 @@ class ControllerServer:
         self._plan: Path | None = None
         self._last_valid = 0.0  # [s] when the controller last found a command
         self._failed_decision: DecisionRecord | None = None
-        self.stopwatch = Stopwatch()  # of the controller's cycles, over all attempts
+        self.stopwatch = Stopwatch()  # of the controller's cycles, over all attempts at a goal
 
     def reset(self) -> None:
         """Forget the goal and everything learnt on the way to it."""
+        self.stopwatch.clear()
         self._failed_decision = None
         self._forget_attempt()
 

@@ -9,6 +9,8 @@ from navstack.costmap.costmap import NO_INFORMATION, Costmap
 from navstack.errors import InvalidPathError
 from navstack.types import ByteArray, FloatArray, IntArray, Path, Pose2D
 
+LONGEST_GAP = 2.0  # [cells] between points that is not filled up
+
 
 class PlanWindow:
     """Cuts the plan to the robot's vicinity, after ``DWBLocalPlanner::transformGlobalPlan`` of Nav2 Jazzy.
@@ -84,12 +86,13 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
 
     ``nav_2d_utils::adjustPlanResolution``, which spaces the new points by slightly more than ``resolution`` [m].
     """
+    allowed = resolution * resolution * LONGEST_GAP**2  # [m2]
     steps = np.ones(len(poses), dtype=np.int64)  # pieces that the gap before each pose is cut into
     for i in range(1, len(poses)):
         dx, dy = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
         squared = dx * dx + dy * dy
-        if squared > resolution * resolution * 4.0:
-            gap = math.sqrt(squared) - math.sqrt(resolution * resolution * 4.0)
+        if squared > allowed:
+            gap = math.sqrt(squared) - math.sqrt(allowed)
             steps[i] = max(1, int(gap / resolution) - 1)
     points = np.empty((steps.sum(), 2))
     m = 0

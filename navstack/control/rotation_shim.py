@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import DecisionRecord
 from navstack.control.footprint_cost import footprint_cost
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.geometry import relative_to, shortest_angular_distance
@@ -51,7 +52,17 @@ class RotationShimController(Controller):
         self._turning = False
         self._at_goal = False
         self._last_yaw_rate = 0.0  # [rad/s] commanded
+        self._turn: DecisionRecord | None = None  # of the last cycle; None: the primary controller decided
         self._primary.reset()
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """See the base class: a turn of its own, or what the primary controller says."""
+        return self._turn or self._primary.decision
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """For the primary controller only: turns on the spot keep their speed, as upstream."""
+        self._primary.set_speed_limit(limit, is_percentage)
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """A turn on the spot, or the primary controller's command.
@@ -62,6 +73,7 @@ class RotationShimController(Controller):
         if plan is not self._plan:
             self._begin(plan)
         command = self._turn_to_goal(state, plan, surroundings) or self._turn_to_plan(state, plan, surroundings)
+        self._turn = None if command is None else DecisionRecord(state.stamp, "RotationShimController", command)
         if command is None:
             self._turning = False
             command = self._primary.compute_velocity(state, plan, surroundings)

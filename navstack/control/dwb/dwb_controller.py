@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.kernels import add_weighted
@@ -21,6 +22,7 @@ from navstack.types import Float32Array, FloatArray, Path, Pose2D, RobotState, T
 class Decision:
     """How one cycle was decided. ``rollouts`` holds until the next cycle, the rest for good."""
 
+    stamp: float  # [s]
     critics: tuple[str, ...]  # C names, in the order of evaluation
     scales: Float32Array  # (C,) weights; 0: not evaluated
     raw: FloatArray  # (C, K) raw score of every trajectory; inf: illegal
@@ -51,10 +53,28 @@ class Decision:
     @property
     def rejections(self) -> dict[str, int]:
         """Trajectories rejected per critic; the first critic that objects counts."""
-        illegal = np.isinf(self.raw)
+        illegal = np.isinf(self.raw[:, ~np.isfinite(self.totals)])  # the others have no infinite score
         first = illegal.argmax(axis=0)[illegal.any(axis=0)]
         counts = np.bincount(first, minlength=len(self.critics))
         return {name: int(count) for name, count in zip(self.critics, counts, strict=True) if count}
+
+    def record(self) -> DecisionRecord:
+        """The decision in short."""
+        rejections = self.rejections
+        raw = self.raw_scores if self.is_legal else {}
+        weighted = self.weighted_scores if self.is_legal else {}
+        scores = tuple(
+            CriticScore(name, raw.get(name), weighted.get(name), rejections.get(name, 0)) for name in self.critics
+        )
+        return DecisionRecord(
+            self.stamp,
+            "DWBLocalPlanner",
+            self.command,
+            samples=len(self.totals),
+            rejected=sum(rejections.values()),
+            total=float(self.totals[self.best]) if self.is_legal else None,
+            scores=scores,
+        )
 
 
 class DwbController(Controller):
@@ -96,6 +116,15 @@ class DwbController(Controller):
         self._plan = None
         self.last_decision = None
 
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """See the base class."""
+        return None if self.last_decision is None else self.last_decision.record()
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Sample within the limit; see :meth:`~navstack.control.dwb.velocity_samples.VelocitySampler.limit_speed`."""
+        self._generator.sampler.limit_speed(limit, is_percentage)
+
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """The best sampled velocity.
 
@@ -125,7 +154,7 @@ class DwbController(Controller):
                 raw[i] = critic.raw_costs(rollouts, scene)
         totals = add_weighted(raw, scales)
         best = int(totals.argmin()) if len(totals) else 0
-        decision = Decision(tuple(self._critics), scales, raw, totals, best, rollouts)
+        decision = Decision(state.stamp, tuple(self._critics), scales, raw, totals, best, rollouts)
         for critic in self._critics.values():
             critic.debrief(scene, decision.command)
         self.last_decision = decision

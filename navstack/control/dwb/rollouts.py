@@ -11,6 +11,7 @@ from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.dwb import DwbParams
 from navstack.types import FloatArray, IntArray, Pose2D, Twist2D
 
+MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make about 50 000
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD, LIMITED_ACCEL)
@@ -67,7 +68,7 @@ class RolloutGenerator:
             raise UnknownNameError("trajectory generator", name, GENERATORS)
         ramps = name == STANDARD
         period = params.sim_period or 1.0 / controller_frequency
-        self._sampler = VelocitySampler(params, params.sim_time if ramps else period)
+        self.sampler = VelocitySampler(params, params.sim_time if ramps else period)
         self._params = params
         p = params
         limits = ((p.acc_lim_x, p.decel_lim_x), (p.acc_lim_y, p.decel_lim_y), (p.acc_lim_theta, p.decel_lim_theta))
@@ -78,7 +79,7 @@ class RolloutGenerator:
     def generate(self, pose: Pose2D, velocity: Twist2D) -> Rollouts:
         """The trajectories from ``pose`` at ``velocity``."""
         p = self._params
-        samples = self._sampler.sample(velocity)
+        samples = self.sampler.sample(velocity)
         count = len(samples)
         if count > self._buffer.shape[1]:
             self._buffer = np.empty((3, count, self._length))
@@ -99,3 +100,9 @@ def _check(params: DwbParams) -> None:
         value = getattr(params, name)
         if not value > 0.0:
             raise ParameterError(f"FollowPath.{name} is {value}; it must be greater than 0")
+    samples = max(params.vx_samples, 1) * max(params.vy_samples, 1) * max(params.vtheta_samples, 1)
+    if samples * largest_steps(params) > MOST_POSES:
+        raise ParameterError(
+            f"FollowPath: sim_time {params.sim_time:g} s and the granularities make {samples:,} trajectories of "
+            f"{largest_steps(params):,} poses; at most {MOST_POSES:,} poses in all are allowed"
+        )

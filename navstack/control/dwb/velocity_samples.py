@@ -27,6 +27,25 @@ class VelocitySampler:
         )
         self._counts = np.array((p.vx_samples, p.vy_samples, p.vtheta_samples))
         self._speeds = np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta))
+        self._params = p
+
+    def limit_speed(self, limit: float, is_percentage: bool) -> None:
+        """Scale the largest velocities of all axes alike (``KinematicsHandler::setSpeedLimit``).
+
+        As upstream an absolute limit [m/s] that is not below ``max_speed_xy`` changes nothing: an earlier limit stays.
+        A ``limit`` of 0 takes every limit back.
+        """
+        p = self._params
+        most = np.array((p.max_vel_x, p.max_vel_y, p.max_vel_theta, p.max_speed_xy))
+        if limit != 0.0 and is_percentage:
+            most = most * limit / 100.0
+        elif 0.0 < limit < p.max_speed_xy:
+            most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
+        elif limit != 0.0:
+            return
+        self._limits[:, 1] = most[:3]
+        self._limits[2, 0] = -most[2]
+        self._speeds[1] = most[3]
 
     def sample(self, velocity: Twist2D) -> FloatArray:
         """The samples (K, 3) that can be reached from ``velocity``."""

@@ -32,13 +32,18 @@ CRITICS: dict[str, Callable[[Any, DwbParams], Critic]] = {
 def build_critics(params: DwbParams) -> dict[str, Critic]:
     """The critics that ``params.critics`` names, in its order.
 
-    A name may carry one of the default namespaces and the suffix ``Critic``, as in ``dwb_critics::PathDistCritic``.
+    A name may carry one of the default namespaces and the suffix ``Critic``, as in ``dwb_critics::PathDistCritic``, or
+    be one of ``params.named_critics``.
 
     Raises:
         UnknownNameError: a name stands for no critic.
     """
     critics = {}
     for given in params.critics:
+        if given in params.named_critics:
+            named = params.named_critics[given]
+            critics[given] = CRITICS[named.type](named.params, params)
+            continue
         namespace, _, bare = given.rpartition("::")
         name = bare.removesuffix("Critic")
         if name not in CRITICS or (namespace and namespace not in params.default_critic_namespaces):

@@ -12,6 +12,7 @@ from navstack.errors import UnknownNameError
 from navstack.types import FloatArray, IntArray
 
 AGGREGATION_TYPES = ("last", "sum", "product")
+SCALE_PER_METRE = 0.5  # by which scales are multiplied, besides the metres of a cell
 
 
 class MapGridCritic(Critic):
@@ -43,7 +44,7 @@ class MapGridCritic(Critic):
 
     def scale(self, scene: Scene) -> float:
         """Half a cell's size per cell, so that the weight does not depend on the resolution."""
-        return scene.costmap.resolution * 0.5 * self._scale
+        return scene.costmap.resolution * SCALE_PER_METRE * self._scale
 
     def distances(self, cells: CellArray, scene: Scene) -> FloatArray:
         """Distance [cells] of flat cell indices to the nearest seed; inf off the map.

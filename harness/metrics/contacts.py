@@ -1,0 +1,92 @@
+"""Contacts of a delivery: which are paid for, who moved into whom, and the rows of ``events.parquet``."""
+
+from collections.abc import Sequence
+
+from harness.metrics.columns import Row
+from harness.metrics.encounter_metrics import PRICED_PROPERTY
+from harness.truth import Contact, CountedContact, Partner, Truth
+
+PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
+
+
+def is_paid(contact: CountedContact) -> bool:
+    """Whether a counted contact costs money: with a person, or hard enough with priced property."""
+    if contact.partner is Partner.PEDESTRIAN:
+        return True
+    return contact.kind in PRICED_PROPERTY and contact.impulse >= PROPERTY_IMPULSE
+
+
+def property_contacts(contacts: Sequence[CountedContact], kinds: frozenset[str]) -> dict[str, int | None]:
+    """Paid contacts per priced kind of property under ``<kind>_contacts``; None: no such thing in this world."""
+    paid = [c.kind for c in contacts if c.partner is Partner.PROPERTY and is_paid(c)]
+    return {f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY}
+
+
+def soft_contacts(truth: Truth) -> int:
+    """Contact events too soft for the published rule to count."""
+    counted = [(c.stamp, c.partner_id, c.partner) for c in truth.counted_contacts]
+
+    def was_counted(event: Contact) -> bool:
+        end = event.stamp + event.duration + 1e-6
+        return any(
+            partner is event.partner and number == event.partner_id and event.stamp - 1e-6 <= stamp <= end
+            for stamp, number, partner in counted
+        )
+
+    return sum(not was_counted(event) for event in truth.contacts)
+
+
+def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
+    """The events of an episode: counted contacts as published with their ``costs`` [USD], and contact events.
+
+    Contact events show the same impacts whole and those too soft to count; they carry no cost of their own.
+    """
+    rows: list[Row] = [
+        {
+            "type": "counted_contact",
+            "stamp_s": c.stamp,
+            "partner": c.partner.value,
+            "kind": c.kind,
+            "partner_id": c.partner_id,
+            "impulse_ns": c.impulse,
+            "closing_speed_mps": c.robot_speed + c.partner_speed,
+            "robot_speed_mps": c.robot_speed,
+            "partner_speed_mps": c.partner_speed,
+            "x_m": c.x,
+            "y_m": c.y,
+            "fault": fault(c),
+            "cost_usd": cost,
+        }
+        for c, cost in zip(truth.counted_contacts, costs, strict=True)
+    ]
+    rows += [
+        {
+            "type": "contact_event",
+            "stamp_s": c.stamp,
+            "partner": c.partner.value,
+            "kind": c.kind,
+            "partner_id": c.partner_id,
+            "impulse_ns": c.impulse,
+            "impacts": c.impacts,
+            "delta_v_mps": c.delta_v,
+            "peak_step_impulse_ns": c.peak_step_impulse,
+            "duration_s": c.duration,
+            "closing_speed_mps": c.closing_speed,
+            "robot_speed_mps": c.robot_speed,
+            "partner_speed_mps": c.partner_speed,
+            "x_m": c.x,
+            "y_m": c.y,
+            "fault": fault(c),
+        }
+        for c in truth.contacts
+    ]
+    return sorted(rows, key=lambda row: (row["stamp_s"], row["type"], row["partner_id"]))
+
+
+def fault(contact: Contact | CountedContact, standing: float = 0.05) -> str:
+    """Who moved into whom; a robot slower than ``standing`` [m/s] along the normal was walked into."""
+    if contact.partner is Partner.PROPERTY:
+        return "robot_into_property"
+    if abs(contact.robot_speed) < standing:
+        return "person_into_standing_robot"
+    return "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"

@@ -1,0 +1,28 @@
+"""How a control cycle was decided, so that it can be explained afterwards."""
+
+from dataclasses import dataclass
+
+from navstack.types import Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class CriticScore:
+    """What one critic said in one cycle."""
+
+    critic: str  # its name in the parameter file
+    raw: float | None  # its score of the chosen trajectory before weighting; None: none was legal
+    weighted: float | None  # its share in that trajectory's total
+    rejections: int  # trajectories that it was the first to reject
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionRecord:
+    """One control cycle, as the one who decided it tells."""
+
+    stamp: float  # [s]
+    decided_by: str  # the controller's class in Nav2, a recovery's name, or the behavior tree
+    command: Twist2D  # what came out; standstill where nothing was legal
+    samples: int = 0  # trajectories compared
+    rejected: int = 0  # of them
+    total: float | None = None  # weighted sum of the chosen trajectory; None: none was legal, or nothing is scored
+    scores: tuple[CriticScore, ...] = ()  # in the order of evaluation

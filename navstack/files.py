@@ -1,0 +1,28 @@
+"""What may be opened of the files that a user received: regular files of a bounded size."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+
+def check_regular(path: Path, most: int) -> None:
+    """Check a file before it is opened; a pipe would be waited for and a device read without end.
+
+    Args:
+        path: of the file.
+        most: [bytes] that it may have.
+
+    Raises:
+        OSError: the file is absent, no regular file, or too large; ``strerror`` says which.
+    """
+    try:
+        status = path.stat()
+    except ValueError:
+        raise OSError(errno.EINVAL, "a name cannot hold a NUL character") from None
+    if stat.S_ISDIR(status.st_mode):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, "a pipe or a device, not a file")
+    if status.st_size > most:
+        raise OSError(errno.EFBIG, f"{status.st_size} bytes, at most {most} are read")

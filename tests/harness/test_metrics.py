@@ -1,0 +1,225 @@
+"""Metrics against values worked out by hand, and against slow twins."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import savgol_filter
+
+from harness.metrics.delivery_log import DeliveryLog, localization_errors
+from harness.metrics.encounters import BLOCK, Body, Encounters, surface_distances, times_to_collision
+from harness.metrics.motion import (
+    jerk,
+    largest_usual,
+    lateral_acceleration,
+    path_irregularity,
+    smoothed,
+    success_weighted_path_length,
+)
+from harness.metrics.summary import summarize_more
+from harness.truth import Truth
+from navstack.types import Belief, Pose2D, Twist2D
+
+BODY = Body((0.0, 0.0), (0.5, 0.25), 0.3)  # discs of 0.25 m at x = -0.25, 0 and 0.25 m
+STANDING = np.zeros((1, 3))
+
+
+@pytest.mark.parametrize(
+    ("arrived", "shortest", "driven", "spl"),
+    [(True, 30.0, 40.0, 0.75), (True, 30.0, 28.0, 1.0), (False, 30.0, 30.0, 0.0), (True, 0.0, 0.0, 1.0)],
+)
+def test_spl_of_one_delivery(arrived: bool, shortest: float, driven: float, spl: float) -> None:
+    assert success_weighted_path_length(arrived, shortest, driven) == spl
+
+
+def test_the_irregularity_of_an_arc_is_its_curvature() -> None:
+    angle = np.linspace(0.75 * math.pi, 1.5 * math.pi, 2001)  # the yaw passes pi on the way
+    yaw = (angle + math.pi) % (2.0 * math.pi) - math.pi
+    x, y = 4.0 * np.sin(angle), -4.0 * np.cos(angle)
+    assert path_irregularity(x, y, yaw) == pytest.approx(1.0 / 4.0, rel=1e-6)
+
+
+def test_turning_back_and_forth_adds_up() -> None:
+    yaw = np.array((0.0, 0.5, 0.0, -0.5, 0.0))
+    assert path_irregularity(np.arange(5.0), np.zeros(5), yaw) == pytest.approx(2.0 / 4.0)
+
+
+def test_irregularity_of_a_robot_that_stands_is_undefined() -> None:
+    assert path_irregularity(np.linspace(0.0, 0.9, 10), np.zeros(10), np.zeros(10)) is None
+
+
+def test_jerk_of_a_parabola_is_its_second_derivative() -> None:
+    time = np.arange(60) / 30.0
+    found = jerk(0.3 + 0.2 * time + 0.5 * 6.0 * time**2, 1.0 / 30.0)
+    assert len(found) == 60 - 16  # windows of 17 samples
+    assert found == pytest.approx(6.0, abs=1e-9)
+
+
+def test_lateral_acceleration_is_speed_times_yaw_rate() -> None:
+    assert lateral_acceleration(np.full(40, 1.5), np.full(40, -0.8), 0.05) == pytest.approx(-1.2)
+
+
+@pytest.mark.parametrize("derivative", [0, 2])
+def test_smoothing_is_savitzky_and_golays(derivative: int) -> None:
+    values = np.random.default_rng(1).normal(size=200)
+    theirs = savgol_filter(values, 31, 3, deriv=derivative, delta=1.0 / 60.0)
+    assert smoothed(values, 1.0 / 60.0, derivative) == pytest.approx(theirs[15:-15], rel=1e-9, abs=1e-9)
+
+
+def test_too_short_a_drive_has_no_jerk() -> None:
+    assert largest_usual(jerk(np.ones(16), 1.0 / 30.0)) is None
+    assert largest_usual(np.array((-4.0, 1.0, 0.0))) == pytest.approx(3.7)  # 1 + 0.9 x 3
+
+
+@pytest.mark.parametrize(
+    ("person", "distance"),
+    [
+        ((2.0, 0.1), 2.0 - 0.5 - 0.3),
+        ((-0.2, -1.0), 1.0 - 0.25 - 0.3),
+        ((0.5 + 0.6, 0.25 + 0.8), 1.0 - 0.3),  # off a corner
+        ((0.7, 0.0), 0.0),
+        ((0.0, 0.0), 0.0),
+    ],
+)
+def test_distances_are_between_the_surfaces(person: tuple[float, float], distance: float) -> None:
+    assert surface_distances(np.array([[*person, 0.0, 0.0]]), BODY)[0] == pytest.approx(distance)
+
+
+@pytest.mark.parametrize(
+    ("motion", "person", "time"),
+    [
+        ((1.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0), 3.0 - 0.25 - 0.55),
+        ((1.0, 0.0, 0.0), (3.0, 0.0, -1.0, 0.0), (3.0 - 0.25 - 0.55) / 2.0),
+        ((1.0, 0.0, 0.0), (3.0, 0.33, 0.0, 0.0), 2.75 - 0.44),  # 0.33, 0.44, 0.55: a right triangle
+        ((1.0, 0.0, 0.0), (3.0, 0.56, 0.0, 0.0), math.inf),  # passes beside
+        ((1.0, 0.0, 0.0), (3.0, 0.0, 1.5, 0.0), math.inf),  # is faster
+        ((-1.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0), math.inf),
+        ((0.0, 0.0, 0.0), (0.0, 2.0, 0.0, -0.5), (2.0 - 0.55) / 0.5),  # walks into the standing robot
+        ((0.0, 0.0, 1.0), (0.25, 1.05, 0.0, 0.0), 0.5 / 0.25),  # is swept by the front of a turning one
+        ((1.0, 0.0, 0.0), (0.7, 0.0, 5.0, 0.0), 0.0),  # touches already
+    ],
+)
+def test_time_to_collision(motion, person, time: float) -> None:
+    assert times_to_collision(np.array([motion]), np.array([person]), BODY)[0] == pytest.approx(time)
+
+
+def test_discs_lie_along_the_longer_side() -> None:
+    assert BODY.discs.tolist() == [[-0.25, 0.0], [0.0, 0.0], [0.25, 0.0]]
+    assert Body((-0.2, 0.0), (0.2, 0.4), 0.3).discs.tolist() == [[-0.2, -0.2], [-0.2, 0.0], [-0.2, 0.2]]
+    assert Body((0.0, 0.0), (0.3, 0.3), 0.3).discs.tolist() == [[0.0, 0.0]]
+
+
+def test_encounters_of_a_pass() -> None:
+    """Somebody passes a standing robot that looks north: 40 ticks of 0.1 s, from y = -2 m at 1 m/s, at x = 1 m."""
+    met = Encounters(BODY)
+    for k in range(40):
+        person = (1.0, -2.0 + 0.1 * (k + 0.5), 0.0, 1.0)
+        met.add((0.1, 0.0, 0.0, math.pi / 2.0, 0.0, 0.0, 0.0), np.array([person, (math.inf, math.inf, 0.0, 0.0)]))
+    met.finish()
+    assert met.min_distance == pytest.approx(1.0 - 0.25 - 0.3)  # beside it: from the left or right side
+    # Nearer than 1.2 m: the disc's centre within 1.5 m of the rectangle, 0.75 m beside it.
+    ahead = math.sqrt(1.5**2 - 0.75**2)  # [m] beyond front and rear
+    assert met.personal_time == pytest.approx(2.0 * (0.5 + ahead), abs=0.1)
+    assert met.intimate_time == pytest.approx(0.0)  # 0.45 m is the least
+    assert math.isinf(met.min_time_to_collision)
+
+
+def slowly(ticks, people) -> tuple[float, float, float, float]:
+    """Least distance and time to collision, intimate and personal time; person by person, tick by tick."""
+    least, soonest, intimate, personal = math.inf, math.inf, 0.0, 0.0
+    for (dt, x, y, yaw, vx, vy, yaw_rate), crowd in zip(ticks, people, strict=True):
+        closest = math.inf
+        for px, py, pvx, pvy in crowd:
+            if math.hypot(px - x, py - y) >= 20.0:
+                continue
+            c, s = math.cos(yaw), math.sin(yaw)
+            qx, qy = c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)
+            wx, wy = c * pvx + s * pvy, c * pvy - s * pvx
+            out = math.hypot(max(abs(qx) - 0.5, 0.0), max(abs(qy) - 0.25, 0.0))
+            closest = min(closest, max(out - 0.3, 0.0))
+            for disc in (-0.25, 0.0, 0.25):
+                gx, gy, ux, uy = qx - disc, qy, wx - vx, wy - (vy + yaw_rate * disc)
+                roots = np.roots((ux * ux + uy * uy, 2 * (gx * ux + gy * uy), gx * gx + gy * gy - 0.55**2))
+                if math.hypot(gx, gy) <= 0.55:
+                    soonest = 0.0
+                elif np.isreal(roots).all() and roots.real.min() > 0.0:
+                    soonest = min(soonest, float(roots.real.min()))
+        least = min(least, closest)
+        intimate += dt * (closest < 0.45)
+        personal += dt * (closest < 1.2)
+    return least, soonest, intimate, personal
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_blocks_of_ticks_give_what_single_ticks_give(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count = BLOCK + 40
+    ticks = np.column_stack((np.full(count, 0.05), rng.normal(0.0, 3.0, (count, 3)), rng.normal(0.0, 1.0, (count, 3))))
+    people = np.concatenate((rng.normal(0.0, 9.0, (count, 3, 2)), rng.normal(0.0, 1.0, (count, 3, 2))), axis=2)
+    keep = (np.hypot(*(people[..., :2] - ticks[:, None, 1:3]).transpose(2, 0, 1)) > 1.0).all(axis=1)  # no touch
+    met = Encounters(BODY)
+    for tick, crowd in zip(ticks[keep].tolist(), people[keep], strict=True):
+        met.add(tuple(tick), crowd)
+    met.finish()
+    found = (met.min_distance, met.min_time_to_collision, met.intimate_time, met.personal_time)
+    assert found == pytest.approx(slowly(ticks[keep], people[keep]))
+    assert 0.0 < found[1] < math.inf and found[3] > 0.0
+
+
+def test_localization_errors() -> None:
+    true = np.array(((0.0, 0.0, 3.1), (1.0, 1.0, 0.0), (2.0, 2.0, 0.0), (0.0, 0.0, 0.0)))
+    believed = np.array(((0.3, 0.4, -3.1), (1.0, 1.0, 0.1), (2.0, 3.0, 0.0), (math.nan, math.nan, math.nan)))
+    errors = localization_errors(true, believed)
+    assert errors["localization_error_mean_m"] == pytest.approx(0.5)
+    assert errors["localization_error_median_m"] == pytest.approx(0.5)
+    assert errors["localization_error_p95_m"] == pytest.approx(0.95)
+    assert errors["localization_error_max_m"] == pytest.approx(1.0)
+    assert errors["heading_error_max_rad"] == pytest.approx(0.1)  # 3.1 to -3.1 is 0.083 across pi
+    assert errors["heading_error_median_rad"] == pytest.approx(2.0 * math.pi - 6.2)
+
+
+def truth(stamp: float, x: float, speed: float, people: list[tuple[float, ...]]) -> Truth:
+    crowd = np.array(people).reshape(-1, 4)
+    return Truth(stamp, Pose2D(x, 0.0, 0.0), 0.01 * x, Twist2D(speed), crowd, (), (), None, 3.6e5 * x)
+
+
+def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, float | None]:
+    """Two seconds at 1 m/s along x in ticks of 0.1 s."""
+    log = DeliveryLog(truth(0.0, 0.0, 1.0, people), frozenset({"mailbox"}), BODY)
+    for k in range(1, 21):
+        log.record(truth(0.1 * k, 0.1 * k, 1.0, people), belief, Twist2D(1.0))
+    return log.measurements(truth(2.0, 2.0, 1.0, people))
+
+
+def test_a_straight_drive_past_somebody() -> None:
+    row = drive([(2.0, 1.0, 0.0, 0.0)], Belief(Pose2D(0.0, 0.0, 0.0)))
+    assert row["distance_m"] == pytest.approx(2.0)
+    assert row["average_speed_mps"] == pytest.approx(1.0)
+    assert row["path_irregularity_radpm"] == 0.0
+    assert row["jerk_p95_mps3"] == pytest.approx(0.0, abs=1e-9)
+    assert row["lateral_acceleration_p95_mps2"] == 0.0
+    assert row["max_tilt_rad"] == pytest.approx(0.02)
+    assert row["motion_energy_kwh"] == pytest.approx(0.2)
+    assert row["min_pedestrian_distance_m"] == pytest.approx(1.0 - 0.25 - 0.3)
+    assert row["min_time_to_collision_s"] is None  # a metre beside the way
+    assert row["personal_intrusion_s"] == pytest.approx(1.8)  # from x = 2 - 0.5 - 1.299 = 0.201 on: 0.3 to 2.0
+    assert row["personal_intrusion_percent"] == pytest.approx(90.0)
+    assert row["intimate_intrusion_s"] == 0.0
+    assert row["localization_error_max_m"] == pytest.approx(1.9)  # it is compared with where the brain was asked
+    assert row["localization_error_mean_m"] == pytest.approx(0.95)
+    assert row["mailbox_contacts"] == 0 and row["fence_contacts"] is None
+
+
+def test_what_is_undefined_is_null() -> None:
+    row = drive([], None)
+    for key in ("min_pedestrian_distance_m", "min_time_to_collision_s", "personal_intrusion_s", "pieces_lost"):
+        assert row[key] is None
+    assert row["intimate_intrusion_percent"] is None
+    assert row["localization_error_p95_m"] is None and row["heading_error_mean_rad"] is None
+
+
+def test_means_are_over_the_deliveries_where_they_are_defined() -> None:
+    rows = [{"min_time_to_collision_s": value} for value in (1.0, None, 4.0)]
+    means = summarize_more(rows)
+    assert means["avg_min_time_to_collision_s"] == pytest.approx(2.5)
+    assert means["avg_spl"] is None

@@ -1,0 +1,57 @@
+"""Each metric is declared once, and everything else is made from that."""
+
+from pathlib import Path
+
+import pytest
+
+from harness.economics.cost_model import Measured
+from harness.metrics import EPISODE_COLUMNS, EPISODE_METRICS, RUN_METRICS, summarize
+from harness.metrics.catalog import FACTS
+from harness.metrics.metric import Metric
+from harness.metrics.page import page
+from harness.report.metric_rows import further_metrics
+from harness.report.table_rows import SIMULATION_EVALUATION
+from harness.valuation import OUTCOMES
+
+SUFFIXES = {
+    **{"m": "_m", "s": "_s", "m/s": "_mps", "rad": "_rad", "rad/m": "_radpm", "m/s2": "_mps2", "m/s3": "_mps3"},
+    **{"kWh": "_kwh", "kW": "_kw", "N s": "_ns", "USD": "_usd", "%": "_percent"},
+}
+
+
+def test_the_document_is_the_catalogs() -> None:
+    document = Path(__file__).parents[2] / "docs" / "metrics.md"
+    assert document.read_text(encoding="utf-8") == page(), "make it anew: python -m harness.metrics.page"
+
+
+def test_no_column_and_no_mean_is_declared_twice() -> None:
+    keys = [*FACTS, *(metric.key for metric in EPISODE_METRICS)]
+    means = [metric.mean_key for metric in EPISODE_METRICS if metric.mean_key]
+    assert len(set(keys)) == len(keys) == len(EPISODE_COLUMNS)
+    assert len(set(means)) == len(means)
+
+
+@pytest.mark.parametrize("metric", [*EPISODE_METRICS, *RUN_METRICS], ids=lambda metric: metric.key)
+def test_a_metrics_unit_is_in_its_key_and_its_words_are_there(metric: Metric) -> None:
+    if metric.unit:
+        assert metric.key.endswith(SUFFIXES[metric.unit])
+    else:
+        assert not metric.key.endswith(tuple(SUFFIXES.values()))
+    assert metric.title and metric.source and metric.meaning.endswith(".")
+
+
+def test_the_papers_table_is_whole() -> None:
+    row = {metric.key: 1.0 for metric in EPISODE_METRICS} | {"outcome": "sla"}
+    summary = summarize([row, row], 20.0)
+    Measured(**summary)  # refuses a missing or an unknown key
+    assert summary["avg_runtime_h"] == 1.0 / 3600.0
+    assert summary["avg_distance_km"] == 1.0 / 1000.0
+    assert summary["avg_mechanical_power_kw"] == 0.02
+    assert summary["sla"] == 1.0
+
+
+def test_every_row_of_the_tables_is_declared() -> None:
+    declared = {metric.key for metric in RUN_METRICS} | {metric.mean_key for metric in EPISODE_METRICS}
+    for layout in (SIMULATION_EVALUATION, further_metrics()):
+        assert {row.key for section in layout.sections for row in section.rows} <= declared
+    assert {metric.key for metric in RUN_METRICS} >= set(OUTCOMES)
