@@ -1,11 +1,13 @@
 """``navbench run``: progress while it drives, tables when it is done."""
 
+import contextlib
 import json
 import statistics
 import sys
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -15,31 +17,33 @@ from harness.benchmark import (
     TABLES,
     Row,
     StackResult,
-    about,
-    parameters,
+    require_own,
     run_document,
     run_study,
     summarize_study,
 )
 from harness.episode import Delivery
-from harness.execution import Finished
+from harness.execution import Finished, Workers
+from harness.manifest import about, load_study, parameters, version_notes
 from harness.preflight import check
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.runs import RunFolder, default_folder, require_usable
+from harness.runs import RunFolder, create_run, default_folder, require_usable
 from harness.setup import prices_of
 from harness.study import EpisodeTask, Study
 
 LINE_PERIOD = 10.0  # [s] between progress lines where there is no terminal
 INTERRUPTED, SOME_ERRORS = 130, 3
 
+OnFinished = Callable[[Finished[EpisodeTask, Delivery], Row], None]
+
 
 class Tally:
     """Counts outcomes and speed of the finished episodes."""
 
-    def __init__(self, total: int, workers: int) -> None:
-        self.total, self._workers = total, workers
-        self.done = 0
+    def __init__(self, total: int, done: int) -> None:
+        self.total, self.done = total, done
+        self.done_before = done
         self._outcomes: Counter[str] = Counter()
         self._factors: list[float] = []  # real-time factor of each delivery
 
@@ -67,7 +71,7 @@ class BarDisplay:
         self._tally = tally
         columns = (TextColumn("deliveries"), BarColumn(), MofNCompleteColumn(), TextColumn("ETA"))
         self._progress = Progress(*columns, TimeRemainingColumn(), TextColumn("{task.fields[text]}"), console=console)
-        self._task = self._progress.add_task("run", total=tally.total, text=tally.text)
+        self._task = self._progress.add_task("run", total=tally.total, completed=tally.done, text=tally.text)
 
     def start(self) -> None:
         """Show the bar."""
@@ -89,7 +93,7 @@ class LineDisplay:
         self._tally = tally
         self._stopped = threading.Event()
         self._start = time.monotonic()
-        self._said = -1  # deliveries in the last line
+        self._said = tally.done  # deliveries in the last line
 
     def start(self) -> None:
         """Begin to tell."""
@@ -110,58 +114,114 @@ class LineDisplay:
 
     def _say(self) -> None:
         self._said = done = self._tally.done
-        total = self._tally.total
-        eta = (
-            f", about {(time.monotonic() - self._start) / done * (total - done):.0f} s left" if 0 < done < total else ""
-        )
+        total, driven = self._tally.total, done - self._tally.done_before
+        left = (time.monotonic() - self._start) / driven * (total - done) if driven else 0.0  # [s]
+        eta = f", about {left:.0f} s left" if left else ""
         sys.stderr.write(f"{done} of {total} deliveries{eta}: {self._tally.text}\n")
         sys.stderr.flush()
 
 
-def run_command(study: Study, out: Path | None, as_json: bool) -> int:
-    """Drive the study, show progress on stderr, print results on stdout; returns the exit status."""
-    errors = Console(stderr=True, highlight=False)
+def run_command(study: Study, out: Path | None, time_limit: float, as_json: bool) -> int:
+    """Drive a new study, show progress on stderr, print results on stdout; returns the exit status."""
     path = out or default_folder("-".join(stack.name for stack in study.stacks))
     require_usable(path)
     for note in check(study):
-        errors.print(f"note: {note}", markup=False, soft_wrap=True)
-    tally = Tally(study.episodes * len(study.stacks), study.workers)
-    display = BarDisplay(errors, tally) if errors.is_terminal else LineDisplay(tally)
-    records: list[Row] = []
+        say(f"note: {note}")
+    create_run(path, about(study, sys.argv), parameters(study))
+    return _drive(load_study(path, study.workers), path, time_limit, as_json)
 
-    def on_finished(finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
-        records.append(record)
-        tally.add(record)
-        display.update()
 
-    interrupted = False
-    with RunFolder(path, about(study, sys.argv), parameters(study), TABLES) as folder:
-        display.start()
-        try:
-            run_study(study, folder, on_finished)
-        except KeyboardInterrupt:
-            interrupted = True
-        finally:
-            display.stop()
-        results = summarize_study(study, records)
-        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
-    _say_what_failed(records, errors)
+def resume_command(path: Path, workers: int | None, time_limit: float, as_json: bool) -> int:
+    """Go on with the study of a run folder; otherwise as :func:`run_command`."""
+    path = path.resolve()  # a link may point elsewhere before the run ends
+    study = load_study(path, workers)
+    check(study)
+    for note in version_notes(path):
+        say(f"note: {note}")
+    return _drive(study, path, time_limit, as_json)
+
+
+def _drive(study: Study, path: Path, time_limit: float, as_json: bool) -> int:
+    with RunFolder(path, TABLES, study.total) as folder, Workers(study.workers, time_limit=time_limit) as workers:
+        require_own(study, folder)
+        say_what_is_done(folder, study)
+        tally = Tally(study.total, len(folder.records))
+        with shown(tally) as on_finished:
+            interrupted = drive(study, folder, workers, on_finished)
+        results = finish(study, folder)
+    say_what_failed(folder.records)
     if interrupted:
-        kept = f"the finished ones are kept in {path}" if records else "none was finished"
-        errors.print(f"interrupted after {len(records)} of {tally.total} deliveries; {kept}", soft_wrap=True)
+        say_interrupted(tally, path)
     _print(results, study, path, as_json)
     if interrupted:
         return INTERRUPTED
-    return SOME_ERRORS if any(record["row"].get("error") for record in records) else 0
+    return SOME_ERRORS if any(result.errors for result in results) else 0
 
 
-def _say_what_failed(records: list[Row], console: Console) -> None:
+def drive(study: Study, folder: RunFolder, workers: Workers, on_finished: OnFinished) -> bool:
+    """Run what a folder lacks; returns whether it was interrupted."""
+    if folder.is_closed:
+        return False
+    try:
+        run_study(study, folder, workers, on_finished)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def finish(study: Study, folder: RunFolder) -> list[StackResult]:
+    """The results of what is finished, which the folder keeps too."""
+    results = summarize_study(study, folder.records)
+    if not folder.is_closed:
+        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
+    return results
+
+
+@contextlib.contextmanager
+def shown(tally: Tally) -> Iterator[OnFinished]:
+    """Show progress meanwhile; yields what has to hear of each finished delivery."""
+    console = Console(stderr=True, highlight=False)
+    display = BarDisplay(console, tally) if console.is_terminal else LineDisplay(tally)
+
+    def on_finished(finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
+        tally.add(record)
+        display.update()
+        if finished.lost and finished.error is None:
+            where = f"{finished.task.stack.name} episode {finished.task.episode}"
+            console.print(f"repeated {where}: {finished.lost[0]}", markup=False, soft_wrap=True)
+
+    display.start()
+    try:
+        yield on_finished
+    finally:
+        display.stop()
+
+
+def say(line: str) -> None:
+    """Write a line on standard error."""
+    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)
+
+
+def say_what_is_done(folder: RunFolder, study: Study) -> None:
+    """Tell how much of a run there already is."""
+    if folder.is_complete:
+        say(f"run {folder.path} is complete: all of its {study.total} deliveries are finished")
+    elif folder.records:
+        say(f"going on after {len(folder.records)} of {study.total} deliveries")
+
+
+def say_what_failed(records: Sequence[Row]) -> None:
+    """Tell the deliveries that ended in an error."""
     for record in records:
         row = record["row"]
         if row.get("error"):
-            console.print(
-                f"error in {row['stack']} episode {row['episode']}: {row['error']}", markup=False, soft_wrap=True
-            )
+            say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
+
+
+def say_interrupted(tally: Tally, path: Path) -> None:
+    """Tell what an interrupt leaves."""
+    kept = f"the finished ones are kept in {path}; go on with --resume {path}" if tally.done else "none was finished"
+    say(f"interrupted after {tally.done} of {tally.total} deliveries; {kept}")
 
 
 def _print(results: list[StackResult], study: Study, path: Path, as_json: bool) -> None:

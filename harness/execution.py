@@ -1,18 +1,21 @@
-"""Where episodes run: in this process, or in several, with the same results."""
+"""Where episodes run: on any executor of ``concurrent.futures``, by default one process per worker."""
 
 import multiprocessing
 import multiprocessing.connection
 import os
 import signal
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from multiprocessing.process import BaseProcess
+from types import TracebackType
+from typing import Any, Generic, TypeVar
 
-WORKER_DIED = "a worker process died (out of memory?)"
+TIME_LIMIT = 1800.0  # [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
+ATTEMPTS = 2  # at a task whose worker dies or hangs
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -25,6 +28,7 @@ class Finished(Generic[Task, Result]):
     task: Task
     result: Result | None
     error: str | None = None
+    lost: tuple[str, ...] = ()  # why attempts were lost, whether or not another one gave a result
 
 
 def available_cores() -> int:
@@ -32,25 +36,189 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_tasks(
-    function: Callable[[Task], Result], tasks: Iterable[Task], workers: int
-) -> Iterator[Finished[Task, Result]]:
-    """Yield each task as it finishes; a task that raises yields its error and the others go on.
+class WorkerProcess(ProcessPoolExecutor):
+    """An executor with one process of its own, so that it is known which task a process dies of.
 
-    Closing the iterator (Ctrl-C included) stops the workers; what was yielded before stays valid.
+    Args:
+        start_method: of :mod:`multiprocessing`; fork would copy the state of numba and PyBullet.
     """
-    if workers == 1:
-        for task in tasks:
-            yield _run_one(function, task)
-        return
-    yield from _run_pool(function, list(tasks), workers)
+
+    def __init__(self, start_method: str = "spawn") -> None:
+        super().__init__(1, mp_context=multiprocessing.get_context(start_method), initializer=_begin_worker)
+        self._process: BaseProcess | None = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Run a call in the process, which starts with the first one."""
+        future = super().submit(function, *args, **kwargs)
+        self._process = next(iter((self._processes or {}).values()), self._process)
+        return future
+
+    def kill(self) -> None:
+        """End the process, whatever it is doing."""
+        if self._process is not None:
+            self._process.kill()
+
+    @property
+    def ending(self) -> str:
+        """How the process ended; waits for its end."""
+        self.shutdown(wait=True)
+        code = self._process.exitcode if self._process is not None else None
+        if code is None or code >= 0:
+            return f"its worker process ended with status {code}"
+        memory = " (out of memory?)" if code == -signal.SIGKILL else ""
+        return f"its worker process was ended by signal {-code}{memory}"
 
 
-def _run_one(function: Callable[[Task], Result], task: Task) -> Finished[Task, Result]:
-    try:
-        return Finished(task, function(task))
-    except Exception as error:  # one failed episode must not end a study
-        return Finished(task, None, f"{type(error).__name__}: {error}")
+class InProcess(Executor):
+    """An executor that runs each call at once in this process: for debugging and profiling. It knows no time limit."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Run a call to its end."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:  # as every executor does
+            future.set_exception(error)
+        return future
+
+
+class _Slot:
+    """A place for one task at a time."""
+
+    def __init__(self, make_executor: Callable[[], Executor]) -> None:
+        self._make_executor = make_executor
+        self._executor: Executor | None = None
+
+    def submit(self, function: Callable[[Task], Result], task: Task) -> "Future[Result]":
+        """Start a task; an executor that broke while it was idle is replaced first."""
+        if self._executor is None:
+            self._executor = self._make_executor()
+        try:
+            return self._executor.submit(function, task)
+        except BrokenExecutor:
+            self.discard()
+            self._executor = self._make_executor()
+            return self._executor.submit(function, task)
+
+    def discard(self) -> str:
+        """Give the executor up, with what runs there if it can be killed; returns how it ended."""
+        executor, self._executor = self._executor, None
+        if isinstance(executor, WorkerProcess):
+            executor.kill()
+            return executor.ending
+        if executor is not None:
+            executor.shutdown(wait=False, cancel_futures=True)
+        return "its executor broke"
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt(Generic[Task]):
+    """A task on its way."""
+
+    task: Task
+    lost: tuple[str, ...] = ()  # why earlier attempts were lost
+
+
+@dataclass(frozen=True, slots=True)
+class _Running(Generic[Task]):
+    """A task at work."""
+
+    attempt: _Attempt[Task]
+    slot: _Slot
+    deadline: float  # [s] of the monotonic clock
+
+
+class Workers:
+    """A number of executors, each with one task at a time, that live from study to study.
+
+    A task whose worker dies or exceeds the time limit is attempted once more, and then finishes with an error; the
+    tasks of the other workers notice nothing. A task that raises finishes with its error at once.
+    """
+
+    def __init__(
+        self, count: int, make_executor: Callable[[], Executor] = WorkerProcess, time_limit: float = TIME_LIMIT
+    ) -> None:
+        """Start nothing yet.
+
+        Args:
+            count: of tasks at a time.
+            make_executor: called once per worker, and to replace one that died. Executors with several workers are
+                given as ``lambda: shared``; when such a one breaks, all tasks running on it have lost an attempt.
+                PyBullet's worlds are kept per process: threads must not share one.
+            time_limit: [s] of wall time per task. Executors other than :class:`WorkerProcess` cannot be killed: there
+                the task's late result is ignored.
+        """
+        self._idle = [_Slot(make_executor) for _ in range(count)]
+        self._time_limit = time_limit
+
+    def __enter__(self) -> "Workers":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop the workers."""
+        for slot in self._idle:
+            slot.discard()
+
+    def run(
+        self, function: Callable[[Task], Result], tasks: Iterable[Task]
+    ) -> Generator[Finished[Task, Result], None, None]:
+        """Yield each task as it finishes.
+
+        Closing the iterator (Ctrl-C included) stops what is running; what was yielded before stays valid.
+        """
+        waiting = deque(_Attempt(task) for task in tasks)
+        running: dict[Future[Result], _Running[Task]] = {}
+        try:
+            while waiting or running:
+                while waiting and self._idle:
+                    future = self._idle[-1].submit(function, waiting[0].task)
+                    deadline = time.monotonic() + self._time_limit
+                    running[future] = _Running(waiting.popleft(), self._idle.pop(), deadline)
+                soonest = min(each.deadline for each in running.values())
+                done, _ = wait(running, max(soonest - time.monotonic(), 0.0), FIRST_COMPLETED)
+                for future in done or _overdue(running):
+                    each = running.pop(future)
+                    self._idle.append(each.slot)
+                    result = _collect(each, future, self._time_limit)
+                    if isinstance(result, _Attempt):
+                        waiting.appendleft(result)
+                    else:
+                        yield result
+        finally:
+            for each in running.values():
+                each.slot.discard()
+                self._idle.append(each.slot)
+
+
+def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
+    now = time.monotonic()
+    return [future for future, each in running.items() if each.deadline <= now]
+
+
+def _collect(
+    each: "_Running[Task]", future: "Future[Result]", time_limit: float
+) -> "Finished[Task, Result] | _Attempt[Task]":
+    """What became of a task that is done or overdue: its end, or another attempt."""
+    task, lost = each.attempt.task, each.attempt.lost
+    if not future.done():
+        each.slot.discard()
+        reason = f"it ran for more than {time_limit:g} s (--episode-timeout)"
+    else:
+        error = future.exception()
+        if error is None:
+            return Finished(task, future.result(), lost=lost)
+        if not isinstance(error, BrokenExecutor):
+            return Finished(task, None, f"{type(error).__name__}: {error}", lost)
+        reason = each.slot.discard()
+    lost = (*lost, reason)
+    if len(lost) < ATTEMPTS:
+        return _Attempt(task, lost)
+    return Finished(task, None, f"lost {len(lost)} times: {'; '.join(dict.fromkeys(lost))}", lost)
 
 
 def _begin_worker() -> None:
@@ -64,53 +232,3 @@ def _begin_worker() -> None:
 def _end_with(sentinel: int) -> None:
     multiprocessing.connection.wait([sentinel])
     os._exit(1)
-
-
-def _run_pool(function: Callable[[Task], Result], tasks: list[Task], workers: int) -> Iterator[Finished[Task, Result]]:
-    """Run in pools of processes; when a worker dies, its pool's running tasks fail and a new pool takes the rest."""
-    waiting = deque(tasks)
-    while waiting:
-        yield from _run_one_pool(function, waiting, workers)
-
-
-def _run_one_pool(
-    function: Callable[[Task], Result], waiting: deque[Task], workers: int
-) -> Iterator[Finished[Task, Result]]:
-    context = multiprocessing.get_context("spawn")  # fork would copy the state of numba and PyBullet
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker)
-    running: dict[Future[Result], Task] = {}
-    try:
-        accepts = True
-        while running or (accepts and waiting):
-            while accepts and waiting and len(running) < workers:
-                accepts = _submit(pool, function, waiting, running)
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            yield from [_collect(running.pop(future), future) for future in done]
-    finally:
-        for process in list((pool._processes or {}).values()):  # a running episode cannot be cancelled
-            process.terminate()
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _submit(
-    pool: ProcessPoolExecutor,
-    function: Callable[[Task], Result],
-    waiting: deque[Task],
-    running: dict[Future[Result], Task],
-) -> bool:
-    """Hand the next waiting task to the pool; False, with the task still waiting, if the pool is broken."""
-    try:
-        future = pool.submit(function, waiting[0])
-    except BrokenProcessPool:
-        return False
-    running[future] = waiting.popleft()
-    return True
-
-
-def _collect(task: Task, future: "Future[Result]") -> Finished[Task, Result]:
-    error = future.exception()
-    if error is None:
-        return Finished(task, future.result())
-    if isinstance(error, BrokenProcessPool):
-        return Finished(task, None, WORKER_DIED)
-    return Finished(task, None, f"{type(error).__name__}: {error}")

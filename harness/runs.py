@@ -1,17 +1,26 @@
-"""Run folders: finished episodes are on disk before the next one begins, and the folder tells how to repeat them."""
+"""Run folders: finished episodes are on disk before the next one begins, and a run goes on where it was cut off."""
 
 import contextlib
 import json
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
+from harness.durable_files import LOCK, locked, replacing, sync_folder, write_text
+from harness.table_files import read_rows
 from navstack.errors import InputError
+from navstack.files import check_regular
 
-JOURNAL = "journal.jsonl"  # rows in the order they finished; becomes the Parquet files when the run is closed
+MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
+JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
+MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
+MOST_LINE = 20_000_000  # [bytes] of one delivery in it
+MOST_NUMBER = 1e300
+ROWS_AT_ONCE = 10_000  # of a table in memory
 
 Row = dict[str, Any]
 Columns = dict[str, str]  # column name -> Arrow type
@@ -28,42 +37,76 @@ def require_usable(path: Path) -> None:
     Raises:
         InputError: it exists and is not empty, or cannot be written.
     """
-    if path.is_dir() and any(path.iterdir()):
-        raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder")
+    if path.is_dir() and any(entry.name != LOCK for entry in path.iterdir()):
+        resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
+        raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder{resume}")
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise InputError(f"output folder '{path}' cannot be written; choose another")
 
 
-class RunFolder:
-    """One run on disk. Use as a context manager; closing writes the tables, also after an interrupt."""
+def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
+    """Write what is known before the first episode.
 
-    def __init__(
-        self, path: Path, about: dict[str, Any], parameters: dict[str, str], tables: dict[str, Columns]
-    ) -> None:
-        """Create the folder and write what is known before the first episode.
+    Args:
+        path: must be absent or empty.
+        about: content of ``run.json``.
+        parameters: file name -> text, for ``params/``.
+
+    Raises:
+        InputError: the folder exists and is not empty, is in use, or cannot be written.
+    """
+    require_usable(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with locked(path):
+            require_usable(path)  # another program may have been quicker
+            (path / "params").mkdir()
+            for name, text in parameters.items():
+                write_text(path / "params" / name, text)
+            write_text(path / MANIFEST, json.dumps(about, indent=2, sort_keys=True) + "\n")
+    except OSError as error:
+        raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
+
+
+class RunFolder:
+    """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
+
+    Nobody else can write the folder meanwhile. The rows in memory are those of the episodes and their timings; events
+    stay on disk.
+    """
+
+    def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
+        """Lock the folder and read what is finished.
 
         Args:
-            path: must be absent or empty.
-            about: content of ``run.json``.
-            parameters: file name -> text, for ``params/``.
+            path: of a run that :func:`create_run` made.
             tables: columns of ``episodes``, ``events`` and ``timings``.
+            total: number of episodes that make the run complete.
 
         Raises:
-            InputError: the folder exists and is not empty, or cannot be written.
+            InputError: another program writes the folder, it cannot be written, or its journal is damaged.
         """
         self.path = path
-        self._tables = tables
-        self._rows: list[Row] = []
-        require_usable(path)
-        try:
-            (path / "params").mkdir(parents=True, exist_ok=True)
-            (path / "run.json").write_text(json.dumps(about, indent=2, sort_keys=True) + "\n", encoding="utf-8")
-            for name, text in parameters.items():
-                (path / "params" / name).write_text(text, encoding="utf-8")
-            self._journal: IO[str] = (path / JOURNAL).open("a", encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
+        self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
+        self._tables, self._total = tables, total
+        self._places: list[int] = []  # [bytes] where each record begins in the journal
+        self._journal: IO[bytes] | None = None
+        self._open = contextlib.ExitStack()
+        with contextlib.ExitStack() as opening:
+            try:
+                opening.enter_context(locked(path))
+                if self._has_tables and not (path / JOURNAL).exists():
+                    self.records = _read_finished(path, tables)
+                else:
+                    if (path / JOURNAL).exists():
+                        check_regular(path / JOURNAL, MOST_JOURNAL)
+                    self._journal = opening.enter_context((path / JOURNAL).open("ab+"))
+                    self._read_journal(self._journal)
+                    sync_folder(path)
+            except OSError as error:
+                raise self._failed(error) from None
+            self._open = opening.pop_all()
 
     def __enter__(self) -> "RunFolder":
         return self
@@ -73,69 +116,198 @@ class RunFolder:
     ) -> None:
         self.close()
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether every episode is finished."""
+        return len(self.records) >= self._total
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether its tables are final: then nothing in the folder changes any more."""
+        return self._journal is None
+
+    @property
+    def finished(self) -> set[tuple[int, int]]:
+        """Stack number and episode of what is finished."""
+        return {_key(record) for record in self.records}
+
     def add(self, record: Row) -> None:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
-        line = json.dumps(record, allow_nan=False) + "\n"
+        if self._journal is None:
+            raise ValueError(f"run folder '{self.path}' is closed or complete")
+        place = self._journal.seek(0, os.SEEK_END)
         try:
-            self._journal.write(line)
+            self._journal.write(json.dumps(record, allow_nan=False).encode() + b"\n")
             self._journal.flush()
             os.fsync(self._journal.fileno())
         except OSError as error:
             raise self._failed(error) from None
-        self._rows.append(record)
+        self._keep(record, place)
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
-        """Keep the trajectories of one episode as ``recordings/<name>.npz``."""
+        """Keep the trajectories of one episode as ``recordings/<name>.npz``; to be called before :meth:`add`."""
         import numpy as np
 
         folder = self.path / "recordings"
-        folder.mkdir(exist_ok=True)
-        np.savez_compressed(folder / f"{name}.npz", **arrays)
+        try:
+            folder.mkdir(exist_ok=True)
+            with replacing(folder / f"{name}.npz") as stream:
+                np.savez_compressed(stream, **arrays)
+        except OSError as error:
+            raise self._failed(error) from None
 
-    def write_summary(self, summary: dict[str, Any]) -> None:
+    def add_table(self, name: str, columns: Columns, rows: Iterable[Row]) -> None:
+        """Keep a table of one episode as ``recordings/<name>.parquet``; to be called before :meth:`add`."""
+        folder = self.path / "recordings"
+        try:
+            folder.mkdir(exist_ok=True)
+            write_table(folder / f"{name}.parquet", columns, rows)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def write_summary(self, summary: Row) -> None:
         """Write ``summary.json``."""
-        text = json.dumps(summary, indent=2, sort_keys=True, allow_nan=False)
-        (self.path / "summary.json").write_text(text + "\n", encoding="utf-8")
+        try:
+            write_text(
+                self.path / "summary.json", json.dumps(summary, indent=2, sort_keys=True, allow_nan=False) + "\n"
+            )
+        except OSError as error:
+            raise self._failed(error) from None
 
     def close(self) -> None:
         """Turn the journal into the three tables, ordered by stack and episode whatever the order of work."""
-        if self._journal.closed:
-            return
-        with contextlib.suppress(OSError):  # a full disk has been reported by then
-            self._journal.close()
-        ordered = sorted(self._rows, key=lambda record: (record["row"]["stack_number"], record["row"]["episode"]))
-        rows = {
-            "episodes": [record["row"] for record in ordered],
-            "events": [event for record in ordered for event in record["events"]],
-            "timings": [record["timing"] for record in ordered],
-        }
-        try:
-            for table, columns in self._tables.items():
-                write_table(self.path / f"{table}.parquet", columns, rows[table])
-            (self.path / JOURNAL).unlink()
-        except OSError as error:
-            raise self._failed(error) from None
-        _point_latest(self.path)
+        with self._open:
+            journal, self._journal = self._journal, None
+            if journal is None:
+                return
+            order = sorted(range(len(self.records)), key=lambda i: _key(self.records[i]))
+            rows: dict[str, Iterable[Row]] = {
+                "episodes": (self.records[i]["row"] for i in order),
+                "events": (event for i in order for event in _read_events(journal, self._places[i])),
+                "timings": (self.records[i]["timing"] for i in order),
+            }
+            try:
+                for table, columns in self._tables.items():
+                    write_table(self.path / f"{table}.parquet", columns, rows[table])
+                if self.is_complete:
+                    (self.path / JOURNAL).unlink()
+            except OSError as error:
+                raise self._failed(error) from None
+            finally:
+                with contextlib.suppress(OSError):  # a full disk has been reported by then
+                    journal.close()
+            point_latest(self.path)
+
+    @property
+    def _has_tables(self) -> bool:
+        return (self.path / "episodes.parquet").exists()
+
+    def _keep(self, record: Row, place: int) -> None:
+        self.records.append({"row": record["row"], "timing": record["timing"]})
+        self._places.append(place)
+
+    def _read_journal(self, journal: IO[bytes]) -> None:
+        """Take in the finished episodes; a last line that was cut off goes away."""
+        place, end = 0, journal.seek(0, os.SEEK_END)
+        journal.seek(0)
+        known: set[tuple[int, int]] = set()
+        for number, line in enumerate(iter(lambda: journal.readline(MOST_LINE), b""), start=1):
+            record = _parse(line)
+            if record is None and place + len(line) >= end:
+                break
+            trouble = "" if record is None else _trouble(record["row"], self._tables["episodes"])
+            if record is None or trouble or _key(record) in known:
+                reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
+                where = f"{self.path / JOURNAL}: line {number}"
+                raise InputError(f"{where} is {reason}; a run resumes from a whole journal")
+            known.add(_key(record))
+            self._keep(record, place)
+            place += len(line)
+        journal.truncate(place)
 
     def _failed(self, error: OSError) -> InputError:
-        kept = f"{len(self._rows)} finished deliveries are kept in {self.path / JOURNAL}"
-        return InputError(f"run folder '{self.path}' cannot be written ({error.strerror}); {kept}")
+        kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""
+        advice = f"make room and go on with --resume {self.path}" if self.records else "make room or choose another"
+        return InputError(f"run folder '{self.path}' cannot be written ({error.strerror}){kept}; {advice}")
 
 
-def write_table(path: Path, columns: Columns, rows: Sequence[Row]) -> None:
+def count_finished(path: Path) -> int:
+    """Number of finished episodes of a run, which another program may be writing."""
+    import pyarrow.parquet as pq
+
+    if (path / JOURNAL).is_file():
+        with (path / JOURNAL).open("rb") as journal:
+            return sum(line.endswith(b"\n") for line in journal)
+    table = path / "episodes.parquet"
+    return int(pq.read_metadata(table).num_rows) if table.is_file() else 0
+
+
+def _key(record: Row) -> tuple[int, int]:
+    return record["row"]["stack_number"], record["row"]["episode"]
+
+
+def _parse(line: bytes) -> Row | None:
+    """A line of a journal; None: it was cut off or is damaged."""
+    try:
+        record = json.loads(line)
+        whole = line.endswith(b"\n") and all(isinstance(number, int) for number in _key(record))
+        whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return dict(record) if whole else None
+
+
+def _read_events(journal: IO[bytes], place: int) -> list[Row]:
+    journal.seek(place)
+    events: list[Row] = json.loads(journal.readline())["events"]
+    return events
+
+
+def _read_finished(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
+    """The records of a run whose journal has become tables."""
+    rows, timings = (read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings"))
+    if len(rows) != len(timings):
+        raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
+    for row in rows:
+        trouble = _trouble(row, tables["episodes"])
+        if trouble:
+            raise InputError(f"run folder '{path}' has damaged tables: episodes.parquet: {trouble}")
+    return [{"row": row, "timing": timing} for row, timing in zip(rows, timings, strict=True)]
+
+
+def _trouble(row: Row, columns: Columns) -> str:
+    """What is wrong with the row of an episode; empty if nothing is."""
+    for name, value in row.items():
+        if value is not None and not (name in columns and _is_of_kind(value, columns[name])):
+            return f"{name} {value!r} is not a value of such a row"
+    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
+    return next((f"{name} is missing" for name in needed if row.get(name) is None), "")
+
+
+def _is_of_kind(value: Any, kind: str) -> bool:
+    """Whether a value goes into a column of this Arrow type; numbers must be finite."""
+    if kind == "double":
+        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER
+    if kind == "int64":
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
+    return isinstance(value, str if kind == "string" else bool)
+
+
+def write_table(path: Path, columns: Columns, rows: Iterable[Row]) -> None:
     """Write rows as Parquet, whole or not at all; a key that a row lacks is null."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
-    table = pa.table({name: [row.get(name) for row in rows] for name in columns}, schema=schema)
-    partial = path.with_suffix(".partial")
-    pq.write_table(table, partial)
-    partial.replace(path)
+    rows = iter(rows)
+    with replacing(path) as stream, pq.ParquetWriter(stream, schema) as writer:
+        while batch := list(islice(rows, ROWS_AT_ONCE)):
+            writer.write_table(pa.table({name: [row.get(name) for row in batch] for name in columns}, schema=schema))
 
 
-def _point_latest(path: Path) -> None:
+def point_latest(path: Path) -> None:
     """Let ``latest`` beside the run point to it; only in a folder named results, and never over a real file."""
+    path = path.resolve()
     link = path.parent / "latest"
     if path.parent.name != "results" or (link.exists() and not link.is_symlink()):
         return

@@ -1,10 +1,26 @@
-"""One failed task does not end the others, in one process or several."""
+"""Where tasks run changes nothing; one that fails, dies or hangs does not end the others."""
 
 import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
 
 import pytest
 
-from harness.execution import WORKER_DIED, run_tasks
+from harness.execution import InProcess, WorkerProcess, Workers
+
+EXECUTORS: dict[str, Callable[[], Executor]] = {
+    "in_process": InProcess,
+    "spawn": WorkerProcess,
+    "fork": partial(WorkerProcess, "fork"),
+    "forkserver": partial(WorkerProcess, "forkserver"),
+    "thread": partial(ThreadPoolExecutor, 1),
+}
+TIME_LIMIT = 6.0  # [s] enough for a process to start
 
 
 def double(number: int) -> int:
@@ -13,30 +29,85 @@ def double(number: int) -> int:
     return 2 * number
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_results_and_errors(workers: int) -> None:
-    finished = list(run_tasks(double, range(6), workers))
+def check_doubles(workers: Workers) -> None:
+    finished = list(workers.run(double, range(6)))
     assert sorted(item.task for item in finished) == list(range(6))
     assert {item.task: item.result for item in finished if item.error is None} == {0: 0, 1: 2, 2: 4, 4: 8, 5: 10}
     assert [item.error for item in finished if item.error] == ["ValueError: three is refused"]
+    assert not any(item.lost for item in finished)
+
+
+@pytest.mark.parametrize("name", EXECUTORS)
+def test_results_and_errors(name: str) -> None:
+    with Workers(2, EXECUTORS[name]) as workers:
+        check_doubles(workers)
+
+
+def test_an_executor_with_several_workers() -> None:
+    with ProcessPoolExecutor(2) as shared, Workers(2, lambda: shared) as workers:
+        check_doubles(workers)
+
+
+def test_workers_live_from_study_to_study() -> None:
+    with Workers(1) as workers:
+        first, second = ([item.result for item in workers.run(process_number, [0])] for _ in range(2))
+    assert first == second != [os.getpid()]
+
+
+def process_number(task: int) -> int:
+    return os.getpid()
 
 
 def test_closing_early_stops_the_workers() -> None:
-    tasks = run_tasks(double, range(1000), 2)
-    assert next(tasks).error is None
-    tasks.close()
-    assert list(tasks) == []
+    with Workers(2) as workers:
+        tasks = workers.run(double, range(1000))
+        assert next(tasks).error is None
+        tasks.close()
+        assert list(tasks) == []
 
 
-def die_on_one(number: int) -> int:
-    if number == 1:
-        os._exit(1)
+def attempt(task: tuple[Path, int, str]) -> int:
+    """Leave a trace; then, if so told, die or hang on the first attempt or on each."""
+    folder, number, way = task
+    (folder / f"{number}-{time.monotonic_ns()}").touch()
+    is_first = len(list(folder.glob(f"{number}-*"))) == 1
+    if "always" in way or ("once" in way and is_first):
+        if "die" in way:
+            os.kill(os.getpid(), signal.SIGKILL)
+        threading.Event().wait()
     return number
 
 
-def test_a_worker_that_dies_leaves_no_task_unaccounted_for() -> None:
-    finished = list(run_tasks(die_on_one, range(12), 2))
-    assert sorted(item.task for item in finished) == list(range(12))
-    lost = [item.task for item in finished if item.error == WORKER_DIED]
-    assert 1 in lost and len(lost) <= 2  # the one that died, and at most the one that ran beside it
-    assert all(item.result == item.task for item in finished if item.error is None)
+def attempts(folder: Path, number: int) -> int:
+    return len(list(folder.glob(f"{number}-*")))
+
+
+@pytest.mark.parametrize(
+    ("way", "reason"),
+    [
+        ("die once", "ended by signal 9 (out of memory?)"),
+        ("die always", "ended by signal 9 (out of memory?)"),
+        ("hang once", f"ran for more than {TIME_LIMIT:g} s"),
+    ],
+)
+def test_a_lost_task_is_repeated_once_and_harms_no_other(tmp_path: Path, way: str, reason: str) -> None:
+    tasks = [(tmp_path, number, way if number == 1 else "") for number in range(8)]
+    with Workers(2, time_limit=TIME_LIMIT) as workers:
+        finished = {item.task[1]: item for item in workers.run(attempt, tasks)}
+    assert sorted(finished) == list(range(8))
+    assert [attempts(tmp_path, number) for number in range(8)] == [1, 2, 1, 1, 1, 1, 1, 1]
+    assert all(item.result == number and not item.lost for number, item in finished.items() if number != 1)
+    if "once" in way:
+        assert finished[1].result == 1 and reason in finished[1].lost[0]
+    else:
+        assert finished[1].result is None and finished[1].error is not None
+        assert "lost 2 times" in finished[1].error and reason in finished[1].error
+
+
+def test_a_worker_killed_between_two_studies_is_replaced(tmp_path: Path) -> None:
+    with Workers(1) as workers:
+        (first,) = workers.run(process_number, [0])
+        assert first.result is not None
+        os.kill(first.result, signal.SIGKILL)
+        (second,) = workers.run(process_number, [0])
+        assert second.error is None and second.result != first.result

@@ -77,16 +77,26 @@ def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
 def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int) -> None:
     out = tmp_path / "run"
     arguments = ["run", "--stack", "parked", "--episodes", "5000", "--workers", "2", "--out", str(out)]
-    process = subprocess.Popen([*NAVBENCH, *arguments], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [*NAVBENCH, *arguments],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
+    )
     journal = out / "journal.jsonl"
     deadline = time.monotonic() + 120.0
     while time.monotonic() < deadline and not (journal.exists() and journal.stat().st_size):
         time.sleep(0.1)
     process.send_signal(number)
-    _, said = process.communicate(timeout=60)
+    try:
+        _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
-    assert str(out) in said and "Traceback" not in said
+    assert f"--resume {out}" in said and "Traceback" not in said
     assert 0 < len(read(out)) < 5000
+    assert len(journal.read_bytes().splitlines()) == len(read(out))
 
 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:

@@ -1,12 +1,16 @@
-"""Run folders keep what is finished."""
+"""Run folders keep what is finished, for whoever goes on with it."""
 
+import errno
 import json
+import os
 from pathlib import Path
+from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
 
-from harness.runs import JOURNAL, RunFolder
+from harness.durable_files import LOCK, locked, replacing
+from harness.runs import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
 
 TABLES = {
@@ -14,44 +18,142 @@ TABLES = {
     "events": {"episode": "int64", "impulse_ns": "double"},
     "timings": {"episode": "int64", "wall_s": "double"},
 }
+ORDER = [(0, 0), (0, 1), (1, 0), (1, 1)]
 
 
-def record(stack: int, episode: int) -> dict[str, object]:
-    row = {"stack_number": stack, "episode": episode, "distance_m": 10.0 * stack + episode}
+def record(stack: int, episode: int) -> dict[str, Any]:
+    row = {"stack_number": stack, "episode": episode, "distance_m": 10.0 * stack + episode / 3.0}
     events = [{"episode": episode, "impulse_ns": 50.0}] if episode else []
     return {"row": row, "events": events, "timing": {"episode": episode, "wall_s": 0.1}}
 
 
 def write_run(path: Path, order: list[tuple[int, int]]) -> None:
-    with RunFolder(path, {"command": ["x"]}, {"a.yaml": "x: 1\n"}, TABLES) as folder:
+    create_run(path, {"command": ["x"]}, {"a.yaml": "x: 1\n"})
+    go_on(path, order)
+
+
+def go_on(path: Path, order: list[tuple[int, int]]) -> None:
+    with RunFolder(path, TABLES, len(ORDER)) as folder:
         for stack, episode in order:
             folder.add(record(stack, episode))
 
 
+def tables(path: Path) -> dict[str, bytes]:
+    return {name: (path / f"{name}.parquet").read_bytes() for name in TABLES}
+
+
 def test_tables_do_not_depend_on_the_order_of_work(tmp_path: Path) -> None:
-    order = [(0, 0), (0, 1), (1, 0), (1, 1)]
-    write_run(tmp_path / "a", order)
-    write_run(tmp_path / "b", order[::-1])
-    for table in TABLES:
-        name = f"{table}.parquet"
-        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
-    assert pq.read_table(tmp_path / "a" / "episodes.parquet")["distance_m"].to_pylist() == [0.0, 1.0, 10.0, 11.0]
+    write_run(tmp_path / "a", ORDER)
+    write_run(tmp_path / "b", ORDER[::-1])
+    assert tables(tmp_path / "a") == tables(tmp_path / "b")
+    distances = pq.read_table(tmp_path / "a" / "episodes.parquet")["distance_m"].to_pylist()
+    assert distances == [0.0, 1 / 3, 10.0, 10.0 + 1 / 3]
+    assert sorted(file.name for file in (tmp_path / "a").iterdir()) == sorted(
+        [*(f"{name}.parquet" for name in TABLES), "params", MANIFEST]
+    )
 
 
 def test_a_finished_episode_is_on_disk_before_the_next(tmp_path: Path) -> None:
-    folder = RunFolder(tmp_path / "run", {}, {}, TABLES)
+    create_run(tmp_path / "run", {}, {})
+    folder = RunFolder(tmp_path / "run", TABLES, 4)
     folder.add(record(0, 0))
     lines = (tmp_path / "run" / JOURNAL).read_text().splitlines()
     assert [json.loads(line)["row"]["episode"] for line in lines] == [0]
+    assert count_finished(tmp_path / "run") == 1
     folder.close()
 
 
 def test_an_interrupt_keeps_the_finished_rows(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", {}, {}, TABLES) as folder:
+    create_run(tmp_path / "run", {}, {})
+    with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", TABLES, 4) as folder:
         folder.add(record(0, 0))
         raise KeyboardInterrupt
     assert pq.read_table(tmp_path / "run" / "episodes.parquet").num_rows == 1
-    assert not (tmp_path / "run" / JOURNAL).exists()
+    assert (tmp_path / "run" / JOURNAL).exists()
+
+
+@pytest.mark.parametrize("cut", range(5))
+@pytest.mark.parametrize("tail", [b"", b'{"row": {"stack_num', b'{"row": {}}\n', b"\x00" * 64])
+def test_a_run_cut_off_anywhere_goes_on_to_the_same_tables(tmp_path: Path, cut: int, tail: bytes) -> None:
+    write_run(tmp_path / "whole", ORDER)
+    create_run(tmp_path / "cut", {"command": ["x"]}, {"a.yaml": "x: 1\n"})
+    lines = b"".join(json.dumps(record(*key)).encode() + b"\n" for key in ORDER[:cut])
+    (tmp_path / "cut" / JOURNAL).write_bytes(lines + tail)  # as kill -9 or a power cut leaves it
+    with RunFolder(tmp_path / "cut", TABLES, 4) as folder:
+        assert folder.finished == set(ORDER[:cut])
+        for key in ORDER[cut:]:
+            folder.add(record(*key))
+    assert tables(tmp_path / "cut") == tables(tmp_path / "whole")
+    assert not (tmp_path / "cut" / JOURNAL).exists()
+
+
+def test_a_finished_run_is_read_and_left_as_it_is(tmp_path: Path) -> None:
+    write_run(tmp_path / "run", ORDER)
+    before = {file: file.stat().st_mtime_ns for file in (tmp_path / "run").rglob("*")}
+    with RunFolder(tmp_path / "run", TABLES, 4) as folder:
+        assert folder.is_complete and folder.is_closed
+        assert [r["row"] for r in folder.records] == [record(*key)["row"] for key in ORDER]
+        with pytest.raises(ValueError, match="closed"):
+            folder.add(record(0, 0))
+    assert {file: file.stat().st_mtime_ns for file in (tmp_path / "run").rglob("*")} == before
+    assert count_finished(tmp_path / "run") == 4
+
+
+def test_a_journal_damaged_in_its_middle_is_refused(tmp_path: Path) -> None:
+    create_run(tmp_path / "run", {}, {})
+    line = json.dumps(record(0, 0)) + "\n"
+    (tmp_path / "run" / JOURNAL).write_text("nonsense\n" + line)
+    with pytest.raises(InputError, match="line 1 is damaged"):
+        go_on(tmp_path / "run", [])
+
+
+def test_two_programs_cannot_write_one_folder(tmp_path: Path) -> None:
+    create_run(tmp_path / "run", {}, {})
+    with RunFolder(tmp_path / "run", TABLES, 4), pytest.raises(InputError, match="another run"):
+        RunFolder(tmp_path / "run", TABLES, 4)
+    assert not (tmp_path / "run" / LOCK).exists()
+    go_on(tmp_path / "run", ORDER)
+
+
+def test_a_lock_whose_holder_died_does_not_hold(tmp_path: Path) -> None:
+    create_run(tmp_path / "run", {}, {})
+    child = os.fork()
+    if child == 0:
+        with locked(tmp_path / "run"):
+            os._exit(0)  # without removing the file
+    os.waitpid(child, 0)
+    assert (tmp_path / "run" / LOCK).exists()
+    go_on(tmp_path / "run", ORDER)
+
+
+def test_a_full_disk_ends_in_one_clear_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    create_run(tmp_path / "run", {}, {})
+    with monkeypatch.context() as patch, pytest.raises(InputError) as complaint:  # noqa: SIM117, PT012
+        with RunFolder(tmp_path / "run", TABLES, 4) as folder:
+            folder.add(record(0, 0))
+            patch.setattr(os, "fsync", full)
+            folder.add(record(0, 1))
+    line = str(complaint.value)
+    assert "No space left" in line and "1 finished" in line and "--resume" in line and "\n" not in line
+    with RunFolder(tmp_path / "run", TABLES, 4) as folder:
+        assert (0, 0) in folder.finished
+    assert not list((tmp_path / "run").glob("*.partial"))
+
+
+def test_a_file_that_is_being_replaced_is_the_old_one_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(b"old")
+    with pytest.raises(KeyboardInterrupt), replacing(path) as stream:
+        stream.write(b"half of the new")
+        raise KeyboardInterrupt
+    assert path.read_bytes() == b"old"
+    with replacing(path) as stream:
+        stream.write(b"new")
+    assert path.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_no_episodes_still_gives_readable_tables(tmp_path: Path) -> None:
@@ -72,6 +174,9 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 
 
 def test_latest_points_to_the_newest_run(tmp_path: Path) -> None:
-    write_run(tmp_path / "results" / "one", [(0, 0)])
-    write_run(tmp_path / "results" / "two", [(0, 0), (0, 1)])
-    assert pq.read_table(tmp_path / "results" / "latest" / "episodes.parquet").num_rows == 2
+    write_run(tmp_path / "results" / "one", ORDER[:1])
+    write_run(tmp_path / "results" / "two", ORDER[:2])
+    latest = tmp_path / "results" / "latest"
+    assert pq.read_table(latest / "episodes.parquet").num_rows == 2
+    go_on(latest, ORDER[2:])  # by its other name
+    assert pq.read_table(latest / "episodes.parquet").num_rows == 4

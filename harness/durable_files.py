@@ -1,0 +1,72 @@
+"""Files that are whole or not there, and folders with one writer, whatever ends the program."""
+
+import contextlib
+import fcntl
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+from navstack.errors import InputError
+
+LOCK = "run.lock"  # in a folder as long as a program writes it
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all."""
+    with replacing(path) as stream:
+        stream.write(text.encode())
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """A stream that takes a file's place once it is complete and on disk: a power cut leaves the old or the new one."""
+    partial = path.with_name(f"{path.name}.partial")
+    try:
+        with partial.open("wb") as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        partial.replace(path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+    sync_folder(path.parent)
+
+
+def sync_folder(path: Path) -> None:
+    """Put the names in a folder on disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a run folder for oneself; the lock dies with the process.
+
+    Raises:
+        InputError: another process holds it.
+        OSError: it cannot be written.
+    """
+    while True:
+        with (path / LOCK).open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"run folder '{path}' is being written by another run; wait for its end") from None
+            if not _is_same_file(lock, path / LOCK):
+                continue  # its last holder was just removing it
+            try:
+                yield
+            finally:
+                (path / LOCK).unlink(missing_ok=True)
+            return
+
+
+def _is_same_file(stream: IO[str], path: Path) -> bool:
+    with contextlib.suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(stream.fileno()), path.stat())
+    return False

@@ -1,0 +1,124 @@
+"""Two runs mission by mission."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.cli_compare import compare_command
+from harness.compare import compare, document, side_of
+from harness.stored_run import load_run
+from navstack.errors import InputError
+
+WriteRun = Callable[..., Path]
+
+
+def compared(first: Path | str, second: Path | str, *metrics: str) -> dict[str, Any]:
+    comparison = compare(side_of(load_run(str(first))), side_of(load_run(str(second))), metrics)
+    result: dict[str, Any] = json.loads(json.dumps(document(comparison), allow_nan=False))
+    return result
+
+
+def faster(row: dict[str, Any]) -> None:
+    """Ten seconds less than the other, within a second, and always in time."""
+    row["duration_s"] = 100.0 + row["episode"] - 10.0 + np.random.default_rng(row["episode"]).uniform(-0.5, 0.5)
+    row["outcome"] = "sla"
+
+
+def slower(row: dict[str, Any]) -> None:
+    row["duration_s"] = 100.0 + row["episode"]
+    row["outcome"] = "sla" if row["episode"] % 3 else "timeout"
+
+
+def test_a_difference_is_found_with_sign_interval_and_p(write_run: WriteRun) -> None:
+    result = compared(write_run("a", change=slower), write_run("b", change=faster))
+    assert result["pairs"] == 40
+    time = result["differences"]["avg_runtime_h"]
+    assert time["value"] == pytest.approx(-10.0 / 3600.0, abs=2e-5)
+    assert time["low"] < time["value"] < time["high"] < 0.0
+    assert time["n"] == 40
+    assert time["p"] == pytest.approx(1 / 10_001)
+    assert time["p_holm"] > time["p"]
+    assert time["pairs_needed"] == 2
+    sla = result["differences"]["sla"]
+    assert (sla["a"], sla["b"]) == (pytest.approx(26 / 40), 1.0)
+    assert sla["p"] == pytest.approx(2 / 2**14)  # McNemar: 14 pairs disagree, all one way
+    assert result["differences"]["revenue"]["value"] == pytest.approx(3.49 * 14 / 40)
+
+
+def test_a_run_against_itself_differs_in_nothing(write_run: WriteRun) -> None:
+    run = write_run("a")
+    result = compared(run, run)
+    assert all(
+        entry["value"] == 0.0 and entry["p"] == entry["p_holm"] == 1.0 for entry in result["differences"].values()
+    )
+    assert result["warnings"] == []
+
+
+def test_two_stacks_of_one_folder(write_run: WriteRun) -> None:
+    run = write_run("run", ("one", "two"))
+    result = compared(f"{run}:one", f"{run}:two")
+    assert (result["a"]["stack"], result["b"]["stack"], result["pairs"]) == ("one", "two", 40)
+    assert 0.0 < result["differences"]["avg_distance_km"]["p"] <= 1.0
+    with pytest.raises(InputError, match=r"has 2 stacks; choose one of: .*run:one, .*run:two"):
+        compared(run, run)
+
+
+def test_missions_without_a_partner_are_left_out_and_counted(write_run: WriteRun) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        row["error"] = "it broke" if row["episode"] in (2, 5) else None
+
+    result = compared(write_run("a", episodes=12), write_run("b", episodes=10, change=fail))
+    assert result["pairs"] == 8
+    assert (result["a"]["left_out"], result["b"]["left_out"]) == (4, 0)
+
+
+def test_other_missions_cannot_be_compared(write_run: WriteRun) -> None:
+    with pytest.raises(InputError, match="no finished mission in common; run both with the same --seed"):
+        compared(write_run("a", episodes=3), write_run("b", episodes=3, seed=1))
+
+
+def test_undefined_values_leave_their_pairs_out(write_run: WriteRun) -> None:
+    result = compared(write_run("a"), write_run("b", change=slower))
+    assert result["differences"]["avg_min_time_to_collision_s"]["n"] == 26
+    assert "fence_contacts" not in result["differences"]
+
+
+def test_metrics_narrow_the_family(write_run: WriteRun) -> None:
+    runs = write_run("a", change=slower), write_run("b", change=faster)
+    few = compared(*runs, "sla", "avg_runtime_h")["differences"]
+    assert list(few) == ["sla", "avg_runtime_h"]
+    assert few["avg_runtime_h"]["p_holm"] == pytest.approx(2 / 10_001)
+    with pytest.raises(InputError, match="unknown metric 'slaa'; did you mean 'sla'"):
+        compared(*runs, "slaa")
+
+
+def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> None:
+    from harness.resources import shipped
+
+    text = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
+    (tmp_path / "dear.yaml").write_text(text.replace("value: 3.49", "value: 4.99"), encoding="utf-8")
+    first = write_run("a", episodes=3)
+    other = write_run("b", episodes=3, prices=str(tmp_path / "dear.yaml"), pedestrians=40, map_sha256="1" * 64)
+    warnings = compared(first, other)["warnings"]
+    assert len(warnings) == 3
+    assert warnings[0].startswith("other map")
+    assert "other world: people.count 20 and 40" in warnings
+    assert "other prices: delivery_fee 3.49 and 4.99" in warnings
+
+
+def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = write_run("a", change=slower), write_run("b", change=faster, pedestrians=40)
+    compare_command(str(first), str(second), (), as_json=False)
+    printed = capsys.readouterr()
+    assert "warning: not comparable: other world: people.count 20 and 40" in printed.err
+    assert "B minus A over 40 common missions" in printed.out
+    line = next(line for line in printed.out.splitlines() if line.startswith("avg_runtime_h"))
+    assert line.split()[-1] == "B"
+    table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
+    assert table and max(map(len, table)) <= 120
+    compare_command(str(first), str(second), (), as_json=True)
+    assert json.loads(capsys.readouterr().out)["pairs"] == 40

@@ -1,0 +1,332 @@
+"""A finished run at other prices: as if it had been run at them."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.cli_price import price_command
+from harness.economics.prices import load_prices
+from harness.injury import injury_cost
+from harness.repricing import choose, document, reprice
+from harness.resources import shipped
+from harness.stored_run import load_run, repriced
+from harness.valuation import valuation_document, value
+from navstack.errors import InputError
+
+NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
+CHANGES = (
+    ("value: 3.49", "value: 4.99"),
+    ("value: 8487", "value: 9999"),
+    ("value: 50\n  unit: kg", "value: 61\n  unit: kg"),
+)
+WriteRun = Callable[..., Path]
+
+
+@pytest.fixture
+def other_prices(tmp_path: Path) -> str:
+    """A price file with another fee, injury cost and robot mass."""
+    text = SHIPPED
+    for old, new in CHANGES:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (tmp_path / "other.yaml").write_text(text, encoding="utf-8")
+    return str(tmp_path / "other.yaml")
+
+
+def priced(
+    run: Path | str, prices: str | None = None, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()
+) -> Any:
+    stored = load_run(str(run))
+    choices = choose(stored, prices, settings, terms)
+    return json.loads(json.dumps(document(stored, reprice(stored, choices), choices), allow_nan=False))["runs"]
+
+
+def without(entry: dict[str, Any], *keys: str) -> dict[str, Any]:
+    return {key: item for key, item in entry.items() if key not in keys}
+
+
+def test_the_result_is_that_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
+    before, there = write_run("before", ("a", "b")), write_run("there", ("a", "b"), prices=other_prices)
+    again, direct = priced(before, other_prices), priced(there)
+    assert [without(entry, "folder") for entry in again] == [without(entry, "folder") for entry in direct]
+    assert again != priced(before)
+
+
+def test_rows_are_those_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
+    before, there = load_run(str(write_run("before"))), load_run(str(write_run("there", prices=other_prices)))
+    prices = load_prices(other_prices)
+    assert repriced(before.stacks[0], before.events, prices).rows == there.stacks[0].rows
+    assert before.stacks[0].rows != there.stacks[0].rows
+
+
+def test_at_its_own_prices_nothing_changes(write_run: WriteRun) -> None:
+    run = load_run(str(write_run("run")))
+    stack = run.stacks[0]
+    own = valuation_document(value(stack.rows, stack, run.prices(), run.seed))
+    assert {key: priced(run.folder)[0][key] for key in own} == json.loads(json.dumps(own))
+
+
+@pytest.mark.parametrize("name", ["delivery_fee", "delivery_fee_usd_per_run"])
+def test_a_single_price_is_set_with_or_without_its_unit(write_run: WriteRun, name: str) -> None:
+    run = write_run("run")
+    before, after = priced(run)[0], priced(run, settings=(f"{name}=4.99",))[0]
+    assert after["economics"]["revenue"] == pytest.approx(4.99 * before["measured"]["sla"])
+    assert after["measured"] == before["measured"]
+
+
+def test_every_price_can_be_set(write_run: WriteRun) -> None:
+    run = load_run(str(write_run("run", episodes=2)))
+    choices = choose(run, None, ("property_damage.mailbox=51", "injury.costs.mais_1=9", "robot_life_year=3"), ())
+    assert choices.prices.property_damage.mailbox.value == 51
+    assert choices.prices.injury.costs.mais_1.value == 9
+    assert choices.prices.robot_life.value == 3
+    assert choices.prices.robot_life.source.startswith("set by the user")
+
+
+@pytest.mark.parametrize(
+    ("settings", "terms", "message"),
+    [
+        (("delivery_fe=4",), (), "unknown price 'delivery_fe'; did you mean 'delivery_fee'"),
+        (("delivery_fee=much",), (), "is not KEY=NUMBER"),
+        (("delivery_fee",), (), "is not KEY=NUMBER"),
+        (("delivery_fee=nan",), (), "delivery_fee: nan lies outside"),
+        (("delivery_fee=40",), (), "refund 35.42 USD is less than the delivery_fee 40 USD"),
+        (("motor_efficiency=1.2",), (), "motor_efficiency: 1.2 lies outside 1e-09..1"),
+        (("battery_cycles=0",), (), "battery_cycles: 0 lies outside"),
+        ((), ("operater",), "unknown optional term 'operater'; did you mean 'operator'"),
+        ((), ("operator,remote_assistance",), "give one of the two"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_one_line(
+    write_run: WriteRun, settings: tuple[str, ...], terms: tuple[str, ...], message: str
+) -> None:
+    run = load_run(str(write_run("run", episodes=1)))
+    with pytest.raises(InputError, match=message) as caught:
+        choose(run, None, settings, terms)
+    assert "\n" not in str(caught.value)
+
+
+def test_accounting_by_hand(write_run: WriteRun) -> None:
+    """Each accounting of each contact added up in plain Python."""
+    run = write_run("run")
+    stored, prices = load_run(str(run)), load_prices()
+    n = len(stored.stacks[0].rows)
+
+    def injuries(kind: str, share: Callable[[dict[str, Any]], float]) -> float:
+        own = [event for event in stored.events if event["type"] == kind and event["partner"] == "pedestrian"]
+        return sum(share(event) * float(injury_cost(event["impulse_ns"] / 50.0, prices)) for event in own) / n
+
+    def whole(event: dict[str, Any]) -> float:
+        return 1.0
+
+    def at_fault(event: dict[str, Any]) -> float:
+        return float(event["fault"] == "robot_into_person")
+
+    def shared(event: dict[str, Any]) -> float:
+        if event["fault"] == "person_into_standing_robot":
+            return 0.0
+        robot, partner = max(event["robot_speed_mps"], 0.0), max(event["partner_speed_mps"], 0.0)
+        return robot / (robot + partner)
+
+    accountings = priced(run)[0]["accountings"]
+    for prefix, kind in (("", "counted_contact"), ("no_threshold", "contact_event")):
+        shares = {prefix or "published": whole, f"{prefix}_robot_at_fault": at_fault, f"{prefix}_shared_fault": shared}
+        for name, share in shares.items():
+            entry = accountings[name.strip("_")]
+            assert entry["pedestrian_safety"]["value"] == pytest.approx(injuries(kind, share)), name
+    published = priced(run)[0]["economics"]
+    assert accountings["published"]["opex"]["value"] == pytest.approx(published["opex"], abs=1e-4)
+    costs = {name: entry["pedestrian_safety"]["value"] for name, entry in accountings.items()}
+    assert 0.0 < costs["robot_at_fault"] < costs["published"] < costs["no_threshold"]
+    assert 0.0 < costs["shared_fault"] < costs["published"]
+
+
+def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:
+    run = write_run("run", crowd=4.0)
+    stored = load_run(str(run))
+    hard = [
+        e for e in stored.events if e["type"] == "contact_event" and e["kind"] == "mailbox" and e["impulse_ns"] >= 100
+    ]
+    assert hard
+    entry = priced(run)[0]["accountings"]["no_threshold"]["property_damage"]
+    assert entry["value"] == pytest.approx(50.0 * len(hard) / len(stored.stacks[0].rows))
+
+
+def test_optional_terms_are_off_and_marked_when_on(write_run: WriteRun) -> None:
+    run = write_run("run")
+    off = priced(run)[0]
+    assert off["optional_terms"] == {}
+    on = priced(run, settings=("on_site_time=2",), terms=("operator,on_site_assistance", "battery_wear"))[0]
+    terms = on["optional_terms"]
+    assert list(terms) == ["operator", "on_site_assistance", "battery_wear"]
+    assert all(term["in_paper"] is False for term in terms.values())
+    assert terms["operator"]["opex_usd_per_run"] == pytest.approx(24.0 / 4.0 * off["measured"]["avg_runtime_h"])
+    assert terms["on_site_assistance"]["opex_usd_per_run"] == pytest.approx(48 * off["measured"]["physical_assistance"])
+    assert terms["on_site_assistance"]["prices"]["on_site_time"]["source"].startswith("set by the user")
+    energy = off["measured"]["avg_mechanical_power_kw"] * off["measured"]["avg_runtime_h"] / 0.99 / 0.82
+    assert terms["battery_wear"]["opex_usd_per_run"] == pytest.approx(0.115 * energy)
+    added = sum(term["opex_usd_per_run"] for term in terms.values())
+    assert on["economics"]["opex"] == pytest.approx(off["economics"]["opex"] + added)
+    margin = off["economics"]["contribution_margin"] - added
+    assert on["economics"]["contribution_margin"] == pytest.approx(margin)
+    assert on["intervals"]["contribution_margin"]["value"] == pytest.approx(margin, abs=1e-4)
+
+
+@pytest.mark.parametrize(("localizer", "added"), [("amcl", 23.53 * 16), ("gps", 0.0)])
+def test_only_localizers_with_a_map_pay_for_a_survey(write_run: WriteRun, localizer: str, added: float) -> None:
+    run = write_run("run", localizer=localizer)
+    off, on = priced(run)[0], priced(run, terms=("mapping_survey",))[0]
+    assert on["economics"]["capex_usd"] == pytest.approx(off["economics"]["capex_usd"] + added)
+
+
+def test_error_rows_are_counted_and_not_priced(write_run: WriteRun) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        if row["episode"] == 1:
+            row["error"] = "it broke"
+
+    entry = priced(write_run("run", episodes=4, change=fail))[0]
+    assert (entry["episodes"], entry["errors"]) == (3, 1)
+
+
+def test_cargo_not_modelled_stays_undefined(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    def arrive(row: dict[str, Any]) -> None:
+        row["outcome"] = "arrived"
+
+    run = write_run("run", episodes=4, change=arrive)
+    entry = priced(run)[0]
+    assert entry["economics"]["opex"] is None
+    assert entry["risk"]["opex_cvar95_usd_per_run"] is None
+    assert entry["accountings"]["no_threshold"]["contribution_margin"] is None
+    price_command(str(run), None, (), (), as_json=False)
+    assert "undefined" in capsys.readouterr().out
+
+
+def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
+    run = write_run("run")
+    risk = priced(run)[0]["risk"]
+    assert risk["opex_cvar95_usd_per_run"]["value"] > priced(run)[0]["economics"]["opex"]
+    assert risk["break_even"] == {"within_runs": 18250.0, "probability": pytest.approx(0.0, abs=1e-6)}
+    cheap = priced(run, settings=("injury.costs.mais_0=0", "robot_cost=1", "lidar_cost=0", "gps_cost=0", "refund=3.49"))
+    assert 0.0 < cheap[0]["risk"]["break_even"]["probability"] <= 1.0
+
+
+def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write_run("run", ("one", "two"))
+    price_command(f"{run}:two", None, ("delivery_fee=4.99",), ("operator",), as_json=False)
+    text = capsys.readouterr().out
+    assert "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
+    assert "all, robot at fault" in text
+    assert "optional term operator, not in the paper" in text
+    assert "set: delivery_fee = 4.99" in text
+    assert max(map(len, text.splitlines()[:-1])) <= 120
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda run: (run / "run.json").unlink(), "holds no run"),
+        (lambda run: (run / "run.json").write_text("{}"), "run.json: is damaged"),
+        (lambda run: (run / "run.json").write_text('{"stacks": [1]}'), "run.json: is damaged"),
+        (lambda run: (run / "episodes.parquet").write_bytes(b"PAR1"), "episodes.parquet: is damaged"),
+        (lambda run: (run / "events.parquet").unlink(), "events.parquet: is damaged"),
+        (lambda run: (run / "episodes.parquet").unlink(), "has no episodes.parquet"),
+        (lambda run: (run / "params" / "prices.yaml").unlink(), "prices.yaml' does not exist"),
+    ],
+)
+def test_a_damaged_folder_is_refused_in_one_line(
+    write_run: WriteRun, damage: Callable[[Path], Any], message: str
+) -> None:
+    run = write_run("run", episodes=2)
+    damage(run)
+    with pytest.raises(InputError, match=message) as caught:
+        price_command(str(run), None, (), (), as_json=True)
+    assert "\n" not in str(caught.value)
+
+
+def test_numbers_that_are_none_are_refused(write_run: WriteRun) -> None:
+    def spoil(row: dict[str, Any]) -> None:
+        row["distance_m"] = None
+
+    with pytest.raises(InputError, match="episode 0 has no sound 'distance_m'"):
+        load_run(str(write_run("run", episodes=2, change=spoil)))
+
+
+def test_an_unknown_stack_offers_the_nearest(write_run: WriteRun) -> None:
+    run = write_run("run", ("nav2-gps",), episodes=1)
+    with pytest.raises(InputError, match="did you mean 'nav2-gps'"):
+        load_run(f"{run}:nav2-gsp")
+
+
+def test_values_follow_the_summary(write_run: WriteRun) -> None:
+    """The vectorised means are those of the summary, the intervals hold them."""
+    entry = priced(write_run("run", crowd=2.0))[0]
+    for key, interval in entry["intervals"].items():
+        known = entry["measured"] | {k: v for k, v in entry["economics"].items() if k not in entry["measured"]}
+        assert interval["value"] == pytest.approx(known[key], rel=1e-9, abs=1e-4), key
+        if interval["low"] is not None:
+            assert interval["low"] <= interval["value"] <= interval["high"], key
+    assert entry["intervals"]["avg_min_time_to_collision_s"]["n"] == 26
+
+
+def test_a_real_run_repriced_is_that_run_at_these_prices(tmp_path: Path, other_prices: str) -> None:
+    """A short delivery in a thick crowd, every touch of which counts."""
+    options = {}
+    for kind, old, new in (("rules", "timeout: 241.0", "timeout: 8.0"), ("worlds", "impulse: 50.0", "impulse: 10.0")):
+        text = (shipped("params") / kind / "costnav.yaml").read_text(encoding="utf-8")
+        assert text.count(old) == 1
+        options[kind] = tmp_path / f"{kind}.yaml"
+        options[kind].write_text(text.replace(old, new), encoding="utf-8")
+    common = ["run", "--stack", "parked", "--episodes", "1", "--seed", "5", "--pedestrians", "400", "--workers", "1"]
+    common += ["--rules", str(options["rules"]), "--world", str(options["worlds"])]
+    documents = {}
+    for name, prices in (("before", "costnav"), ("there", other_prices)):
+        extra = ["--prices", prices, "--out", str(tmp_path / name), "--json"]
+        done = subprocess.run([*NAVBENCH, *common, *extra], capture_output=True, text=True, timeout=200, check=False)
+        assert done.returncode == 0, done.stderr
+        documents[name] = json.loads(done.stdout)["runs"][0]
+    assert documents["there"]["measured"]["pedestrian_injury_usd_per_run"] > 0.0
+    again = priced(tmp_path / "before", other_prices)[0]
+    own = without(documents["there"], "real_time_factor_per_core", "wall_s", "folder")
+    assert {key: again[key] for key in own} == own
+
+
+def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
+    run = write_run("run", episodes=2)
+    heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
+    code = f"import sys; from harness.cli import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
+    code += f"sys.exit(status or ' '.join(name for name in {heavy} if name in sys.modules) or 0)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["runs"][0]["episodes"] == 2
+
+
+def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
+    """Half as many missions, each driven twice alike, give wider intervals than as many missions driven once."""
+
+    def twice(row: dict[str, Any]) -> None:
+        own = np.random.default_rng(row["episode"] // 2)
+        row["distance_m"] = float(own.uniform(30.0, 150.0))
+        row["start_x_m"], row["start_y_m"], row["start_yaw_rad"] = own.uniform(0.0, 9.0, 3).tolist()
+        row["goal_x_m"], row["goal_y_m"] = own.uniform(0.0, 9.0, 2).tolist()
+
+    def once(row: dict[str, Any]) -> None:
+        row["distance_m"] = float(np.random.default_rng(row["episode"] // 2).uniform(30.0, 150.0))
+
+    spans = [priced(write_run(change.__name__, change=change))[0]["intervals"] for change in (twice, once)]
+    clustered, plain = (span["avg_distance_km"] for span in spans)
+    assert clustered["value"] == plain["value"]
+    ratio = (clustered["high"] - clustered["low"]) / (plain["high"] - plain["low"])
+    assert ratio == pytest.approx(np.sqrt(2.0), abs=0.15)
+
+
+def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
+    run = load_run(str(write_run("run", episodes=1)))
+    assert dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count("35.42") == 1

@@ -1,0 +1,215 @@
+"""A run that was cut off goes on, from its folder alone, to what it would have been."""
+
+import dataclasses
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Generator, Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from harness.benchmark import TABLES, run_study
+from harness.cli import main
+from harness.cli_run import finish
+from harness.execution import Finished, InProcess, Workers
+from harness.manifest import about, load_study, parameters
+from harness.resources import shipped
+from harness.runs import JOURNAL, MANIFEST, RunFolder, create_run
+from harness.study import Study, make_study
+from navstack.errors import InputError
+
+NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
+EPISODES = 6
+RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+
+
+class Shuffled(Workers):
+    """Takes the tasks in another order."""
+
+    def run(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Generator[Finished[Any, Any], None, None]:
+        """Shuffle first."""
+        shuffled = list(tasks)
+        random.Random(1).shuffle(shuffled)
+        return super().run(function, shuffled)
+
+
+def options(folder: Path) -> dict[str, Any]:
+    """A study of short deliveries with files of the user's own."""
+    (folder / "short.yaml").write_text(RULES)
+    (folder / "world.yaml").write_text((shipped("params") / "worlds" / "costnav.yaml").read_text())
+    files = {"rules": str(folder / "short.yaml"), "world": str(folder / "world.yaml")}
+    return {"stacks": ["parked"], "episodes": EPISODES, "seed": 3, "pedestrians": 4, **files}
+
+
+def begin(path: Path, study: Study) -> Path:
+    create_run(path, about(study, ["navbench"]), parameters(study))
+    return path
+
+
+def go_on(path: Path, stop_after: int = EPISODES, workers: Workers | None = None) -> Path:
+    """Drive what a folder lacks, in this process, until as many deliveries are finished; then interrupt."""
+    study = load_study(path, 1)
+
+    def on_finished(finished: object, record: object) -> None:
+        if len(folder.records) == stop_after < EPISODES:
+            raise KeyboardInterrupt
+
+    with RunFolder(path, TABLES, study.total) as folder:
+        try:
+            run_study(study, folder, workers or Workers(1, InProcess), on_finished)
+        except KeyboardInterrupt:
+            assert len(folder.records) == stop_after
+        finish(study, folder)
+    return path
+
+
+def same(path: Path) -> dict[str, bytes]:
+    return {name: (path / name).read_bytes() for name in SAME}
+
+
+def complain(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", *arguments])
+    assert leaving.value.code == 1
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.count("\n") == 1
+    return said.err
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    return make_study(**options(tmp_path_factory.mktemp("files")))
+
+
+@pytest.fixture(scope="module")
+def whole(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return go_on(begin(tmp_path_factory.mktemp("whole") / "run", study))
+
+
+def test_interrupted_twice_it_ends_as_uninterrupted(study: Study, whole: Path, tmp_path: Path) -> None:
+    path = begin(tmp_path / "run", study)
+    for stop_after in (2, 5, EPISODES):
+        go_on(path, stop_after)
+    assert same(path) == same(whole)
+
+
+def test_the_order_of_work_changes_nothing(study: Study, whole: Path, tmp_path: Path) -> None:
+    path = go_on(begin(tmp_path / "run", study), workers=Shuffled(1, InProcess))
+    assert same(path) == same(whole)
+
+
+def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path) -> None:
+    """The user's files change and vanish after the beginning."""
+    path = begin(tmp_path / "run", make_study(**options(tmp_path)))
+    go_on(path, 2)
+    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 2.0", "timeout: 3.0"))
+    (tmp_path / "world.yaml").unlink()
+    assert same(go_on(path)) == same(whole)
+
+
+def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run"
+    given = options(tmp_path)
+    arguments = ["--stack", "parked", "--episodes", str(EPISODES), "--seed", "3", "--pedestrians", "4"]
+    arguments += ["--rules", given["rules"], "--world", given["world"], "--out", str(path), "--workers", "2"]
+    process = subprocess.Popen([*NAVBENCH, "run", *arguments], start_new_session=True, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 120.0
+    while not (path / JOURNAL).exists() or not (path / JOURNAL).stat().st_size:
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not (path / "episodes.parquet").exists()
+    environment = {**os.environ, "NAVSTACK_CACHE": str(tmp_path / "cold")}
+    resumed = subprocess.run(
+        [*NAVBENCH, "run", "--resume", str(path), "--json"],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=120,
+        check=False,
+    )
+    assert resumed.returncode == 0, resumed.stderr
+    assert "going on after" in resumed.stderr
+    assert same(path) == same(whole)
+
+
+def test_a_finished_run_says_so_and_prints_its_tables(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = same(whole)
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--resume", str(whole), "--json"])
+    said = capsys.readouterr()
+    assert leaving.value.code == 0
+    assert f"{EPISODES} deliveries are finished" in said.err
+    assert json.loads(said.out)["runs"][0]["episodes"] == EPISODES
+    assert same(whole) == before
+
+
+@pytest.mark.parametrize("others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--allow-unknown"]])
+def test_a_resumed_run_takes_no_other_study(whole: Path, capsys: pytest.CaptureFixture[str], others: list[str]) -> None:
+    line = complain(capsys, "--resume", str(whole), "--workers", "1", *others)
+    assert f"leave out {others[0]}" in line
+
+
+def test_a_resumed_run_needs_a_worker(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--workers 0 is out of range" in complain(capsys, "--resume", str(whole), "--workers", "0")
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"'{tmp_path}' holds no run" in complain(capsys, "--resume", str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("versions", {"navbench": "0.0.1"}, "made by navbench 0.0.1"),
+        ("map_sha256", "0" * 64, "map 'sidewalk' has changed"),
+        ("episodes", 0, "at least 1"),
+        ("episodes", 1e9, "not a whole number"),
+        ("stacks", [], "stacks"),
+        ("seed", "many", "seed"),
+        ("start", [1, 2], "start"),
+    ],
+)
+def test_a_manifest_that_does_not_fit_is_refused(
+    study: Study, tmp_path: Path, key: str, value: object, words: str
+) -> None:
+    path = begin(tmp_path / "run", study)
+    content = json.loads((path / MANIFEST).read_text()) | {key: value}
+    (path / MANIFEST).write_text(json.dumps(content))
+    with pytest.raises(InputError, match=words):
+        load_study(path)
+
+
+def test_a_stack_cannot_lead_out_of_the_folder(study: Study, tmp_path: Path) -> None:
+    path = begin(tmp_path / "run", study)
+    content = json.loads((path / MANIFEST).read_text())
+    content["stacks"][0]["robot"] = "/etc/passwd"
+    (path / MANIFEST).write_text(json.dumps(content))
+    assert load_study(path).stacks[0].robot == str(path / "params" / "parked-robot.yaml")
+    content["stacks"][0]["name"] = "../../stack"
+    (path / MANIFEST).write_text(json.dumps(content))
+    with pytest.raises(InputError, match="not the name of a stack"):
+        load_study(path)
+
+
+@pytest.mark.parametrize("stack", ["nav2-gps", "nav2-stock", "paper-gps", "rpp-gps"])
+def test_stored_parameters_are_those_that_were_given(stack: str, tmp_path: Path) -> None:
+    """Written, read back and written again, the parameters of a run are the same."""
+    given = make_study(stacks=[stack], episodes=1, pedestrians=7, people="social_force", start="1,2,0.5")
+    path = begin(tmp_path / "run", given)
+    stored = load_study(path)
+    files = [name for name in parameters(given) if name.endswith(".yaml")]
+    assert len(files) == 6
+    assert all(parameters(stored)[name] == parameters(given)[name] for name in files)
+    unlike = ("stack", "world", "rules", "prices", "pedestrians", "people")
+    assert dataclasses.replace(stored.template, **{key: getattr(given.template, key) for key in unlike}) == (
+        given.template
+    )

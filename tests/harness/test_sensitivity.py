@@ -1,0 +1,131 @@
+"""Which prices a stored run's profit hangs on."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.cli_sensitivity import sensitivity_command
+from harness.economics.price import price_keys
+from harness.economics.sensitivity import break_even_spread
+from harness.repricing import choose, document, reprice
+from harness.stored_run import load_run
+from navstack.errors import InputError
+
+WriteRun = Callable[..., Path]
+
+
+@pytest.fixture
+def varied(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[Path, dict[str, Any]]]:
+    def vary(*maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()) -> tuple[Path, dict[str, Any]]:
+        run = write_run("run")
+        sensitivity_command(str(run), None, settings, terms, maps, None, as_json=True)
+        return run, json.loads(capsys.readouterr().out)
+
+    return vary
+
+
+def margin_and_profit(run: Path, settings: tuple[str, ...]) -> tuple[float, float]:
+    """The slow way: price the whole run again."""
+    stored = load_run(str(run))
+    choices = choose(stored, None, settings, ())
+    economics = document(stored, reprice(stored, choices), choices)["runs"][0]["economics"]
+    margin = economics["contribution_margin"]
+    return margin, margin - economics["capex_usd"] / choices.prices.robot_life_runs
+
+
+def test_the_tornado_has_every_price_the_widest_first(varied: Callable[..., Any]) -> None:
+    run, result = varied()
+    bars = result["runs"][0]["tornado"]
+    assert {bar["price"] for bar in bars} == set(price_keys(load_run(str(run)).prices()))
+    swings = [abs(np.diff(bar["profit_usd_per_run"])[0]) for bar in bars]
+    assert swings == sorted(swings, reverse=True)
+    by_key = {bar["price"]: bar for bar in bars}
+    assert (by_key["annual_repair_rate"]["low"], by_key["annual_repair_rate"]["high"]) == (0.1, 0.2)
+    assert by_key["annual_repair_rate"]["range"] == "source"
+    assert (by_key["delivery_fee"]["low"], by_key["delivery_fee"]["range"]) == (pytest.approx(2.792), "20 %")
+    assert by_key["charge_efficiency"]["high"] == 1.0  # no more than all
+
+
+@pytest.mark.parametrize("key", ["delivery_fee", "robot_mass", "injury.costs.mais_1", "robot_life", "electricity"])
+def test_its_ends_are_those_of_the_run_priced_again(varied: Callable[..., Any], key: str) -> None:
+    run, result = varied()
+    bar = next(bar for bar in result["runs"][0]["tornado"] if bar["price"] == key)
+    for end, place in (("low", 0), ("high", 1)):
+        expected = margin_and_profit(run, (f"{key}={bar[end]}",))
+        assert (bar["contribution_margin"][place], bar["profit_usd_per_run"][place]) == pytest.approx(expected)
+
+
+def test_a_map_is_the_run_priced_again_at_both_prices(varied: Callable[..., Any]) -> None:
+    run, result = varied("delivery_fee,property_damage.mailbox", "robot_cost,injury.costs")
+    first, second = result["runs"][0]["maps"]
+    i, j = 12, 7
+    x, y = first["x"]["values"][j], first["y"]["values"][i]
+    settings = (f"delivery_fee={x}", f"property_damage.mailbox={y}")
+    assert first["profit_usd_per_run"][i][j] == pytest.approx(margin_and_profit(run, settings)[1])
+    assert (second["y"]["unit"], second["y"]["values"][-1]) == ("factor", 3.0)
+    x, factor = second["x"]["values"][j], second["y"]["values"][i]
+    costs = {"mais_0": 380, "mais_1": 8487, "mais_2": 60464, "mais_3": 261200}
+    settings = (f"robot_cost={x}", *(f"injury.costs.{key}={factor * cost}" for key, cost in costs.items()))
+    assert second["profit_usd_per_run"][i][j] == pytest.approx(margin_and_profit(run, settings)[1])
+
+
+def test_optional_terms_bring_their_prices(varied: Callable[..., Any]) -> None:
+    _, result = varied(terms=("battery_wear",))
+    bars = {bar["price"]: bar for bar in result["runs"][0]["tornado"]}
+    assert (bars["battery_cycles"]["low"], bars["battery_cycles"]["high"]) == (500, 3000)
+    assert bars["battery_cycles"]["profit_usd_per_run"][0] < bars["battery_cycles"]["profit_usd_per_run"][1]
+    assert "survey_time" not in bars
+
+
+def test_break_even_never_comes_for_a_run_that_loses(varied: Callable[..., Any]) -> None:
+    _, result = varied()
+    spread = result["runs"][0]["break_even"]
+    assert spread["never"] == 1.0
+    assert spread["runs"] == {"value": None, "low": None, "high": None}
+    assert max(spread["probability"]) < 1e-6
+
+
+def test_break_even_spread_of_known_means() -> None:
+    means = np.linspace(0.5, 1.5, 1001)
+    spread = break_even_spread(1000.0, means, np.full(1001, 0.1))
+    assert np.median(spread.runs) == pytest.approx(1000.0)
+    assert spread.never == 0.0
+    assert np.interp(1000.0, spread.curve_runs, spread.curve_probability) == pytest.approx(0.5, abs=0.08)
+
+
+@pytest.mark.parametrize(
+    ("maps", "message"),
+    [
+        (("delivery_fee",), "is not two prices X,Y"),
+        (("delivery_fee,delivery_fee",), "is not two prices X,Y"),
+        (("delivery_fee,injury.cost",), "unknown price 'injury.cost'; did you mean 'injury.costs'"),
+    ],
+)
+def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...], message: str) -> None:
+    run = write_run("run", episodes=2)
+    with pytest.raises(InputError, match=message):
+        sensitivity_command(str(run), None, (), (), maps, None, as_json=True)
+
+
+def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
+    def arrive(row: dict[str, Any]) -> None:
+        row["outcome"] = "arrived"
+
+    run = write_run("run", episodes=2, change=arrive)
+    with pytest.raises(InputError, match="cargo was not simulated"):
+        sensitivity_command(str(run), None, (), (), (), None, as_json=True)
+
+
+def test_figures_and_tables(write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write_run("run", episodes=6)
+    sensitivity_command(str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False)
+    text = capsys.readouterr().out
+    assert "mine: profit" in text and "in 100.0 % of the resamples of 6 deliveries never" in text
+    names = {path.name for path in (tmp_path / "figures").iterdir()}
+    stems = ("mine-tornado", "mine-map-delivery_fee-refund", "mine-break-even")
+    assert names == {f"{stem}{suffix}" for stem in stems for suffix in (".pdf", ".png")}
+    assert max(len(line) for line in text.splitlines() if "figure:" not in line) <= 120

@@ -1,0 +1,122 @@
+"""A suite is its cells, each a run of its own; cut off, it goes on."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from harness.cli import main
+from harness.resources import shipped
+from harness.runs import JOURNAL, RunFolder, count_finished
+from harness.suite import cells, load_suite
+from navstack.errors import ParameterError
+
+RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+SUITE = """
+title: Nobody and somebody
+stacks: [parked]
+pedestrians: [0, 3]
+seeds: [0, 1]
+episodes: 2
+rules: short.yaml  # beside this file
+"""
+
+
+def suite_file(folder: Path, text: str = SUITE) -> Path:
+    (folder / "short.yaml").write_text(RULES)
+    (folder / "suite.yaml").write_text(text)
+    return folder / "suite.yaml"
+
+
+def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as leaving:
+        main(["suite", *arguments])
+    said = capsys.readouterr()
+    return int(leaving.value.code or 0), said.out, said.err
+
+
+def test_the_example_is_a_suite() -> None:
+    suite = load_suite(shipped("params") / "suites" / "example.yaml")
+    assert len(cells(suite)) == 8
+
+
+def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    status, document, _ = navbench(capsys, str(suite_file(tmp_path)), "--out", str(out), "--workers", "1", "--json")
+    assert status == 0
+    rows = json.loads(document)["rows"]
+    assert [(row["stack"], row["pedestrians"], row["seeds"], row["episodes"]) for row in rows] == [
+        ("parked", 0, [0, 1], 4),
+        ("parked", 3, [0, 1], 4),
+    ]
+    assert rows[0]["outcomes"]["sla"] | {"high": None} == {"value": 0.0, "low": 0.0, "high": None, "n": 4}
+    assert rows[0]["economics"]["contribution_margin"] == pytest.approx(-3.49)
+    names = [cell.name for cell in cells(load_suite(out / "suite.yaml"))]
+    assert [count_finished(out / name) for name in names] == [2, 2, 2, 2]
+
+    overview = (out / "suite.json").read_bytes()
+    kept = {name: (out / name / "episodes.parquet").read_bytes() for name in names}
+    cut_off(out / names[1])
+    begun_only(out / names[2])
+    shutil.rmtree(tmp_path / "elsewhere", ignore_errors=True)
+    (tmp_path / "suite.yaml").unlink()
+    (tmp_path / "short.yaml").unlink()
+    status, again, said = navbench(capsys, "--resume", str(out), "--workers", "1", "--json")
+    assert status == 0 and "going on after 5 of 8 deliveries" in said
+    assert json.loads(again) == json.loads(document)
+    assert (out / "suite.json").read_bytes() == overview
+    assert {name: (out / name / "episodes.parquet").read_bytes() for name in names} == kept
+
+
+def cut_off(path: Path) -> None:
+    """Put a finished cell back to after its first delivery."""
+    with RunFolder(path, {}, 2) as folder:
+        record = {**folder.records[0], "events": []}
+    begun_only(path)
+    (path / JOURNAL).write_text(json.dumps(record) + "\n")
+
+
+def begun_only(path: Path) -> None:
+    for file in [*path.glob("*.parquet"), path / "summary.json"]:
+        file.unlink()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SUITE.replace("stacks:", "stakcs:"), ("stakcs", "did you mean 'stacks'")),
+        (SUITE.replace("seeds: [0, 1]", "seeds: [0, one]"), ("seeds[1]", "'one'", "whole number")),
+        (SUITE.replace("seeds: [0, 1]", "seeds: []"), ("seeds", "at least one")),
+        (SUITE.replace("seeds: [0, 1]", "seeds: [1, 1]"), ("two cells", "seed1")),
+        (SUITE.replace("pedestrians: [0, 3]", f"pedestrians: {list(range(999))}"), ("1998 cells", "1000")),
+        (SUITE.replace("title: Nobody and somebody\n", ""), ("title", "missing")),
+        ("just a text", ("not a mapping",)),
+    ],
+)
+def test_what_is_no_suite_is_refused(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
+    with pytest.raises(ParameterError) as complaint:
+        load_suite(suite_file(tmp_path, text))
+    assert all(word in str(complaint.value) for word in (*words, "suite.yaml")), str(complaint.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SUITE.replace("[parked]", "[parkd]"), ("parkd", "did you mean 'parked'")),
+        (SUITE.replace("short.yaml", "costnva"), ("costnva", "did you mean 'costnav'")),
+        (SUITE.replace("episodes: 2", "episodes: 0"), ("--episodes 0",)),
+    ],
+)
+def test_a_cell_that_cannot_be_run_is_refused_before_anything_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: tuple[str, ...]
+) -> None:
+    status, out, line = navbench(capsys, str(suite_file(tmp_path, text)), "--out", str(tmp_path / "out"))
+    assert status == 1 and out == "" and line.count("\n") == 1
+    assert all(word in line for word in words), line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_a_suite_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, line = navbench(capsys, "--resume", str(tmp_path))
+    assert status == 1 and "holds no suite" in line
