@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from harness.economics.prices import Prices
+from navstack.types import FloatArray
 
 
 def break_even_runs(capex_usd: float, contribution_margin: float | None) -> float | None:
@@ -23,6 +26,28 @@ def break_even_runs(capex_usd: float, contribution_margin: float | None) -> floa
 def break_even_days(runs: float | None, prices: Prices) -> float | None:
     """Days of one robot's work that ``runs`` deliveries take."""
     return None if runs is None else runs / prices.deliveries_per_day.value
+
+
+def break_even_probability(runs: float, capex_usd: float, means: FloatArray, deviations: FloatArray) -> float:
+    """Probability that the profit summed up has once paid back the capital expenditure within ``runs`` deliveries.
+
+    The sum of many deliveries' profits is taken as Brownian motion with drift; when it first reaches ``capex_usd`` has
+    the inverse Gaussian distribution (Chhikara and Folks 1989). Averaged over what the data leave open.
+
+    Args:
+        runs: deliveries [run], more than 0.
+        capex_usd: capital expenditure [USD], more than 0.
+        means: mean profit of a delivery [USD/run] in each bootstrap resample of the deliveries, shape (draws,).
+        deviations: standard deviation of a delivery's profit [USD/run] in each, shape (draws,).
+    """
+    from scipy.special import log_ndtr  # takes a while, which other money does without
+
+    spread = np.where(deviations > 0.0, deviations, 1.0)
+    scale = spread * np.sqrt(runs)
+    by_then = np.exp(log_ndtr((means * runs - capex_usd) / scale))
+    earlier = np.exp(2.0 * means * capex_usd / spread**2 + log_ndtr((-means * runs - capex_usd) / scale))
+    certain = means * runs >= capex_usd  # without any spread
+    return float(np.where(deviations > 0.0, np.minimum(by_then + earlier, 1.0), certain).mean())
 
 
 @dataclass(frozen=True, slots=True)

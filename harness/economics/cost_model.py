@@ -2,17 +2,21 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Any
 
 from harness.economics.break_even import break_even_days, break_even_runs
 from harness.economics.prices import Prices
 from navstack.errors import UnknownNameError
+
+Quantity = Any  # a mean over deliveries (float), or an array with one value per delivery
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
     """What a run measured, as means over its deliveries: the paper's simulation table.
 
-    None stands for "not modelled" (cargo) or "no such thing in this world" (property), never for zero.
+    :func:`running` also takes one whose fields are arrays, an entry per delivery. None stands for "not modelled"
+    (cargo) or "no such thing in this world" (property), never for zero.
     """
 
     sla: float | None  # [1/run] delivered in time and intact
@@ -53,7 +57,38 @@ class Economics:
     break_even_days: float | None  # [day]
 
 
-def price(measured: Measured, sensors: Collection[str], data_collection: bool, prices: Prices) -> Economics:
+@dataclass(frozen=True, slots=True)
+class Running:
+    """What driving costs and earns [USD/run]; None where something it depends on is not modelled."""
+
+    electricity: Quantity
+    service_compensation: Quantity | None
+    pedestrian_safety: Quantity
+    property_damage: Quantity
+    repair: Quantity
+    opex: Quantity | None
+    revenue: Quantity | None
+    contribution_margin: Quantity | None
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """Costs that the paper leaves out, as far as a user wants them counted."""
+
+    capex_usd: float = 0.0  # [USD]
+    opex: Quantity = 0.0  # [USD/run]
+
+
+NOTHING_BEYOND: Beyond = Beyond()
+
+
+def price(
+    measured: Measured,
+    sensors: Collection[str],
+    data_collection: bool,
+    prices: Prices,
+    beyond: Beyond = NOTHING_BEYOND,
+) -> Economics:
     """Price a run.
 
     Every term but electricity (mean power times mean time) is linear in the measurements, so that pricing the
@@ -64,36 +99,45 @@ def price(measured: Measured, sensors: Collection[str], data_collection: bool, p
         sensors: those the robot carries and pays for, of 'lidar' and 'gps'.
         data_collection: whether the method learns from teleoperation data that has to be collected.
         prices: the price file.
+        beyond: what the paper leaves out; enters capex and opex and all that follows from them.
 
     Raises:
         UnknownNameError: a sensor without a price.
     """
     hardware = prices.robot_cost.value + _sensors_cost(sensors, prices)
     data = prices.data_collector_wage.value * prices.data_collection_time.value if data_collection else 0.0
-    power = measured.avg_mechanical_power_kw / prices.electro_mechanical_efficiency  # [kW] drawn from the grid
-    electricity = prices.electricity.value * power * measured.avg_runtime_h
-    compensation = _service_compensation(measured, prices)
-    property_damage = _property_damage(measured, prices)
-    repair = prices.repair_per_physical_assistance * measured.physical_assistance
-    opex = _sum(electricity, compensation, measured.pedestrian_injury_usd_per_run, property_damage, repair)
-    revenue = None if measured.sla is None else prices.delivery_fee.value * measured.sla
-    margin = None if opex is None or revenue is None else revenue - opex
-    runs = break_even_runs(hardware + data, margin)
+    capex = hardware + data + beyond.capex_usd
+    costs = running(measured, prices, beyond)
+    runs = break_even_runs(capex, costs.contribution_margin)
     return Economics(
         hardware_usd=hardware,
         data_collection_usd=data,
-        capex_usd=hardware + data,
-        electricity=electricity,
-        service_compensation=compensation,
-        pedestrian_safety=measured.pedestrian_injury_usd_per_run,
-        property_damage=property_damage,
-        repair=repair,
-        opex=opex,
-        revenue=revenue,
-        contribution_margin=margin,
+        capex_usd=capex,
+        electricity=costs.electricity,
+        service_compensation=costs.service_compensation,
+        pedestrian_safety=costs.pedestrian_safety,
+        property_damage=costs.property_damage,
+        repair=costs.repair,
+        opex=costs.opex,
+        revenue=costs.revenue,
+        contribution_margin=costs.contribution_margin,
         break_even_runs=runs,
         break_even_days=break_even_days(runs, prices),
     )
+
+
+def running(measured: Measured, prices: Prices, beyond: Beyond = NOTHING_BEYOND) -> Running:
+    """What driving costs and earns, for a run's means or delivery by delivery."""
+    power = measured.avg_mechanical_power_kw / prices.electro_mechanical_efficiency  # [kW] drawn from the grid
+    electricity = prices.electricity.value * power * measured.avg_runtime_h
+    compensation = _service_compensation(measured, prices)
+    injuries = measured.pedestrian_injury_usd_per_run
+    property_damage = _property_damage(measured, prices)
+    repair = prices.repair_per_physical_assistance * measured.physical_assistance
+    opex = _sum(electricity, compensation, injuries, property_damage, repair, beyond.opex)
+    revenue = None if measured.sla is None else prices.delivery_fee.value * measured.sla
+    margin = None if opex is None or revenue is None else revenue - opex
+    return Running(electricity, compensation, injuries, property_damage, repair, opex, revenue, margin)
 
 
 def _sensors_cost(sensors: Collection[str], prices: Prices) -> float:

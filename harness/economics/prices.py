@@ -1,32 +1,15 @@
 """The prices and constants of the cost model, each with its unit and its source."""
 
-import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
+from harness.economics.price import Price, check_prices
+from harness.economics.price import price_field as _price
 from harness.resources import resolve, shipped
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 
 DAYS_PER_YEAR = 365
 GRAVITY = 9.8  # [m/s2] as the paper rounds it
-LEAST = 1e-9  # of what formulas divide by; less is a slip of the pen
-MOST = 1e12
-
-
-@dataclass(frozen=True, slots=True)
-class Price:
-    """One number of a price file."""
-
-    value: float
-    unit: str
-    source: str  # the paper's symbol and where its number comes from
-
-
-def _price(unit: str, *, positive: bool = False, at_most: float = MOST) -> Any:
-    """A field of type :class:`Price` in this unit; never negative, ``positive`` where a formula divides by it."""
-    return field(metadata={"unit": unit, "at_least": LEAST if positive else 0.0, "at_most": at_most})
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,28 +154,19 @@ def load_prices(name_or_file: str = "costnav") -> Prices:
         InputError: an unknown name or key, a number in another unit or out of its range.
     """
     path = resolve(name_or_file, shipped("params") / "prices", "prices")
-    prices = load_dataclass(Prices, path)
-    _check(prices, str(path))
+    return checked(load_dataclass(Prices, path), str(path))
+
+
+def checked(prices: Prices, where: str) -> Prices:
+    """The same prices if they can be used together.
+
+    Raises:
+        ParameterError: a number in another unit or out of its range, or a refund below the fee; names ``where``.
+    """
+    check_prices(prices, where)
     if prices.food_price < 0:
         raise ParameterError(
-            f"{path}: refund {prices.refund.value:g} USD is less than the delivery_fee "
+            f"{where}: refund {prices.refund.value:g} USD is less than the delivery_fee "
             f"{prices.delivery_fee.value:g} USD that it contains; raise the one or lower the other"
         )
     return prices
-
-
-def _check(group: Any, where: str) -> None:
-    """Units and ranges of every :class:`Price` below a group."""
-    for entry in dataclasses.fields(group):
-        value, path = getattr(group, entry.name), f"{where}: {entry.name}"
-        if isinstance(value, Price):
-            _check_price(value, entry.metadata, path)
-        elif dataclasses.is_dataclass(value):
-            _check(value, path)
-
-
-def _check_price(price: Price, allowed: Mapping[str, Any], where: str) -> None:
-    if price.unit != allowed["unit"]:
-        raise ParameterError(f"{where}: is given in '{price.unit}'; convert it to '{allowed['unit']}'")
-    if not allowed["at_least"] <= price.value <= allowed["at_most"]:
-        raise ParameterError(f"{where}: {price.value:g} lies outside {allowed['at_least']:g}..{allowed['at_most']:g}")

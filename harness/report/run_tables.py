@@ -8,8 +8,10 @@ from rich.console import Console
 from harness.benchmark import StackResult
 from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices
+from harness.report.metric_rows import further_metrics
 from harness.report.published import load_published, published_columns
-from harness.report.tables import Column, render_tables
+from harness.report.repriced import risk_text
+from harness.report.tables import Column, render_table, render_tables
 from harness.study import Study
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -18,9 +20,16 @@ PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the st
 def print_results(results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console) -> None:
     """Print the tables of a run and what its figures rest on."""
     columns = [
-        Column(result.stack.name, Measured(**result.measured), result.economics, result.episodes, result.intervals)
+        Column(
+            result.stack.name,
+            Measured(**result.valuation.measured),
+            result.valuation.economics,
+            result.episodes,
+            result.intervals,
+            further=result.valuation.more,
+        )
         for result in results
-        if result.measured is not None and result.economics is not None
+        if result.valuation is not None
     ]
     if not columns:
         console.print(f"no delivery finished; run folder: {folder}", markup=False)
@@ -28,16 +37,18 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     published = [column for column in published_columns(load_published(), prices) if column.title == PUBLISHED_BESIDE]
     render_tables([*columns, *published], console)
     console.print()
+    render_table(further_metrics(), columns, console)
     template = study.template
     console.print(f"map {template.map_name}, seed {template.seed}", markup=False)
     for result in results:
-        if result.economics is None:
+        if result.valuation is None:
             console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors", markup=False)
             continue
-        runs = result.economics.break_even_runs
+        runs = result.valuation.economics.break_even_runs
         if runs is not None and runs > prices.robot_life_runs:
             life = f"{prices.robot_life_runs:,.0f}"
             console.print(f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs", markup=False)
+        console.print(f"{result.stack.name}: {risk_text(result.valuation.risk)}", markup=False)
         errors = f", {result.errors} ended in an error" if result.errors else ""
         console.print(
             f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}", markup=False

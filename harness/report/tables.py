@@ -17,9 +17,6 @@ from harness.statistics import Interval, wilson_interval
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
 INDENT = "  "  # of a row under its section
-LABEL_WIDTH = len(INDENT) + max(
-    len(row.label) for layout in LAYOUTS for section in layout.sections for row in section.rows
-)
 GAP = 2  # [characters] between columns
 TITLE_LINE = 9  # [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
 
@@ -34,9 +31,12 @@ class Column:
     n: int  # deliveries behind it
     intervals: Mapping[str, Interval] = field(default_factory=dict)  # by field of Measured or Economics
     published: bool = False
+    further: Mapping[str, float | None] = field(default_factory=dict)  # means that the paper's tables do not have
 
     def value(self, key: str) -> float | None:
         """The quantity of a row."""
+        if key in self.further:
+            return self.further[key]
         source = self.measured if hasattr(self.measured, key) else self.economics
         value: float | None = getattr(source, key)
         return value
@@ -68,17 +68,20 @@ def report_console(stream: TextIO) -> Console:
 
 
 def render_tables(columns: Sequence[Column], console: Console) -> None:
-    """Print both tables and what is to be known about their entries.
-
-    Columns that do not fit beside each other continue in a further table below.
-    """
+    """Print both tables and what is to be known about their entries."""
     for layout in LAYOUTS:
-        texts = [_column_text(layout, column) for column in columns]
-        for block in _blocks(texts, console.width):
-            console.print(_table(layout, block))
-            console.print()
+        render_table(layout, columns, console)
     for note in _notes(columns):
         console.print(Text(note, style="dim"))
+
+
+def render_table(layout: Layout, columns: Sequence[Column], console: Console) -> None:
+    """Print one table; columns that do not fit beside each other continue in a further one below."""
+    label_width = len(INDENT) + max(len(row.label) for section in layout.sections for row in section.rows)
+    texts = [_column_text(layout, column) for column in columns]
+    for block in _blocks(texts, label_width, console.width):
+        console.print(_table(layout, block, label_width))
+        console.print()
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,20 +131,20 @@ def _span(interval: Interval | None, row: Row) -> str:
     return f"[{_number(interval.low, row)}, {_number(interval.high, row)}]"
 
 
-def _blocks(columns: Sequence[_ColumnText], width: int) -> list[list[_ColumnText]]:
-    """Columns in groups that fit into ``width`` characters, at least one in each."""
+def _blocks(columns: Sequence[_ColumnText], label_width: int, width: int) -> list[list[_ColumnText]]:
+    """Columns in groups that fit beside labels into ``width`` characters, at least one in each."""
     blocks: list[list[_ColumnText]] = [[]]
-    used = LABEL_WIDTH
+    used = label_width
     for column in columns:
         if blocks[-1] and used + GAP + column.width > width:
             blocks.append([])
-            used = LABEL_WIDTH
+            used = label_width
         blocks[-1].append(column)
         used += GAP + column.width
     return blocks
 
 
-def _table(layout: Layout, columns: Sequence[_ColumnText]) -> Table:
+def _table(layout: Layout, columns: Sequence[_ColumnText], label_width: int) -> Table:
     table = Table(
         title=layout.title,
         title_style="bold",
@@ -151,7 +154,7 @@ def _table(layout: Layout, columns: Sequence[_ColumnText]) -> Table:
         show_edge=False,
         pad_edge=False,
     )
-    table.add_column("Metric", no_wrap=True, min_width=LABEL_WIDTH, vertical="bottom")
+    table.add_column("Metric", no_wrap=True, min_width=label_width, vertical="bottom")
     for column in columns:
         table.add_column(Text(column.header), no_wrap=True, vertical="bottom")
     for section in layout.sections:

@@ -1,0 +1,116 @@
+"""Costs that the paper leaves out: off unless asked for, and marked wherever they enter."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+from harness.economics.cost_model import Beyond, Measured
+from harness.economics.price import Price, check_prices
+from harness.economics.price import price_field as _price
+from harness.economics.prices import Prices
+from harness.resources import shipped
+from navstack.errors import InputError, UnknownNameError
+from navstack.params.strict import load_dataclass
+
+MAP_BASED_LOCALIZERS = ("amcl", "amcl_gps")  # those that look up the scan in a map that somebody has to survey
+
+
+@dataclass(frozen=True, slots=True)
+class OptionalPrices:
+    """The prices of the optional terms."""
+
+    operator_wage: Price = _price("USD/h")
+    robots_per_operator: Price = _price("robot/operator", positive=True)
+    remote_assistance_rate: Price = _price("1/run")
+    remote_assistance_time: Price = _price("h")
+    on_site_time: Price = _price("h")
+    survey_wage: Price = _price("USD/h")
+    survey_time: Price = _price("h")
+    battery_price: Price = _price("USD/kWh")
+    battery_cycles: Price = _price("1", positive=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """What the terms are worked out from."""
+
+    measured: Measured
+    localizer: str
+    prices: Prices
+    optional: OptionalPrices
+
+
+def _mapping_survey(given: Inputs) -> Beyond:
+    """Survey of the map, once per robot; for localizers that need one."""
+    if given.localizer not in MAP_BASED_LOCALIZERS:
+        return Beyond()
+    return Beyond(capex_usd=given.optional.survey_wage.value * given.optional.survey_time.value)
+
+
+def _operator(given: Inputs) -> Beyond:
+    """Share of an operator who watches some robots as long as they drive, and helps them from afar."""
+    wage = given.optional.operator_wage.value / given.optional.robots_per_operator.value
+    return Beyond(opex=wage * given.measured.avg_runtime_h)
+
+
+def _remote_assistance(given: Inputs) -> Beyond:
+    """Wage of a teleoperator per intervention; the rate is the stated one, nothing in the simulation calls for help."""
+    hours = given.optional.remote_assistance_rate.value * given.optional.remote_assistance_time.value
+    return Beyond(opex=given.optional.operator_wage.value * hours)
+
+
+def _on_site_assistance(given: Inputs) -> Beyond:
+    """Wage of whoever comes to a robot that needs physical assistance."""
+    wage = given.optional.operator_wage.value * given.optional.on_site_time.value
+    return Beyond(opex=wage * given.measured.physical_assistance)
+
+
+def _battery_wear(given: Inputs) -> Beyond:
+    """Share of the battery that the energy of a delivery wears off: price per cycle times energy drawn from it."""
+    efficiency = given.prices.inverter_efficiency.value * given.prices.motor_efficiency.value
+    energy = given.measured.avg_mechanical_power_kw * given.measured.avg_runtime_h / efficiency  # [kWh/run]
+    return Beyond(opex=given.optional.battery_price.value / given.optional.battery_cycles.value * energy)
+
+
+# Term -> how it is worked out, and the prices that it rests on.
+TERMS: dict[str, tuple[Callable[[Inputs], Beyond], tuple[str, ...]]] = {
+    "mapping_survey": (_mapping_survey, ("survey_wage", "survey_time")),
+    "operator": (_operator, ("operator_wage", "robots_per_operator")),
+    "remote_assistance": (
+        _remote_assistance,
+        ("remote_assistance_rate", "remote_assistance_time", "operator_wage"),
+    ),
+    "on_site_assistance": (_on_site_assistance, ("on_site_time", "operator_wage")),
+    "battery_wear": (_battery_wear, ("battery_price", "battery_cycles")),
+}
+
+
+def load_optional_prices() -> OptionalPrices:
+    """The shipped prices of the optional terms."""
+    path = shipped("params") / "prices" / "optional" / "terms.yaml"
+    prices = load_dataclass(OptionalPrices, path)
+    check_prices(prices, str(path))
+    return prices
+
+
+def check_terms(names: Collection[str]) -> tuple[str, ...]:
+    """The terms in their own order, each once.
+
+    Raises:
+        InputError: an unknown term, or two that pay for the same work.
+    """
+    for name in names:
+        if name not in TERMS:
+            raise UnknownNameError("optional term", name, TERMS)
+    if "operator" in names and "remote_assistance" in names:
+        raise InputError("the optional term operator pays for remote_assistance, too; give one of the two")
+    return tuple(name for name in TERMS if name in names)
+
+
+def worked_out(names: Collection[str], given: Inputs) -> dict[str, Beyond]:
+    """Each term by itself."""
+    return {name: TERMS[name][0](given) for name in names}
+
+
+def together(terms: Collection[Beyond]) -> Beyond:
+    """The sum of terms."""
+    return Beyond(capex_usd=sum(term.capex_usd for term in terms), opex=sum(term.opex for term in terms))

@@ -1,0 +1,104 @@
+"""The printed result of ``navbench price``: the tables of a run, and the money under other accounting."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.economics.cost_model import Measured
+from harness.report.tables import Column, render_tables
+from harness.repricing import VARIED, Accounting, Choices, Repriced
+from harness.statistics import Interval
+from harness.stored_run import StoredRun
+from harness.valuation import Risk
+
+TITLES = {
+    "published": "counted, whole: published",
+    "robot_at_fault": "counted, robot at fault",
+    "shared_fault": "counted, shared",
+    "no_threshold": "all, whole",
+    "no_threshold_robot_at_fault": "all, robot at fault",
+    "no_threshold_shared_fault": "all, shared",
+}
+ACCOUNTING_NOTE = (
+    "counted: contacts that the published rule counts; all: every contact event with its whole impulse. Robot at "
+    "fault: where it moved into the other the faster; shared: by its share of the closing speed. Outcomes stay."
+)
+HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
+
+
+def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
+    """Print the tables, the accountings, the risk and what was changed."""
+    columns = [
+        Column(
+            each.stack.name,
+            Measured(**each.valuation.measured),
+            each.valuation.economics,
+            len(each.stack.rows),
+            each.valuation.intervals,
+        )
+        for each in results
+    ]
+    render_tables(columns, console)
+    console.print()
+    for each in results:
+        console.print(_accounting_table(each))
+        console.print()
+    console.print(Text(ACCOUNTING_NOTE, style="dim"))
+    for each in results:
+        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}", markup=False)
+        for name, term in each.valuation.terms.items():
+            console.print(
+                f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
+                f"{term.opex:.4f} $/run to OPEX",
+                markup=False,
+            )
+    for key, number in choices.settings.items():
+        console.print(f"set: {key} = {number:g}", markup=False)
+    console.print(f"run folder: {run.folder}", markup=False, soft_wrap=True)
+
+
+def risk_text(risk: Risk) -> str:
+    """The risk in one line."""
+    worst = risk.opex_cvar95_usd_per_run
+    if worst is None or risk.break_even_probability is None:
+        return "worst deliveries and break-even undefined: cargo not modelled, or a single mission"
+    few = "" if worst.low is not None else " (too few for an interval)"
+    return (
+        f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}; breaks even within the robot's life of "
+        f"{risk.within_runs:,.0f} runs with probability {risk.break_even_probability:.3f}"
+    )
+
+
+def _accounting_table(result: Repriced) -> Table:
+    table = Table(
+        title=f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)",
+        title_style="bold",
+        title_justify="left",
+        box=box.HORIZONTALS,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+        pad_edge=False,
+    )
+    table.add_column("Accounting")
+    for heading in (*HEADINGS, "BEP (runs)"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, accounting in result.accountings.items():
+        table.add_row(TITLES[name], *map(Text, _cells(accounting)))
+    return table
+
+
+def _cells(accounting: Accounting) -> list[str]:
+    cells = [_money(accounting.intervals.get(term)) for term in VARIED]
+    runs = accounting.break_even_runs
+    return [*cells, "--" if runs is None else f"{runs:,.0f}"]
+
+
+def _money(interval: Interval | None) -> str:
+    if interval is None:
+        return "undefined"
+    if interval.low is None or interval.high is None:
+        return f"{interval.value:.2f}"
+    return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"

@@ -1,0 +1,142 @@
+"""Figures of a sensitivity study, fit for a paper's column: tornado, two-way maps, break-even."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harness.economics.sensitivity import Axis, TwoWay
+from harness.sensitivity import Sensitivity
+from navstack.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH_INCH, DPI = 5.2, 200
+FONT = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "pdf.fonttype": 42}
+BARS = 12  # widest ones that the tornado shows
+BAR_INCH = 0.24
+SUFFIXES = (".pdf", ".png")
+AT_LOW, AT_HIGH, LINE, NEVER = "#4575b4", "#d73027", "#222222", "#9a9a9a"
+COLOURED = 0.97  # share of a map that its colours resolve
+LARGE = 1000.0  # from which prices stand without decimals
+LEGIBLE_SWING = 1e-3  # [USD/run] less is no bar
+
+
+def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
+    """Write every figure of a stack as PDF and PNG; returns their paths.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    name = result.stack.name
+    shown = max(1, min(BARS, sum(bar.swing >= LEGIBLE_SWING for bar in result.bars)))
+    paths = _save(folder / f"{name}-tornado", 1.1 + BAR_INCH * shown, partial(_tornado, result=result, shown=shown))
+    for each in result.maps:
+        stem = folder / f"{name}-map-{each.x.key}-{each.y.key}"
+        paths += _save(stem, 3.6, partial(_two_way, study=each, name=name))
+    return paths + _save(folder / f"{name}-break-even", 3.0, partial(_break_even, result=result))
+
+
+def _save(stem: Path, height: float, draw: "Callable[[Axes], None]") -> list[Path]:
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with rc_context(FONT):
+        figure = Figure(figsize=(WIDTH_INCH, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure.add_subplot())
+        paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
+        try:
+            stem.parent.mkdir(parents=True, exist_ok=True)
+            for path in paths:
+                figure.savefig(path, dpi=DPI)
+        except OSError as error:
+            raise InputError(f"'{stem.parent}' cannot be written ({error.strerror}); give --out another") from None
+    return paths
+
+
+def _tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
+    """Bars from the profit of today to that at either end of a price's range, the widest on top."""
+    bars = result.bars[:shown]
+    for place, bar in enumerate(bars):
+        for profit, colour in ((bar.profit_at_low, AT_LOW), (bar.profit_at_high, AT_HIGH)):
+            axes.barh(place, profit - result.profit, left=result.profit, height=0.62, color=colour, linewidth=0)
+    lowest = min(min(bar.profit_at_low, bar.profit_at_high) for bar in bars)
+    highest = max(max(bar.profit_at_low, bar.profit_at_high) for bar in bars)
+    margin = 0.16 * (highest - lowest or 1.0)
+    for place, bar in enumerate(bars):
+        ends = sorted(((bar.profit_at_low, bar.range.low), (bar.profit_at_high, bar.range.high)))
+        for (profit, number), side in zip(ends, ("right", "left"), strict=True):
+            gap = -0.01 if side == "right" else 0.01
+            at = profit + gap * (highest - lowest)
+            text = f"{number:,.0f}" if number >= LARGE else f"{number:.4g}"
+            axes.text(at, place, text, va="center", ha=side, fontsize=6.5)
+    axes.axvline(result.profit, color=LINE, linewidth=0.8)
+    axes.set_yticks(range(shown), [_label(bar.key, bar.range.unit) for bar in bars])
+    axes.set_xlim(lowest - margin, highest + margin)
+    axes.invert_yaxis()
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("profit over the robot's life [$/run]")
+    axes.set_title(f"{result.stack.name}: today's prices give {result.profit:.2f} $/run", loc="left", fontsize=8)
+    for colour, text in ((AT_LOW, "price at its low end"), (AT_HIGH, "at its high end")):
+        axes.barh(0, 0, color=colour, label=text)
+    axes.figure.legend(loc="outside lower right", ncols=2, frameon=False, fontsize=7)
+
+
+def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
+    """Profit over two prices; the black line is break-even over the robot's life, the cross stands for today."""
+    from matplotlib.ticker import MaxNLocator
+
+    x, y = study.x.values, study.y.values
+    reach = float(np.quantile(np.abs(study.profit), COLOURED)) or 1.0
+    levels = MaxNLocator(nbins=16, symmetric=True).tick_values(-reach, reach)
+    filled = axes.contourf(x, y, study.profit, levels=levels, cmap="RdBu", extend="both")
+    filled.set_edgecolor("face")  # no hairlines between the levels in PDF viewers
+    if study.profit.min() < 0.0 < study.profit.max():
+        line = axes.contour(x, y, study.profit, levels=[0.0], colors=LINE, linewidths=1.2)
+        axes.clabel(line, fmt={0.0: "break-even"}, fontsize=7)
+    axes.plot(_today(study.x), _today(study.y), "+", color=LINE, markersize=9, markeredgewidth=1.4)
+    axes.set_xlabel(_axis_label(study.x))
+    axes.set_ylabel(_axis_label(study.y))
+    axes.set_title(f"{name}: profit over the robot's life; + today", loc="left", fontsize=8)
+    bar = axes.figure.colorbar(filled, ax=axes, pad=0.02, format="%.3g")
+    bar.set_label("[$/run]")
+
+
+def _break_even(axes: "Axes", result: Sensitivity) -> None:
+    """Probability that the robot has been paid back within so many deliveries."""
+    spread = result.spread
+    axes.plot(spread.curve_runs, spread.curve_probability, color=AT_LOW, linewidth=1.6)
+    axes.fill_between(spread.curve_runs, 1.0 - spread.never, 1.0, color=NEVER, alpha=0.25, linewidth=0)
+    if spread.never > 0.02:
+        share = f"never, in {100.0 * spread.never:.0f} % of the resamples"
+        axes.text(spread.curve_runs[0] * 1.15, 1.0 - 0.5 * spread.never, share, va="center", fontsize=7)
+    axes.axvline(result.life_runs, color=LINE, linewidth=0.8, linestyle="--")
+    axes.text(result.life_runs * 1.06, 0.97, "robot's life", rotation=90, va="top", fontsize=7)
+    axes.set_xscale("log")
+    axes.set_xlim(spread.curve_runs[0], spread.curve_runs[-1])
+    axes.set_ylim(0.0, 1.0)
+    axes.set_xlabel("deliveries")
+    axes.set_ylabel("probability of break-even by then")
+    episodes = len(result.stack.rows)
+    axes.set_title(f"{result.stack.name}: from {episodes} deliveries measured", loc="left", fontsize=8)
+
+
+def _today(axis: Axis) -> float:
+    return next(iter(axis.base.values())) if axis.unit else 1.0
+
+
+def _axis_label(axis: Axis) -> str:
+    return _label(axis.key, axis.unit) if axis.unit else f"{_words(axis.key)}, factor on all"
+
+
+def _label(key: str, unit: str) -> str:
+    return _words(key) if unit == "1" else f"{_words(key)} [{unit.replace('USD', '$')}]"
+
+
+def _words(key: str) -> str:
+    return key.replace("injury.", "injury ").replace(".", ": ").replace("mais_", "MAIS ").replace("_", " ")

@@ -1,0 +1,29 @@
+"""Values with their uncertainty: intervals, resamples, and comparisons of paired deliveries."""
+
+from harness.statistics.bootstrap import (
+    bootstrap_cvar,
+    bootstrap_mean,
+    cvar,
+    number_clusters,
+    percentile_interval,
+    resampled_means,
+)
+from harness.statistics.interval import Interval, wilson_interval
+from harness.statistics.paired import PairedDifference, compare_pairs, holm, mcnemar_p, pairs_needed, sign_flip_p
+
+__all__ = [
+    "Interval",
+    "PairedDifference",
+    "bootstrap_cvar",
+    "bootstrap_mean",
+    "compare_pairs",
+    "cvar",
+    "holm",
+    "mcnemar_p",
+    "number_clusters",
+    "pairs_needed",
+    "percentile_interval",
+    "resampled_means",
+    "sign_flip_p",
+    "wilson_interval",
+]

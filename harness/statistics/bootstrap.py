@@ -1,0 +1,162 @@
+"""The percentile bootstrap over missions, for means and for the mean of the worst (Efron and Tibshirani 1993, 13.3).
+
+Deliveries of one mission are alike, so missions are drawn, not deliveries: the cluster bootstrap (Field and Welsh
+2007). Where each mission occurs once, it is the plain bootstrap.
+"""
+
+from collections.abc import Hashable, Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from harness.statistics.interval import Interval, check_confidence
+from navstack.types import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+
+DRAWS = 10_000
+LEAST_TAIL = 5  # values among the worst from which their mean has an interval
+DRAWS_AT_ONCE = 500  # bootstrap draws per block; bounds the memory
+
+
+def number_clusters(labels: Sequence[Hashable]) -> IntArray:
+    """Number the clusters that ``labels`` name, in order of appearance, shape (n,).
+
+    One label for all says nothing of how different missions would go: the question is about this mission then, and each
+    delivery stands for itself.
+    """
+    numbers: dict[Hashable, int] = {}
+    for label in labels:
+        numbers.setdefault(label, len(numbers))
+    if len(numbers) == 1:
+        return np.arange(len(labels))
+    return np.array([numbers[label] for label in labels], dtype=np.int64)
+
+
+def bootstrap_mean(
+    values: npt.ArrayLike,
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    confidence: float = 0.95,
+    clusters: IntArray | None = None,
+) -> Interval:
+    """Mean with its percentile bootstrap interval.
+
+    One cluster has a mean but no interval.
+
+    Args:
+        values: shape (n,), finite.
+        rng: source of the resamples.
+        draws: number of resamples.
+        confidence: share of the resampled means inside the interval.
+        clusters: number of each value's cluster, shape (n,), from 0; None: each value is its own.
+
+    Raises:
+        ValueError: values that are not finite or not one-dimensional, or a confidence outside 0..1.
+    """
+    sample, numbers = _checked(values, clusters, confidence)
+    if sample.size == 0:
+        return Interval(None, None, None, 0)
+    mean = float(sample.mean())
+    if numbers.max() == 0:
+        return Interval(mean, None, None, sample.size)
+    means = resampled_means(sample[:, np.newaxis], rng, draws, numbers)[:, 0]
+    return percentile_interval(mean, means, sample.size, confidence)
+
+
+def percentile_interval(value: float, resampled: FloatArray, n: int, confidence: float = 0.95) -> Interval:
+    """The interval between percentiles of ``resampled`` (draws,), NaN where it is undefined."""
+    tail = (1.0 - confidence) / 2.0
+    low, high = np.quantile(resampled[~np.isnan(resampled)], (tail, 1.0 - tail))
+    return Interval(value, float(low), float(high), n)
+
+
+def resampled_means(
+    values: FloatArray, rng: np.random.Generator, draws: int = DRAWS, clusters: IntArray | None = None
+) -> FloatArray:
+    """Means over resamples; every column meets the same resamples, so that sums of columns stay sums.
+
+    Args:
+        values: shape (n, k), n of at least 1; NaN where a column is undefined.
+        rng: source of the resamples.
+        draws: number of resamples.
+        clusters: as in :func:`bootstrap_mean`.
+
+    Returns:
+        Shape (draws, k); means over what is defined, NaN where a resample has nothing of the kind.
+    """
+    numbers = np.arange(len(values)) if clusters is None else clusters
+    defined = ~np.isnan(values)
+    number = int(numbers.max()) + 1
+    sums, sizes = np.zeros((number, values.shape[1])), np.zeros((number, values.shape[1]))
+    np.add.at(sums, numbers, np.where(defined, values, 0.0))
+    np.add.at(sizes, numbers, defined)
+    with np.errstate(invalid="ignore"):
+        return np.concatenate([(w @ sums) / (w @ sizes) for w in _weights(number, rng, draws)])
+
+
+def cvar(values: npt.ArrayLike, level: float = 0.95) -> float:
+    """Conditional value at risk: mean of the worst (largest) share 1 - ``level`` of the values.
+
+    Where that share is no whole number of values, the last one counts in part (Rockafellar and Uryasev 2002, prop. 8).
+
+    Raises:
+        ValueError: no values, values that are not finite, or a level outside 0..1.
+    """
+    sample, _ = _checked(values, None, level)
+    if sample.size == 0:
+        raise ValueError("the mean of the worst needs at least one value")
+    return float(_tail_means(np.ones((1, sample.size)), -np.sort(-sample), 1.0 - level)[0])
+
+
+def bootstrap_cvar(
+    values: npt.ArrayLike,
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    level: float = 0.95,
+    confidence: float = 0.95,
+    clusters: IntArray | None = None,
+) -> Interval:
+    """:func:`cvar` with its percentile bootstrap interval; arguments and errors as in :func:`bootstrap_mean`.
+
+    There is no interval where fewer than five values are in the tail: they say too little of what is worse still. Also
+    above it is too narrow; how much: docs/money.md.
+    """
+    sample, numbers = _checked(values, clusters, confidence)
+    if sample.size == 0:
+        return Interval(None, None, None, 0)
+    value = cvar(sample, level)
+    if numbers.max() == 0 or sample.size * (1.0 - level) < LEAST_TAIL - 1e-9:
+        return Interval(value, None, None, sample.size)
+    order = np.argsort(-sample, kind="stable")
+    weights = _weights(int(numbers.max()) + 1, rng, draws)
+    tails = [_tail_means(w[:, numbers[order]], sample[order], 1.0 - level) for w in weights]
+    return percentile_interval(value, np.concatenate(tails), sample.size, confidence)
+
+
+def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> FloatArray:
+    """Means over the first ``share`` of the weight (b, n) of values (n,) in falling order, shape (b,)."""
+    reached = np.cumsum(weights, axis=1)
+    tail = share * reached[:, -1:]
+    inside = np.diff(np.minimum(reached, tail), axis=1, prepend=0.0)
+    means: FloatArray = (inside @ falling) / tail[:, 0]
+    return means
+
+
+def _weights(clusters: int, rng: np.random.Generator, draws: int) -> Iterator[FloatArray]:
+    """How often each cluster is in each resample, in blocks of shape (b, clusters)."""
+    for start in range(0, draws, DRAWS_AT_ONCE):
+        block = min(DRAWS_AT_ONCE, draws - start)
+        drawn = rng.integers(0, clusters, (block, clusters)) + clusters * np.arange(block)[:, np.newaxis]
+        yield np.bincount(drawn.ravel(), minlength=block * clusters).reshape(block, clusters).astype(np.float64)
+
+
+def _checked(values: npt.ArrayLike, clusters: IntArray | None, confidence: float) -> tuple[FloatArray, IntArray]:
+    check_confidence(confidence)
+    sample = np.asarray(values, dtype=np.float64)
+    if sample.ndim != 1 or not np.isfinite(sample).all():
+        raise ValueError(f"bootstrap needs a list of finite numbers; got shape {sample.shape}")
+    numbers = np.arange(sample.size) if clusters is None else clusters
+    if numbers.shape != sample.shape:
+        raise ValueError(f"{numbers.size} clusters for {sample.size} values; each value needs one")
+    return sample, numbers

@@ -1,0 +1,114 @@
+"""Differences between deliveries that met the same missions: intervals, tests, and how many it takes to be sure."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+
+from harness.statistics.bootstrap import DRAWS, IntArray, bootstrap_mean
+from harness.statistics.interval import Interval, normal_quantile
+from navstack.types import FloatArray
+
+EXACT_UP_TO = 12  # clusters of which every pattern of signs is tried
+FLIPS_AT_ONCE = 1000  # patterns per block; bounds the memory
+POWER = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class PairedDifference:
+    """How much the second of two differs from the first."""
+
+    difference: Interval
+    p: float  # probability of a difference at least as large if there were none
+    needed: int | None  # pairs that would resolve the observed difference; None: it is zero, or there is one pair
+    differs: bool  # whether any pair does; where none does, no test can find a difference (Tarone 1990)
+
+
+def compare_pairs(
+    first: FloatArray, second: FloatArray, clusters: IntArray, rng: np.random.Generator, is_share: bool = False
+) -> PairedDifference:
+    """Compare paired values, second minus first.
+
+    The interval is the cluster bootstrap's; it has no bounds where all pairs differ alike. The test is the paired
+    sign-flip permutation test; for shares of pairs that stand for themselves it is McNemar's exact test.
+
+    Args:
+        first: shape (n,), n of at least 1.
+        second: shape (n,), of the same missions.
+        clusters: number of each pair's mission, shape (n,).
+        rng: source of resamples and of flipped signs.
+        is_share: whether the values are 0 or 1.
+    """
+    differences = second - first
+    interval = Interval(float(differences.mean()), None, None, differences.size)
+    if np.ptp(differences) > 0.0:
+        interval = bootstrap_mean(differences, rng, clusters=clusters)
+    stand_alone = len(np.unique(clusters)) == clusters.size
+    if is_share and stand_alone:
+        p = mcnemar_p(int((differences < 0.0).sum()), int((differences > 0.0).sum()))
+    else:
+        p = sign_flip_p(differences, rng, clusters)
+    return PairedDifference(interval, p, pairs_needed(differences, clusters), bool(differences.any()))
+
+
+def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: IntArray | None = None) -> float:
+    """Two-sided p value of the paired permutation test of no mean difference (Fisher 1935; Good 2005, section 3.2).
+
+    Under no difference the signs of a mission's differences could as well be the other way round, all together. Up to
+    twelve missions every pattern of signs is tried; above, random ones, the observed one counted in (Phipson and Smyth
+    2010), so that p is never below 1 / 10 001.
+    """
+    numbers = np.arange(differences.size) if clusters is None else clusters
+    sums = np.zeros(int(numbers.max()) + 1)
+    np.add.at(sums, numbers, differences)
+    least = abs(sums.sum()) - 1e-12 * np.abs(sums).sum()  # equal sums differ by rounding
+    if sums.size <= EXACT_UP_TO:
+        patterns = np.arange(2**sums.size)[:, np.newaxis] >> np.arange(sums.size) & 1
+        return float((np.abs((1.0 - 2.0 * patterns) @ sums) >= least).mean())
+    as_large = 0
+    for _ in range(DRAWS // FLIPS_AT_ONCE):
+        signs = 2.0 * rng.integers(0, 2, (FLIPS_AT_ONCE, sums.size)) - 1.0
+        as_large += int((np.abs(signs @ sums) >= least).sum())
+    return (as_large + 1) / (DRAWS + 1)
+
+
+def mcnemar_p(only_first: int, only_second: int) -> float:
+    """Two-sided exact p value of McNemar's test (McNemar 1947): the sign test of the pairs that disagree.
+
+    Args:
+        only_first: pairs in which only the first succeeded.
+        only_second: pairs in which only the second did.
+    """
+    disagree = only_first + only_second
+    below = sum(math.comb(disagree, k) for k in range(min(only_first, only_second) + 1))
+    return min(1.0, 2 * below / 2**disagree)
+
+
+def pairs_needed(differences: FloatArray, clusters: IntArray | None = None, confidence: float = 0.95) -> int | None:
+    """Pairs that resolve a mean difference as observed with a power of 0.8, by the normal approximation.
+
+    That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the variance that of
+    clusters where missions repeat. For one comparison alone, without correction for a family.
+    """
+    n, mean = differences.size, float(differences.mean())
+    numbers = np.arange(n) if clusters is None else clusters
+    missions = int(numbers.max()) + 1
+    if missions < 2 or mean == 0.0:
+        return None
+    deviations = np.zeros(missions)
+    np.add.at(deviations, numbers, differences - mean)
+    variance = float((deviations**2).sum()) / n * missions / (missions - 1)  # of one pair's worth of information
+    z = normal_quantile(confidence) + NormalDist().inv_cdf(POWER)
+    return max(2, math.ceil(z * z * variance / (mean * mean)))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """P values adjusted for their family by Holm's step-down method (Holm 1979), in the order given."""
+    adjusted = [0.0] * len(p_values)
+    largest = 0.0
+    for rank, i in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        adjusted[i] = largest
+    return adjusted

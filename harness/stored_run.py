@@ -1,0 +1,150 @@
+"""A finished run as its folder tells of it, read without what simulates."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.contact_costs import injury_measures
+from harness.economics.prices import Prices, load_prices
+from harness.liability import COUNTED, PERSON
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
+from harness.runs import JOURNAL, MANIFEST
+from harness.table_files import read_rows
+from navstack.errors import InputError, UnknownNameError
+from navstack.params.strict import load_yaml, read_text
+
+CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
+
+
+@dataclass(frozen=True, slots=True)
+class StoredStack:
+    """What of a stack matters once it has driven."""
+
+    name: str
+    carries: tuple[str, ...]  # sensors that have a price
+    localizer: str
+    errors: int  # deliveries without a result
+    rows: tuple[Row, ...]  # of the finished deliveries, as in episodes.parquet
+
+
+@dataclass(frozen=True, slots=True)
+class StoredRun:
+    """A run folder's content."""
+
+    folder: Path
+    about: Mapping[str, Any]  # run.json
+    stacks: tuple[StoredStack, ...]
+    events: tuple[Row, ...]  # as in events.parquet
+
+    @property
+    def seed(self) -> int:
+        """Of the run."""
+        return int(self.about["seed"])
+
+    @property
+    def map_name(self) -> str:
+        """Name of its map."""
+        return Path(self.about["map_name"]).stem
+
+    def prices(self) -> Prices:
+        """The prices at which it was run."""
+        return load_prices(str(self.folder / "params" / "prices.yaml"))
+
+    def condition(self, name: str) -> Any:
+        """Content of one of the :data:`CONDITIONS`' files."""
+        return load_yaml(self.folder / "params" / f"{name}.yaml")
+
+    def only(self, stack: str) -> "StoredRun":
+        """The same run with one stack.
+
+        Raises:
+            UnknownNameError: the run has no such stack.
+        """
+        kept = tuple(each for each in self.stacks if each.name == stack)
+        if not kept:
+            raise UnknownNameError(f"stack of {self.folder}", stack, [each.name for each in self.stacks])
+        return dataclasses.replace(self, stacks=kept)
+
+
+def load_run(folder_or_stack: str) -> StoredRun:
+    """Read ``FOLDER``, or one stack of it with ``FOLDER:stack``.
+
+    Raises:
+        InputError: it holds no run that can be read; the message says what is wrong with it.
+    """
+    folder, colon, stack = folder_or_stack.rpartition(":")
+    if Path(folder_or_stack).is_dir() or not colon:
+        return _load(Path(folder_or_stack))
+    return _load(Path(folder)).only(stack)
+
+
+def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> StoredStack:
+    """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them."""
+    impulses: dict[int, list[float]] = {}
+    for event in events:
+        if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
+            impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
+    force = prices.rolling_resistance_force
+    rows = tuple(
+        {
+            **row,
+            **injury_measures(impulses.get(row["episode"], ()), prices),
+            "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH,
+        }
+        for row in stack.rows
+    )
+    return dataclasses.replace(stack, rows=rows)
+
+
+def _load(folder: Path) -> StoredRun:
+    about = _read_manifest(folder)
+    if not (folder / "episodes.parquet").exists():
+        unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
+        raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
+    rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
+    finished = [row for row in rows if row["error"] is None]
+    for row in finished:
+        _check_row(row, folder)
+    stacks = tuple(
+        StoredStack(
+            name=name,
+            carries=carries,
+            localizer=localizer,
+            errors=sum(row["stack"] == name and row["error"] is not None for row in rows),
+            rows=tuple(row for row in finished if row["stack"] == name),
+        )
+        for name, carries, localizer in about["stacks"]
+    )
+    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    return StoredRun(folder, about, stacks, tuple(events))
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    """Content of ``run.json``, its stacks as name, sensors and localizer."""
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; give the folder that a run wrote")
+    try:
+        about = json.loads(read_text(path))
+        stacks = [(s["name"], tuple(s["carries"]), s["localizer"]) for s in about["stacks"]]
+        sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
+        sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
+        sound = sound and all(isinstance(text, str) for name, sensors, key in stacks for text in (name, *sensors, key))
+    except (ValueError, TypeError, KeyError, RecursionError):
+        sound = False
+    if not sound:
+        raise InputError(f"{path}: is damaged; it should name the seed, the map and the stacks of a run")
+    return {**about, "stacks": stacks}
+
+
+def _check_row(row: Row, folder: Path) -> None:
+    """Check what every finished delivery has, and that numbers are numbers."""
+    needed = ("stack", "map", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
+    missing = next((key for key in needed if row[key] is None), None)
+    odd = next((key for key, value in row.items() if isinstance(value, float) and not math.isfinite(value)), None)
+    if missing or odd:
+        raise InputError(f"{folder}: episode {row['episode']} has no sound '{missing or odd}' in episodes.parquet")

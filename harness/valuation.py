@@ -1,0 +1,219 @@
+"""What deliveries come to: their means, what they cost and earn, and how sure all that is."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from harness.economics.break_even import break_even_probability
+from harness.economics.cost_model import Beyond, Economics, Measured, price, running
+from harness.economics.optional_terms import Inputs, OptionalPrices, together, worked_out
+from harness.economics.prices import Prices
+from harness.metrics import EPISODE_METRICS, Row, summarize, summarize_more
+from harness.statistics import (
+    Interval,
+    bootstrap_cvar,
+    number_clusters,
+    percentile_interval,
+    resampled_means,
+    wilson_interval,
+)
+from harness.statistics.bootstrap import IntArray
+from navstack.types import FloatArray
+
+OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
+ARRIVED = "arrived"  # outcome of an arrival whose cargo nobody modelled
+DOLLARS = (
+    *("pedestrian_safety", "property_damage", "repair", "service_compensation"),
+    *("opex", "revenue", "contribution_margin"),
+)
+CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
+MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")  # columns that tell missions apart
+
+
+class Priced(Protocol):
+    """What of a stack decides its costs."""
+
+    @property
+    def carries(self) -> tuple[str, ...]:
+        """Sensors that have a price."""
+
+    @property
+    def localizer(self) -> str:
+        """Name of its localizer."""
+
+
+@dataclass(frozen=True, slots=True)
+class OptionalTerms:
+    """Costs beyond the paper that a user wants counted."""
+
+    names: tuple[str, ...]
+    prices: OptionalPrices
+
+
+@dataclass(frozen=True, slots=True)
+class Risk:
+    """How bad it can get; None where the cargo is not modelled or the deliveries are too few to tell."""
+
+    opex_cvar95_usd_per_run: Interval | None  # [USD/run] mean cost of the worst 5 % of deliveries
+    within_runs: float  # [run] the robot's life
+    break_even_probability: float | None  # that the profits summed up pay back the capex within these runs
+
+    def as_json(self) -> Row:
+        """The risk as one JSON object."""
+        worst = self.opex_cvar95_usd_per_run
+        return {
+            "opex_cvar95_usd_per_run": None if worst is None else worst.as_json(),
+            "break_even": {"within_runs": self.within_runs, "probability": self.break_even_probability},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Valuation:
+    """What the finished deliveries of one stack come to."""
+
+    measured: Row  # keys of the paper's simulation table
+    more: Row  # means that the paper's table does not have
+    economics: Economics
+    intervals: dict[str, Interval]  # of rates (Wilson) and of means (bootstrap over missions)
+    risk: Risk
+    terms: dict[str, Beyond]  # the optional ones, each by itself
+
+
+def value(
+    rows: Sequence[Row], stack: Priced, prices: Prices, seed: int, optional: OptionalTerms | None = None
+) -> Valuation:
+    """Sum up finished deliveries and price them.
+
+    Args:
+        rows: of ``episodes.parquet``, at least one, none of an error; what they cost stands in them at these prices.
+        stack: that made them.
+        prices: the price file.
+        seed: of the resamples.
+        optional: costs beyond the paper; None: none.
+    """
+    force = prices.rolling_resistance_force
+    summary, each = summarize(rows, force), deliveries(rows, force)
+    terms = beyond(Measured(**summary), stack, prices, optional)
+    each_running = running(each, prices, together(beyond(each, stack, prices, optional).values()))
+    economics = price(Measured(**summary), stack.carries, False, prices, together(terms.values()))
+    clusters = missions(rows)
+    means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
+    dollars = {term: getattr(each_running, term) for term in DOLLARS}
+    return Valuation(
+        measured=summary,
+        more=summarize_more(rows),
+        economics=economics,
+        intervals={
+            **_rates(rows),
+            **mean_intervals(means, clusters, seed),
+            **mean_intervals(_further(rows), clusters, seed),
+            **mean_intervals(dollars, clusters, seed, CENT),
+        },
+        risk=_risk(each_running.opex, each_running.contribution_margin, economics.capex_usd, clusters, prices, seed),
+        terms=terms,
+    )
+
+
+def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
+    """:func:`harness.metrics.summarize` delivery by delivery: arrays in place of means; None where one is undefined."""
+    columns = {
+        metric.mean_key: _column(rows, metric.key) / metric.mean_divisor
+        for metric in EPISODE_METRICS
+        if metric.is_published
+    }
+    outcomes = np.array([row["outcome"] for row in rows])
+    shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
+    if (outcomes == ARRIVED).any():
+        shares |= {"sla": np.array([np.nan]), "spoiled": np.array([np.nan])}
+    power = rolling_resistance_force * columns["avg_velocity_mps"] / 1000.0
+    known = {**shares, **columns, "avg_mechanical_power_kw": power}
+    return Measured(**{key: None if np.isnan(values).any() else values for key, values in known.items()})
+
+
+def beyond(measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None) -> dict[str, Beyond]:
+    """The optional terms, each by itself, of a run's means or of each delivery."""
+    if optional is None:
+        return {}
+    return worked_out(optional.names, Inputs(measured, stack.localizer, prices, optional.prices))
+
+
+def missions(rows: Sequence[Row]) -> IntArray:
+    """Number of each row's mission, as :func:`harness.statistics.number_clusters` numbers them."""
+    return number_clusters([tuple(row[key] for key in MISSION) for row in rows])
+
+
+def mean_intervals(
+    columns: Mapping[str, FloatArray | None], clusters: IntArray, seed: int, resolution: float = 0.0
+) -> dict[str, Interval]:
+    """Mean and bootstrap interval of each column (n,) over its defined entries; None and all undefined are left out.
+
+    No bounds where all entries are within ``resolution``: too few to tell.
+    """
+    known = {key: np.broadcast_to(column, clusters.shape) for key, column in columns.items() if column is not None}
+    known = {key: column for key, column in known.items() if not np.isnan(column).all()}
+    differ = [key for key, column in known.items() if np.nanmax(column) - np.nanmin(column) > resolution]
+    intervals = {
+        key: Interval(float(np.nanmean(column)), None, None, int((~np.isnan(column)).sum()))
+        for key, column in known.items()
+    }
+    if differ and clusters.max() > 0:
+        draws = resampled_means(np.column_stack([known[key] for key in differ]), _rng(seed), clusters=clusters)
+        for key, means in zip(differ, draws.T, strict=True):
+            mean = intervals[key]
+            intervals[key] = percentile_interval(float(np.nanmean(known[key])), means, mean.n)
+    return intervals
+
+
+def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
+    outcomes = [row["outcome"] for row in rows]
+    names = OUTCOMES if ARRIVED not in outcomes else ("timeout", "physical_assistance")
+    return {name: wilson_interval(outcomes.count(name), len(rows)) for name in names}
+
+
+def _further(rows: Sequence[Row]) -> dict[str, FloatArray]:
+    """Columns of the means that the paper's table does not have; NaN where a delivery's is undefined."""
+    more = [metric for metric in EPISODE_METRICS if metric.mean_key and not metric.is_published]
+    return {metric.mean_key: _column(rows, metric.key) / metric.mean_divisor for metric in more if metric.mean_key}
+
+
+def _column(rows: Sequence[Row], key: str) -> FloatArray:
+    return np.array([np.nan if row[key] is None else row[key] for row in rows], dtype=np.float64)
+
+
+def _risk(
+    opex: FloatArray | None, margin: FloatArray | None, capex: float, clusters: IntArray, prices: Prices, seed: int
+) -> Risk:
+    life = prices.robot_life_runs
+    if opex is None or margin is None or clusters.max() == 0:
+        return Risk(None, life, None)
+    worst = bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+    means, deviations = profit_draws(margin, clusters, seed)
+    return Risk(worst, life, break_even_probability(life, capex, means, deviations))
+
+
+def profit_draws(margin: FloatArray, clusters: IntArray, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation of a delivery's profit [USD/run] in each bootstrap resample, shape (draws,) each."""
+    centre = float(margin.mean())  # taken off, so that squares keep their digits
+    moments = resampled_means(np.column_stack((margin - centre, (margin - centre) ** 2)), _rng(seed), clusters=clusters)
+    return moments[:, 0] + centre, np.sqrt(np.maximum(moments[:, 1] - moments[:, 0] ** 2, 0.0))
+
+
+def _rng(seed: int) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def valuation_document(valuation: Valuation | None) -> Row:
+    """What ``navbench run`` tells of a stack's deliveries and their money; None: there are none."""
+    if valuation is None:
+        return {"outcomes": dict.fromkeys(OUTCOMES), "measured": None, "economics": None, "intervals": {}, "risk": None}
+    intervals = valuation.intervals
+    return {
+        "outcomes": {name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES},
+        "measured": {**valuation.measured, **valuation.more},
+        "economics": dataclasses.asdict(valuation.economics),
+        "intervals": {name: interval.as_json() for name, interval in intervals.items()},
+        "risk": valuation.risk.as_json(),
+    }
