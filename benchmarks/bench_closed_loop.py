@@ -16,21 +16,7 @@ from harness.study import make_study
 
 def factors(stack: str, episodes: int) -> np.ndarray:
     """Real-time factor of each episode (the first one, which compiles and fills caches, left out)."""
-    study = make_study(
-        stacks=[stack],
-        episodes=episodes + 1,
-        seed=0,
-        map_name="sidewalk",
-        pedestrians=None,
-        localizer=None,
-        robot=None,
-        start=None,
-        goal=None,
-        workers=1,
-        prices="costnav",
-        record="events",
-        allow_unknown=False,
-    )
+    study = make_study(stacks=[stack], episodes=episodes + 1, workers=1)
     return np.array([run_episode(task).timing["real_time_factor"] for task in study.tasks()])[1:]
 
 

@@ -94,7 +94,7 @@ class Shaken:
         return cargo.state.pieces_outside
 
 
-def eventful(stacks: list[str], wanted: int, seed: int) -> Iterator[Shaken]:
+def eventful(stacks: list[str], wanted: int, seed: int, pedestrians: int) -> Iterator[Shaken]:
     """Drive deliveries until ``wanted`` had a contact or a hard brake."""
     motion: list[tuple] = []
     undisturbed = Cargo.step
@@ -104,7 +104,7 @@ def eventful(stacks: list[str], wanted: int, seed: int) -> Iterator[Shaken]:
         undisturbed(cargo, *step)
 
     found = 0
-    study = make_study(stacks=stacks, episodes=20 * wanted, seed=seed)
+    study = make_study(stacks=stacks, episodes=20 * wanted, seed=seed, pedestrians=pedestrians)
     by_episode = sorted(study.tasks(), key=lambda task: (task.episode, task.stack_number))
     for task in by_episode:
         motion.clear()
@@ -120,12 +120,12 @@ def eventful(stacks: list[str], wanted: int, seed: int) -> Iterator[Shaken]:
             return
 
 
-def gate(stacks: list[str], wanted: int, seed: int) -> None:
+def gate(stacks: list[str], wanted: int, seed: int, pedestrians: int) -> None:
     """Print how far apart the two ways of simulating are."""
     throughout = Cargo(dataclasses.replace(CargoParams(), wake_acceleration=ALWAYS), GRAVITY, DT)
     apart, missed = [], 0
     limit = SPOILED * CargoParams().pieces
-    for shaken in eventful(stacks, wanted, seed):
+    for shaken in eventful(stacks, wanted, seed, pedestrians):
         always = shaken.always(throughout)
         apart.append(shaken.gated - always)
         missed += shaken.gated <= limit < always
@@ -145,12 +145,13 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--episodes", type=int, default=100, help="eventful deliveries to look at")
+    parser.add_argument("--pedestrians", type=int, default=100, help="many, so that something happens")
     parser.add_argument("--stack", nargs="*", default=["nav2-stock", "paper-gps", "parked"])
     arguments = parser.parse_args()
     if arguments.what == "dose":
         dose_response(arguments.seeds)
     else:
-        gate(arguments.stack, arguments.episodes, arguments.seed)
+        gate(arguments.stack, arguments.episodes, arguments.seed, arguments.pedestrians)
 
 
 if __name__ == "__main__":

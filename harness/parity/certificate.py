@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from harness.parity import (
+    amcl,
+    amcl_particles,
     collision_monitor,
     dwb,
     dwb_jazzy,
@@ -16,7 +18,6 @@ from harness.parity import (
     rotation_shim,
     rpp,
     simple_smoother,
-    unbuilt,
     velocity_smoother,
 )
 from harness.parity.comparison import Comparison
@@ -42,7 +43,15 @@ PARTS = (
     Part("collision_monitor", collision_monitor.find_times, collision_monitor.check_times),
     Part("collision_monitor_overflow", collision_monitor.find_overflows, collision_monitor.check_overflow),
     Part("collision_monitor_edges", collision_monitor.find_edges, collision_monitor.check_edges),
-    Part("amcl", unbuilt.find_amcl, None),
+    Part("amcl_field", amcl.find_fields, amcl.check_field),
+    Part("amcl_weights", amcl.find_weights, amcl.check_weights),
+    Part("amcl_generator", amcl_particles.find_generators, amcl_particles.check_generator),
+    Part("amcl_motion", amcl_particles.find_motions, amcl_particles.check_motion),
+    Part("amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments),
+    Part("amcl_limits", amcl_particles.find_limits, amcl_particles.check_limits),
+    Part("amcl_resampling", amcl_particles.find_resamplings, amcl_particles.check_resampling),
+    Part("amcl_clusters", amcl_particles.find_clusters, amcl_particles.check_clusters),
+    Part("amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread),
 )
 UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
 INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")  # grids and paths that were recorded for the clock only

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, Health, Observation, Pose2D
 
@@ -23,7 +25,7 @@ class GpsLocalizer(Localizer):
         self._belief = Belief(Pose2D())
         self._fix_stamp: float | None = None
 
-    def reset(self, belief: Belief) -> None:
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
         """Start over; the initial belief holds until measurements replace it."""
         self._belief = belief
         self._fix_stamp = None

@@ -2,6 +2,8 @@
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+
 from navstack.types import Belief, Observation
 
 
@@ -9,8 +11,8 @@ class Localizer(ABC):
     """Turns observations into a belief about the robot's pose in the map frame."""
 
     @abstractmethod
-    def reset(self, belief: Belief) -> None:
-        """Start over from an initial belief."""
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+        """Start over from an initial belief; all chance in localization is drawn from ``rng``."""
 
     @abstractmethod
     def update(self, observation: Observation) -> Belief:

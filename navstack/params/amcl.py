@@ -14,7 +14,7 @@ _POSITIVE = ("laser_likelihood_max_dist", "sigma_hit", "pf_err", "resample_inter
 _NOT_NEGATIVE = (
     *("alpha1", "alpha2", "alpha3", "alpha4", "alpha5", "beam_skip_distance", "lambda_short", "pf_z"),
     *("recovery_alpha_slow", "recovery_alpha_fast", "update_min_a", "update_min_d", "z_hit", "z_max", "z_rand"),
-    "z_short",
+    *("z_short", "recovery_candidates"),
 )
 
 
@@ -52,6 +52,8 @@ class AmclParams:
     resample_interval: int = 1  # scans that count between two resamplings
     recovery_alpha_slow: float = 0.0  # [-] rate of the slow average of the weights; 0: no random particles
     recovery_alpha_fast: float = 0.0  # [-] rate of the fast one
+    recovery_candidates: int = 0  # poses anywhere of which a scan picks the random particles; 0: they are just
+    # anywhere, as in Nav2, which has no such parameter
     update_min_d: float = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: float = 0.2  # [rad] of rotation after which a scan counts
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset

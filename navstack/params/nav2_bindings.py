@@ -6,6 +6,7 @@ A plugin of Nav2 that is not in :data:`PLUGINS` is known by name but not availab
 from collections.abc import Mapping
 from typing import Any
 
+from navstack.params.amcl import AmclParams
 from navstack.params.behaviors import BehaviorServerParams, DriveParams
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
@@ -32,6 +33,7 @@ from navstack.params.smoothers import SimpleSmootherParams
 Params = type[Any]  # a dataclass whose fields are named like the parameters
 
 NODES: Mapping[str, Params] = {
+    "amcl": AmclParams,
     "bt_navigator": BtNavigatorParams,
     "controller_server": ControllerServerParams,
     "local_costmap": CostmapParams,

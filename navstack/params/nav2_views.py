@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
+from navstack.params.amcl import AmclParams
 from navstack.params.behaviors import BehaviorServerParams
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
@@ -42,6 +43,11 @@ class Plugin:
     name: str
     type: str
     params: Any  # the dataclass that nav2_bindings.PLUGINS gives for the type; None: it has no parameters
+
+
+def read_amcl(nav2: Nav2File) -> AmclParams:
+    """The parameters of AMCL."""
+    return nav2.read(AmclParams, "amcl")
 
 
 def read_controller_server(nav2: Nav2File) -> ControllerServerParams:

@@ -8,18 +8,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.strict import read_text
+from navstack.params.yaml_text import compose_text, guarded
 
 Scalar = bool | int | float | str
 Value = Scalar | list["Value"]
 
 MAX_BYTES = 400_000  # a Nav2 file has about 10 kB
-MAX_VALUES = 50_000  # after expanding aliases
 PARAMETERS = "ros__parameters"
 
 _TRUE = frozenset(("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"))
@@ -102,14 +100,7 @@ def load_document(path: Path) -> Document:
 
 def parse_document(text: str, where: str) -> Document:
     """The document of a file's text; ``where`` begins every message."""
-    try:
-        return _Reader(text, where).read()
-    except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise ParameterError(f"{where}: line {line} is not valid YAML: {error.problem or error.context}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        reason = "nested too deeply" if isinstance(error, RecursionError) else str(error).splitlines()[0]
-        raise ParameterError(f"{where}: is not valid YAML: {reason}") from None
+    return guarded(_Reader(text, where).read, where)
 
 
 class _Reader:
@@ -118,12 +109,10 @@ class _Reader:
     def __init__(self, text: str, where: str) -> None:
         self._where = where
         self._document = Document(text)
-        self._open: set[int] = set()  # collections being read: a second visit is a cycle
-        self._met: set[int] = set()
-        self._count = 0
+        self._met: set[int] = set()  # nodes that were read: a second visit is by an alias
 
     def read(self) -> Document:
-        root: Node | None = YAML(typ="safe", pure=True).compose(self._document.text)
+        root = compose_text(self._document.text)
         if root is None or (isinstance(root, ScalarNode) and not root.value):
             raise ParameterError(f"{self._where}: is empty; nodes with {PARAMETERS} are expected")
         if not isinstance(root, MappingNode):
@@ -181,7 +170,7 @@ class _Reader:
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
         """The last occurrence of each key of a mapping, merge keys resolved; ``prefix`` begins the names in remarks."""
-        self._enter(mapping)
+        self._meet(mapping)
         last: dict[str, tuple[ScalarNode, Node]] = {}
         merged: list[tuple[str, ScalarNode, Node]] = []
         for key, value in mapping.value:
@@ -196,32 +185,20 @@ class _Reader:
             last[key.value] = (key, value)
         yield from ((name, key, value) for name, key, value in merged if name not in last)
         yield from ((name, key, value) for name, (key, value) in last.items())
-        self._open.discard(id(mapping))
 
     def _value(self, node: Node, where: str) -> Value:
+        self._meet(node)
         if isinstance(node, ScalarNode):
-            self._enter(node)
-            self._open.discard(id(node))
             return parse_scalar(node.value, quoted=node.style is not None)
         if isinstance(node, SequenceNode):
-            self._enter(node)
-            items = [self._value(item, where) for item in node.value]
-            self._open.discard(id(node))
-            return items
+            return [self._value(item, where) for item in node.value]
         raise ParameterError(f"{self._where}: line {node.start_mark.line + 1}: {where} is a list of mappings")
 
-    def _enter(self, node: Node) -> None:
-        """Count a visit; refuse cycles and explosions."""
-        line = node.start_mark.line + 1
-        if id(node) in self._open:
-            raise ParameterError(f"{self._where}: line {line}: an anchor contains itself; write the values out")
+    def _meet(self, node: Node) -> None:
+        """Note a visit, and a second one as an alias."""
         if id(node) in self._met:
-            self._remark("alias", line, "YAML aliases are in use; ROS's own reader refuses them")
-        self._open.add(id(node))
+            self._remark("alias", node.start_mark.line + 1, "YAML aliases are in use; ROS's own reader refuses them")
         self._met.add(id(node))
-        self._count += 1
-        if self._count > MAX_VALUES:
-            raise ParameterError(f"{self._where}: more than {MAX_VALUES} values after expanding aliases")
 
     def _duplicate(self, name: str, line: int, before: int) -> None:
         self._remark("duplicate", line, f"{name} is given twice, in lines {before} and {line}; the last one is read")

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from navstack.errors import ParameterError, did_you_mean
+from navstack.files import check_regular
+from navstack.params.yaml_text import load_text
 
 T = TypeVar("T")
 
+LEAST, MOST = 1e-12, 1e12  # magnitude of a number other than 0: no quantity here is smaller or larger
 MAX_FILE_BYTES = 4_000_000  # a parameter file larger than this is a mistake
 
 
@@ -26,8 +28,7 @@ def read_text(path: Path) -> str:
         ParameterError: the file is absent, unreadable, too large or not UTF-8.
     """
     try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise ParameterError(f"{path}: {path.stat().st_size} bytes; at most {MAX_FILE_BYTES} are read")
+        check_regular(path, MAX_FILE_BYTES)
         with path.open(encoding="utf-8", newline="") as stream:  # line ends stay as they are
             return stream.read()
     except OSError as error:
@@ -40,16 +41,9 @@ def load_yaml(path: Path) -> Any:
     """The content of a YAML file as plain Python values.
 
     Raises:
-        ParameterError: the file cannot be read or is not YAML.
+        ParameterError: the file cannot be read, is not YAML, or out of bounds.
     """
-    try:
-        return YAML(typ="safe", pure=True).load(read_text(path))
-    except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise ParameterError(f"{path}: line {line} is not valid YAML: {error.problem or error.context}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ParameterError(f"{path}: is not valid YAML: {reason}") from None
+    return load_text(read_text(path), str(path))
 
 
 def load_dataclass(cls: type[T], path: Path) -> T:
@@ -135,9 +129,18 @@ def _convert_dict(kinds: tuple[Any, ...], value: Any, where: str) -> dict[str, A
 
 def _convert_scalar(kind: Any, value: Any, where: str) -> Any:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if is_number and _is_endless(kind, value):
+        raise ParameterError(f"{where}: {value!r} is out of range; allowed is 0 or {LEAST:g} to {MOST:g}, either sign")
     if kind is float and is_number and math.isfinite(value):
         return float(value)
     if kind is not float and isinstance(value, kind) and not (kind is int and isinstance(value, bool)):
         return value
     expected = {float: "a finite number", int: "a whole number", str: "a text", bool: "true or false"}
     raise ParameterError(f"{where}: {value!r} is not {expected.get(kind, kind.__name__)}")
+
+
+def _is_endless(kind: type, value: float) -> bool:
+    """Whether a finite number is larger or smaller than anything of its kind can be; the integers are seeds, too."""
+    if kind is int:
+        return abs(value) >= 2**63
+    return value != 0 and abs(value) < math.inf and not LEAST <= abs(value) <= MOST

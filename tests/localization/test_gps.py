@@ -18,7 +18,7 @@ def imu(stamp, yaw):
 
 def started():
     localizer = GpsLocalizer()
-    localizer.reset(START)
+    localizer.reset(START, np.random.default_rng(0))
     return localizer
 
 
@@ -67,5 +67,5 @@ def test_without_any_fix_the_first_update_starts_the_clock_and_reset_starts_it_a
     localizer = started()
     assert localizer.update(Observation(100.0)).health is Health.TRACKING
     assert localizer.update(Observation(101.0 + LOST_AFTER)).health is Health.LOST
-    localizer.reset(START)
+    localizer.reset(START, np.random.default_rng(0))
     assert localizer.update(Observation(0.0)).health is Health.TRACKING

@@ -14,6 +14,8 @@ from harness.parity.golden import META, GoldenFile, read_folder
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
+MOVED = "motion_seq_end_seed5_alphas_costnav_pose1.2_2.15_1.0_delta.2_.15_.3"
+
 # part -> a case of it and its recorded outputs; a change of any of them must be noticed
 OUTPUTS = {
     "inflation_curves": ("curve_local", "curve_local_cost curve_local_cost_cells footprint_local"),
@@ -36,6 +38,13 @@ OUTPUTS = {
     "velocity_smoother": ("vs_deadband", "vs_deadband_out"),
     "collision_monitor": ("cm_time_mp4_dt0.1_tb2.0", "cm_time_mp4_dt0.1_tb2.0"),
     "collision_monitor_edges": ("cm_edge", "cm_edge_inside"),
+    "amcl_field": ("occ_dist_res64_max2.0", "occ_dist_res64_max2.0"),
+    "amcl_weights": ("n720_b360", "n720_b360_{weights_norm,weights_norm_2nd_update}"),
+    "amcl_generator": ("drand48_seed42_first20", "drand48_seed42_first20"),
+    "amcl_motion": (MOVED, MOVED),
+    "amcl_limits": ("kld_limit_costnav", "kld_limit_costnav"),
+    "amcl_resampling": ("resample_sp0.2_out_poses_seed9", "resample_sp0.2_out_poses_seed9"),
+    "amcl_clusters": ("cluster", "cluster_poses cluster_w"),
 }
 
 
@@ -71,7 +80,7 @@ def test_every_recorded_output_is_compared(part_name: str, case_name: str, array
 
 
 def test_parts_that_can_be_compared_are_all_listed_above() -> None:
-    from_facts = {"collision_monitor_overflow"}  # no array holds what was recorded
+    from_facts = {"collision_monitor_overflow", "amcl_moments", "amcl_spread"}  # no array holds what was recorded
     assert set(OUTPUTS) | from_facts == {part.name for part in PARTS if part.check is not None}
 
 

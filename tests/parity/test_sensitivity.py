@@ -54,6 +54,11 @@ SHIM = "navstack/control/rotation_shim.py"
 RPP_PARAMS = "navstack/params/rpp.py"
 NEAR = ("navfn", "near_goal_dijkstra")
 STRAIGHT = ("rpp", "default_straight")
+FIELD_MODEL = "navstack/localization/amcl_sensor_models.py"
+MOTION = "navstack/localization/motion_model.py"
+KLD = "navstack/localization/kld.py"
+WEIGHTS = ("amcl_weights", "n360_b60")
+MOVED = ("amcl_motion", "motion_seq_end_seed5_alphas_costnav_pose1.2_2.15_1.0_delta.2_.15_.3")
 
 CONSTANTS = (
     Constant(NAVFN, "COST_NEUTRAL = np.float32({})", 50.0, *NEAR, jit=False),
@@ -107,6 +112,23 @@ CONSTANTS = (
     Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: float = {} ", 0.6, *STRAIGHT),
     Constant(RPP_PARAMS, "    max_angular_accel: float = {} ", 3.2, *STRAIGHT),
     Constant(RPP_PARAMS, "    regulated_linear_scaling_min_radius: float = {} ", 0.9, "rpp", "arc"),
+    Constant(FIELD_MODEL, "self._of_returns(beams.range_max) ** {}", 3, *WEIGHTS),
+    Constant(FIELD_MODEL, "values, cells, x, y, {})\n\n    def _of_returns", 1.0, *WEIGHTS),
+    Constant(FIELD_MODEL, "self._field.distances / given.sigma_hit) ** 2) / {})", 2.0, *WEIGHTS),
+    Constant(FIELD_MODEL, "+ {} / range_max", "given.z_rand", *WEIGHTS),
+    Constant(
+        "navstack/localization/likelihood_field.py",
+        "cells[:, 0] = (poses[:, 0] - self.origin.x) / self.resolution + {} ",
+        1.5,
+        *WEIGHTS,
+    ),
+    Constant(MOTION, "first_std = math.sqrt({} * off_first", "alphas[0]", *MOVED, jit=False),
+    Constant(MOTION, "off_first + {} * squared)", "alphas[1]", *MOVED, jit=False),
+    Constant(MOTION, "distance_std = math.sqrt({} * squared", "alphas[2]", *MOVED, jit=False),
+    Constant(KLD, "BIN_LENGTH = {} ", 0.5, "amcl_clusters", "cluster", jit=False),
+    Constant(KLD, "math.radians({})", 10.0, "amcl_clusters", "cluster", jit=False),
+    Constant(KLD, "b = {} / (9.0 * (bins - 1))", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False),
+    Constant(KLD, "(bins - 1) / ({} * error)", 2.0, "amcl_limits", "kld_limit_raw_err01_z3", jit=False),
 )
 CHANGES = [(constant, factor) for constant in CONSTANTS for factor in constant.factors]
 

@@ -41,7 +41,8 @@ _AMCL = Block(
         laser_min_range laser_model_type set_initial_pose max_beams max_particles min_particles odom_frame_id pf_err
         pf_z recovery_alpha_fast recovery_alpha_slow resample_interval robot_model_type save_pose_rate sigma_hit
         tf_broadcast transform_tolerance update_min_a update_min_d z_hit z_max z_rand z_short first_map_only
-        always_reset_initial_pose scan_topic map_topic freespace_downsampling random_seed"""
+        always_reset_initial_pose scan_topic map_topic freespace_downsampling random_seed
+        recovery_candidates"""  # the last is this program's own
     ),
     groups={"initial_pose": keys("x y z yaw")},
 )

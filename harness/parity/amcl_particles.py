@@ -1,0 +1,215 @@
+"""AMCL's particles: motion model, sample limits, resampling, clusters, the spread about a start."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from harness.parity.comparison import Comparison
+from harness.parity.drand48 import Drand48
+from harness.parity.golden import GoldenFile
+from harness.parity.part import Case
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.localization.kld import count_bins, resample, sample_limit
+from navstack.localization.motion_model import MotionModel, motion_model_of
+from navstack.localization.free_space import FreeSpace
+from navstack.localization.particle_filter import Cluster, ParticleFilter, cluster_particles, stand_close
+from navstack.params.amcl import AmclParams
+from navstack.types import FloatArray, Pose2D
+
+EXACT = 1e-9  # [m, rad] of what the same random numbers give; covariances and weights: relative or absolute
+STANDARD_ERRORS = 4.0  # twelve moments a case: beyond three, one case in thirty would be by chance
+BATCHES, BATCH = 50, 20_000  # particles of ours whose moments are taken
+MOTION = re.compile(r"motion_seq_end_seed(\d+)_alphas_(.+)_pose(.+)_delta(.+)")
+UNIFORM = re.compile(r"drand48_seed(\d+)_first(\d+)")
+NORMAL = re.compile(r"ran_gaussian_sigma([\d.]+)_seed(\d+)_first(\d+)")
+OUTPUT = re.compile(r"resample_(.+)_out_poses_seed(\d+)")
+
+
+def find_generators(file: GoldenFile) -> Iterator[Case]:
+    """Sequences ``drand48_seed<s>_first<n>`` and ``ran_gaussian_sigma<x>_seed<s>_first<n>``."""
+    for name in sorted(file.names):
+        if UNIFORM.fullmatch(name) or NORMAL.fullmatch(name):
+            yield Case(name, file, frozenset((name,)))
+
+
+def check_generator(case: Case, comparison: Comparison) -> None:
+    """The numbers that the comparisons of motion and resampling start from."""
+    if uniform := UNIFORM.fullmatch(case.name):
+        comparison.near("numbers", Drand48(int(uniform[1])).uniforms(int(uniform[2])), case.file[case.name], 1e-15)
+    elif normal := NORMAL.fullmatch(case.name):
+        ours = float(normal[1]) * Drand48(int(normal[2])).normals(int(normal[3]))
+        comparison.near("numbers", ours, case.file[case.name], 1e-12)
+
+
+def find_motions(file: GoldenFile) -> Iterator[Case]:
+    """Particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``."""
+    for name in sorted(file.names):
+        given = MOTION.fullmatch(name)
+        if given and "motion_seq_start" in file and given[2] in _alpha_sets(file):
+            yield Case(name, file, frozenset((name, "motion_seq_start")))
+
+
+def check_motion(case: Case, comparison: Comparison) -> None:
+    """Every particle, with the recording's random numbers."""
+    given = MOTION.fullmatch(case.name)
+    assert given is not None
+    after, delta = (np.array([float(number) for number in given[i].split("_")]) for i in (3, 4))
+    poses = case.file["motion_seq_start"].copy()
+    draws = Drand48(int(given[1])).normals(poses.size).reshape(poses.shape)
+    _motion_model(_alpha_sets(case.file)[given[2]]).move(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
+    comparison.near("poses", poses, case.file[case.name], EXACT)
+
+
+def find_moments(file: GoldenFile) -> Iterator[Case]:
+    """Facts ``motion_moments``: mean, covariance and skewness of many particles after a motion."""
+    for number, _ in enumerate(file.meta.get("motion_moments", ())):
+        yield Case(f"motion_moments[{number}]", file, frozenset())
+
+
+def check_moments(case: Case, comparison: Comparison) -> None:
+    """Every moment, in standard errors."""
+    number = int(case.name.partition("[")[2].rstrip("]"))
+    facts = case.file.meta["motion_moments"][number]
+    before, delta = np.array(facts["odom_old"]), np.array(facts["odom_delta"])
+    poses = np.tile(np.array(facts["particle_start"], dtype=np.float64), (BATCHES * BATCH, 1))
+    draws = np.random.default_rng(number).standard_normal(poses.shape)
+    _motion_model(facts["alphas"]).move(poses, Pose2D(*before), Pose2D(*(before + delta)), draws)
+    poses -= facts["particle_start"]
+    recorded = np.concatenate((facts["mean"], np.array(facts["cov"])[np.triu_indices(3)], facts["skew"]))
+    comparison.near(
+        "moments, in standard errors", _errors(poses, recorded, facts["n"]), 0.0 * recorded, STANDARD_ERRORS
+    )
+
+
+def find_limits(file: GoldenFile) -> Iterator[Case]:
+    """Limits ``kld_limit_<case>`` for ``kld_k`` bins, with the facts ``kld_<case>``."""
+    for base in file.bases("", prefix="kld_limit_"):
+        if "kld_k" in file and "pop_err" in file.facts(f"kld_{base}"):
+            yield Case(f"kld_limit_{base}", file, frozenset((f"kld_limit_{base}", "kld_k")))
+
+
+def check_limits(case: Case, comparison: Comparison) -> None:
+    """Every limit."""
+    facts = case.file.facts(case.name.replace("_limit", ""))
+    ours = [_limit(int(bins), facts) for bins in case.file["kld_k"]]
+    comparison.equal("particles", ours, case.file[case.name])
+
+
+def find_resamplings(file: GoldenFile) -> Iterator[Case]:
+    """Particles ``resample_<case>_in_poses`` with ``_in_w`` and what was drawn of them, ``_out_poses_seed<s>``."""
+    for name in sorted(file.names):
+        given = OUTPUT.fullmatch(name)
+        arrays = (
+            frozenset((name, *(f"resample_{given[1]}_in_{suffix}" for suffix in ("poses", "w")))) if given else None
+        )
+        if arrays and arrays <= file.names and file.facts("kld_costnav"):
+            yield Case(name, file, arrays)
+
+
+def check_resampling(case: Case, comparison: Comparison) -> None:
+    """Every particle with the recording's random numbers, the clusters, and the limits of the recorded sweep."""
+    given = OUTPUT.fullmatch(case.name)
+    assert given is not None
+    poses, weights = (case.file[f"resample_{given[1]}_in_{suffix}"] for suffix in ("poses", "w"))
+    facts = case.file.facts("kld_costnav")
+    draws = Drand48(int(given[2])).uniforms(2 * facts["max"])[1::2]  # the first of each two: is it a random particle
+    none = np.zeros(len(draws), dtype=np.bool_)
+    limits = (facts["min"], facts["pop_err"], facts["pop_z"])
+    drawn = resample(poses, np.cumsum(weights), np.empty((len(draws), 3)), none, draws, *limits)
+    comparison.near("poses", drawn, case.file[case.name], EXACT)
+    for sweep in case.file.meta.get("resample_sweep", ()):
+        _check_sweep(sweep, facts, comparison)
+        if f"sp{sweep['spread']:g}" == given[1]:
+            comparison.equal("bins filled before", count_bins(poses), sweep["leaf_in"])
+            comparison.equal("bins filled after", count_bins(drawn), sweep["leaf_out"])
+            comparison.equal("converged", stand_close(drawn), bool(sweep["stats"]["converged"]))
+    recorded = case.file.meta.get(f"resample_{given[1]}_clusters", ())
+    _check_clusters(cluster_particles(drawn, np.full(len(drawn), 1.0 / len(drawn))), recorded, comparison)
+
+
+def _check_sweep(sweep: Mapping[str, Any], facts: Mapping[str, Any], comparison: Comparison) -> None:
+    what, limit = f"spread {sweep['spread']}", _limit(sweep["leaf_out"], facts)
+    comparison.equal(f"{what}: limit", limit, sweep["limit_of_leaf_out"])
+    comparison.equal(f"{what}: particles", min(limit + 1, facts["max"]), sweep["n_out"])
+
+
+def find_clusters(file: GoldenFile) -> Iterator[Case]:
+    """Particles ``cluster_poses`` with weights ``cluster_w``, and the facts ``cluster_stats``."""
+    arrays = frozenset(("cluster_poses", "cluster_w"))
+    if arrays <= file.names and "clusters" in file.facts("cluster_stats"):
+        yield Case("cluster", file, arrays)
+
+
+def check_clusters(case: Case, comparison: Comparison) -> None:
+    """Bins, the statistics of every cluster, and those of all particles."""
+    poses, weights = case["poses"], case["w"]
+    facts = case.file.facts("cluster_stats")
+    if "cluster_leaf_count" in case.file.meta:
+        comparison.equal("bins", count_bins(poses), case.file.meta["cluster_leaf_count"])
+    _check_clusters(cluster_particles(poses, weights), facts["clusters"], comparison)
+    overall = cluster_particles(poses, weights, as_one=True)
+    _check_clusters(overall, [{**facts, "weight": float(weights.sum())}], comparison)
+
+
+def find_spreads(file: GoldenFile) -> Iterator[Case]:
+    """The facts ``pf_init``: moments of particles spread about a pose."""
+    if "sample_cov" in file.facts("pf_init"):
+        yield Case("pf_init", file, frozenset())
+
+
+def check_spread(case: Case, comparison: Comparison) -> None:
+    """Mean and covariance, in standard errors."""
+    facts = case.facts
+    count = facts["n"]
+    nowhere = FreeSpace(OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 1.0, Pose2D()))
+    particles = ParticleFilter(AmclParams(max_particles=BATCHES * BATCH), nowhere)
+    covariance = np.array(facts["cov"]).reshape(3, 3)
+    particles.spread_normal(Pose2D(*facts["mean"]), covariance, np.random.default_rng(0))
+    recorded = np.concatenate((facts["sample_mean"], np.array(facts["sample_cov"])[np.triu_indices(3)]))
+    errors = _errors(particles.poses, recorded, count)
+    comparison.near("moments, in standard errors", errors, 0.0 * recorded, STANDARD_ERRORS)
+
+
+def _errors(poses: FloatArray, recorded: FloatArray, count: int) -> FloatArray:
+    """How far recorded moments of ``count`` particles are from ours, in standard errors of the difference."""
+    batches = np.array([_moments(batch)[: len(recorded)] for batch in np.split(poses, BATCHES)])
+    of_one = batches.var(axis=0, ddof=1) * BATCH  # variance of a moment of a single particle
+    return (recorded - batches.mean(axis=0)) / np.sqrt(of_one / len(poses) + of_one / count)
+
+
+def _moments(poses: FloatArray) -> FloatArray:
+    """Mean (3), covariance (6, upper triangle by rows) and skewness (3)."""
+    centred = poses - poses.mean(axis=0)
+    covariance = centred.T @ centred / len(poses)
+    skewness = (centred**3).mean(axis=0) / np.diag(covariance) ** 1.5
+    return np.concatenate((poses.mean(axis=0), covariance[np.triu_indices(3)], skewness))
+
+
+def _check_clusters(ours: list[Cluster], recorded: Any, comparison: Comparison) -> None:
+    """Weights, means, covariances; in the order of the weights."""
+    comparison.require(len(ours) == len(recorded), f"{len(ours)} clusters, recorded {len(recorded)}")
+    if len(ours) != len(recorded):
+        return
+    ours = sorted(ours, key=lambda cluster: -cluster.weight)
+    recorded = sorted(recorded, key=lambda cluster: -cluster["weight"])
+    comparison.near("weights", [c.weight for c in ours], [c["weight"] for c in recorded], EXACT)
+    means = np.array([c["mean"] for c in recorded])
+    comparison.near("means", [(c.pose.x, c.pose.y) for c in ours], means[:, :2], EXACT)
+    comparison.angles("yaws", [c.pose.yaw for c in ours], means[:, 2], EXACT)
+    covariances = np.array([c["cov"] for c in recorded]).reshape(-1, 3, 3)
+    comparison.near("covariances", [c.covariance for c in ours], covariances, EXACT)
+
+
+def _limit(bins: int, facts: Mapping[str, Any]) -> int:
+    return sample_limit(bins, facts["min"], facts["max"], facts["pop_err"], facts["pop_z"])
+
+
+def _alpha_sets(file: GoldenFile) -> dict[str, list[float]]:
+    """The alphas by the name of their set."""
+    return {facts["set"]: facts["alphas"] for facts in file.meta.get("motion_moments", ()) if "set" in facts}
+
+
+def _motion_model(alphas: list[float]) -> MotionModel:
+    return motion_model_of(AmclParams(**{f"alpha{i}": alpha for i, alpha in enumerate(alphas, 1)}))

@@ -1,0 +1,172 @@
+"""Adaptive Monte Carlo localization, after nav2_amcl of Jazzy."""
+
+import math
+from collections import deque
+
+import numpy as np
+
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.geometry import compose, normalize_angle, relative_to, transform_points
+from navstack.localization.amcl_recovery import ScanGuide
+from navstack.localization.amcl_sensor_models import SENSOR_MODELS
+from navstack.localization.free_space import FreeSpace
+from navstack.localization.likelihood_field import LikelihoodField
+from navstack.localization.localizer import Localizer
+from navstack.localization.motion_model import motion_model_of
+from navstack.localization.particle_filter import ParticleFilter
+from navstack.params.amcl import AmclParams
+from navstack.types import Belief, FloatArray, Health, LaserScan, Observation, Odometry, Pose2D
+
+INITIAL_VARIANCES = (0.25, 0.25, 0.0685)  # [m2, m2, rad2] of a start that comes without; Nav2's 0.5 m and 15 degrees
+
+EXPLAINED_WITHIN = 0.5  # [m] of an obstacle on the map: a return there is explained
+DEGRADED_BELOW, LOST_BELOW = 0.5, 0.25  # [-] share of explained returns
+DEGRADED_ABOVE, LOST_ABOVE = 0.5, 2.0  # [m] standard deviation along the worst direction
+FEWEST_RETURNS = 10  # of a scan that can tell anything
+
+_WAITING = 10  # scans that wait for the odometry of their time, as nav2_amcl's message filter keeps
+_KEPT = 100  # odometry messages
+
+
+class AmclLocalizer(Localizer):
+    """Matches scans with a map by a cloud of particles; between matches the belief moves with the odometry.
+
+    A scan counts when the robot has moved by ``update_min_d`` or ``update_min_a`` since the last one that did. The
+    particles move by the odometry, are weighed by the scan and, after every ``resample_interval`` scans that counted,
+    drawn anew; then the heaviest cluster's mean becomes the pose of the robot at the scan's time and the covariance of
+    all particles that of the belief. What lies between is the map -> odom transform that Nav2 broadcasts.
+
+    Health is LOST where the particles' position has a standard deviation above ``LOST_ABOVE`` or less than
+    ``LOST_BELOW`` of the scan's returns end within ``EXPLAINED_WITHIN`` of an obstacle on the map, seen from the
+    believed pose; DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS`` returns leaves that share as it was.
+    """
+
+    def __init__(self, params: AmclParams, static_map: OccupancyGrid) -> None:
+        """Prepare the map.
+
+        Raises:
+            MapError: the map is rotated.
+        """
+        self._params = params
+        self._field = LikelihoodField.of_map(static_map, params.laser_likelihood_max_dist)
+        self._sensor_model = SENSOR_MODELS[params.laser_model_type](params, static_map, self._field)
+        self._motion_model = motion_model_of(params)
+        self._free_space = FreeSpace(static_map)
+        self._guide = ScanGuide(self._free_space, self._field, self._sensor_model, params.recovery_candidates)
+        self.particles = ParticleFilter(params, self._free_space)
+        self.reset(Belief(Pose2D()), np.random.default_rng(0))
+
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+        """Spread the particles about the belief; one without covariance gets ``INITIAL_VARIANCES``."""
+        seed = self._params.random_seed
+        self._rng = np.random.default_rng(seed) if seed >= 0 else rng
+        covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
+        self.particles.spread_normal(belief.pose, covariance, self._rng)
+        self._map_to_odom: Pose2D | None = None
+        self._odometry: deque[Odometry] = deque(maxlen=_KEPT)
+        self._scans: deque[LaserScan] = deque(maxlen=_WAITING)
+        self._belief = Belief(belief.pose, covariance, stamp=belief.stamp)
+        self._forget_scans()
+
+    def localize_globally(self) -> None:
+        """Spread the particles over all that is free on the map, as Nav2's service does."""
+        self.particles.spread_uniform(self._rng)
+        self._forget_scans()
+
+    def _forget_scans(self) -> None:
+        """The next scan counts however little the robot moves, and gives a belief at once."""
+        self._last_pose: Pose2D | None = None  # in the odom frame, when a scan counted last
+        self._counted = 0
+        self._explained = 1.0
+
+    def update(self, observation: Observation) -> Belief:
+        """See the class; a scan waits until odometry of its time or later has come."""
+        if observation.odometry is not None:
+            self._odometry.append(observation.odometry)
+        if observation.scan is not None:
+            self._scans.append(observation.scan)
+        while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:
+            scan = self._scans.popleft()
+            self._take_in(scan, pose_at(self._odometry, scan.stamp))
+        self._belief = Belief(self._pose_now(), self._belief.covariance, self._belief.health, observation.stamp)
+        return self._belief
+
+    def _pose_now(self) -> Pose2D:
+        if not self._odometry:
+            return self._belief.pose
+        in_odom = self._odometry[-1].pose
+        if self._map_to_odom is None:
+            self._map_to_odom = _frame_of(self._belief.pose, in_odom)
+        return compose(self._map_to_odom, in_odom)
+
+    def _take_in(self, scan: LaserScan, in_odom: Pose2D) -> None:
+        """Match a scan that was taken at a pose of the odom frame, if it counts."""
+        is_first = self._last_pose is None
+        if not is_first and not self._has_moved(in_odom):
+            return
+        if self._last_pose is not None:
+            draws = self._rng.standard_normal(self.particles.poses.shape)
+            self._motion_model.move(self.particles.poses, self._last_pose, in_odom, draws)
+        estimate = self._estimate() if is_first else None  # Nav2 publishes the start as it was spread
+        self._last_pose = in_odom
+        self.particles.weigh(self.likelihoods(scan))
+        self._counted += 1
+        if self._counted % self._params.resample_interval == 0:
+            self.particles.resample(self._rng, lambda count, rng: self._draw_strays(count, scan, rng))
+            estimate = self._estimate()
+        if estimate is not None:
+            self._correct(*estimate, scan, in_odom)
+
+    def likelihoods(self, scan: LaserScan) -> FloatArray:
+        """How well a scan fits each particle (N,); of no particular scale."""
+        return self._sensor_model.likelihoods(self.particles.poses, scan, self.particles.has_converged)
+
+    def _draw_strays(self, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
+        """Poses (count, 3) anywhere on the map, for the random particles of the recovery."""
+        if self._params.recovery_candidates > 0:
+            return self._guide.draw(count, scan, rng)
+        return self._free_space.draw(count, rng)
+
+    def _has_moved(self, in_odom: Pose2D) -> bool:
+        assert self._last_pose is not None
+        given, last = self._params, self._last_pose
+        far = max(abs(in_odom.x - last.x), abs(in_odom.y - last.y)) > given.update_min_d
+        return far or abs(normalize_angle(in_odom.yaw - last.yaw)) > given.update_min_a
+
+    def _estimate(self) -> tuple[Pose2D, FloatArray]:
+        """The heaviest cluster's mean, and the covariance of all particles."""
+        heaviest = max(self.particles.clusters(), key=lambda cluster: cluster.weight)
+        return heaviest.pose, self.particles.overall().covariance
+
+    def _correct(self, pose: Pose2D, covariance: FloatArray, scan: LaserScan, in_odom: Pose2D) -> None:
+        """Believe that the robot was at ``pose`` when the scan was taken."""
+        self._map_to_odom = _frame_of(pose, in_odom)
+        ends = self._sensor_model.beams(scan).ends()
+        if len(ends) >= FEWEST_RETURNS:
+            self._explained = float((self._field.at(transform_points(pose, ends)) <= EXPLAINED_WITHIN).mean())
+        self._belief = Belief(pose, covariance, _health(covariance, self._explained), scan.stamp)
+
+
+def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
+    """The pose in the odom frame at a time, between the two messages around it; the oldest one before all of them."""
+    after = odometry[-1]
+    for before in reversed(odometry):
+        if before.stamp <= stamp:
+            share = (stamp - before.stamp) / (after.stamp - before.stamp) if after.stamp > before.stamp else 0.0
+            way = relative_to(before.pose, after.pose)
+            return compose(before.pose, Pose2D(share * way.x, share * way.y, share * way.yaw))
+        after = before
+    return after.pose
+
+
+def _frame_of(pose: Pose2D, in_frame: Pose2D) -> Pose2D:
+    """The frame in which something at ``pose`` stands at ``in_frame``."""
+    return compose(pose, relative_to(in_frame, Pose2D()))
+
+
+def _health(covariance: FloatArray, explained: float) -> Health:
+    """What the spread of the particles and the share of explained returns mean."""
+    deviation = math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0))
+    if deviation > LOST_ABOVE or explained < LOST_BELOW:
+        return Health.LOST
+    return Health.DEGRADED if deviation > DEGRADED_ABOVE or explained < DEGRADED_BELOW else Health.TRACKING

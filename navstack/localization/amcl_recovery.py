@@ -1,0 +1,50 @@
+"""Where a lost robot may be: poses anywhere on the map from which a scan fits it."""
+
+import numpy as np
+
+from navstack.localization.amcl_kernels import sum_over_beams
+from navstack.localization.amcl_sensor_models import SensorModel
+from navstack.localization.free_space import FreeSpace
+from navstack.localization.likelihood_field import LikelihoodField
+from navstack.types import FloatArray, LaserScan
+
+COARSE_BEAMS = 40  # of the first look
+COARSE_CELL = 0.2  # [m] of the field that is looked at first
+COARSE_SIGMA = 0.5  # [m] of the first look: a candidate this far off still shows
+FAMILIES = 100  # candidates that are followed up
+OFFSPRING = 40  # of each in a step
+STEPS = ((0.4, 0.06), (0.1, 0.015))  # [m, rad] standard deviations about the best so far
+
+
+class ScanGuide:
+    """Draws particles that a scan suggests (sensor resetting: Lenser & Veloso 2000), where Nav2 draws any.
+
+    Many candidates from all free space are looked at with a few beams and a wide likelihood; the best are moved about,
+    step by step closer, and the likeliest of each family is kept.
+    """
+
+    def __init__(self, free_space: FreeSpace, field: LikelihoodField, model: SensorModel, candidates: int) -> None:
+        self._free_space, self._model = free_space, model
+        self._coarse = field.thinned(max(round(COARSE_CELL / field.resolution), 1))
+        self._candidates = candidates
+
+    def draw(self, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
+        """Poses (count, 3), the likeliest first, over and over again if there are not enough."""
+        poses = self._free_space.draw(self._candidates, rng)
+        families = min(FAMILIES, self._candidates)
+        best = poses[np.argpartition(-self._coarse_fit(poses, scan), families - 1)[:families]]
+        for length, angle in STEPS:
+            around = np.repeat(best[:, None], OFFSPRING, axis=1)
+            around[:, 1:] += rng.standard_normal(around[:, 1:].shape) * (length, length, angle)
+            likelihoods = self._model.likelihoods(around.reshape(-1, 3), scan, False).reshape(len(best), OFFSPRING)
+            best = around[np.arange(len(best)), likelihoods.argmax(axis=1)]
+            order = np.argsort(-likelihoods.max(axis=1), kind="stable")
+            best = best[order]
+        return best[np.arange(count) % len(best)]
+
+    def _coarse_fit(self, poses: FloatArray, scan: LaserScan) -> FloatArray:
+        ends = self._model.beams(scan).ends() / self._coarse.resolution
+        ends = ends[:: max(len(ends) // COARSE_BEAMS, 1)]
+        values = np.exp(-((self._coarse.distances / COARSE_SIGMA) ** 2) / 2.0)
+        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        return sum_over_beams(self._coarse.codes, values, self._coarse.to_cells(poses), x, y, 0.0)

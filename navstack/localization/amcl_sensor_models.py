@@ -1,0 +1,177 @@
+"""AMCL's sensor models: the likelihood of a scan from where each particle stands."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.localization.amcl_kernels import cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.likelihood_field import LikelihoodField, squared_distances
+from navstack.params.amcl import AmclParams
+from navstack.types import FloatArray, LaserScan, Pose2D
+
+LONGEST_LEAP = 255  # [cells] of a ray over free ground
+
+
+class Beams(NamedTuple):
+    """The part of a scan that counts."""
+
+    ranges: FloatArray  # (n,) [m]; at least range_max: no return; never NaN
+    bearings: FloatArray  # (n,) [rad] in the base frame
+    range_max: float  # [m]
+    sensor: Pose2D  # in the base frame
+
+    def ends(self) -> FloatArray:
+        """Where the beams that returned end (m, 2), in [m] of the base frame."""
+        returned = self.ranges < self.range_max
+        ranges, bearings = self.ranges[returned], self.bearings[returned]
+        return np.column_stack((self.sensor.x + ranges * np.cos(bearings), self.sensor.y + ranges * np.sin(bearings)))
+
+
+class SensorModel(ABC):
+    """Weighs particles by a scan."""
+
+    def __init__(self, params: AmclParams) -> None:
+        self._params = params
+
+    @abstractmethod
+    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
+        """The likelihood (N,) of a scan from poses (N, 3) of the base in the map frame; of no particular scale.
+
+        Args:
+            poses: the particles.
+            scan: what was measured.
+            has_converged: whether the particles stand close together.
+        """
+
+    def _step(self, count: int) -> int:
+        """Every how many beams of ``count`` one is looked at."""
+        return max((count - 1) // (self._params.max_beams - 1), 1)
+
+    def beams(self, scan: LaserScan) -> Beams:
+        """The beams that are looked at; what is too near counts as no return, NaN not at all (``amcl_node.cpp``)."""
+        given = self._params
+        longest = min(scan.range_max, given.laser_max_range) if given.laser_max_range > 0.0 else scan.range_max
+        shortest = max(scan.range_min, given.laser_min_range) if given.laser_min_range > 0.0 else scan.range_min
+        step = self._step(len(scan.ranges))
+        ranges = scan.ranges[::step]
+        bearings = np.arange(len(ranges), dtype=np.float64) * (scan.angle_increment * step)
+        bearings += scan.sensor_pose.yaw + scan.angle_min
+        known = ~np.isnan(ranges)
+        ranges, bearings = ranges[known], bearings[known]
+        ranges[ranges <= shortest] = longest
+        return Beams(ranges, bearings, longest, scan.sensor_pose)
+
+
+class LikelihoodFieldModel(SensorModel):
+    """One plus the sum over the returns of p^3, p falling off with the distance of a return from the obstacles.
+
+    The sum of cubes in place of a product is Nav2's (``likelihood_field_model.cpp``): a few beams that hit what is not
+    on the map do little harm.
+    """
+
+    def __init__(self, params: AmclParams, field: LikelihoodField) -> None:
+        super().__init__(params)
+        self._field = field
+
+    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
+        """See :meth:`SensorModel.likelihoods`."""
+        beams = self.beams(scan)
+        ends = beams.ends() / self._field.resolution
+        values = self._of_returns(beams.range_max) ** 3
+        cells = self._field.to_cells(poses)
+        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        return sum_over_beams(self._field.codes, values, cells, x, y, 1.0)
+
+    def _of_returns(self, range_max: float) -> FloatArray:
+        """The likelihood of a return for each code of the field; not normalised, as in Nav2."""
+        given = self._params
+        return given.z_hit * np.exp(-((self._field.distances / given.sigma_hit) ** 2) / 2.0) + given.z_rand / range_max
+
+
+class LikelihoodFieldProbModel(LikelihoodFieldModel):
+    """The product over the returns, with beam skipping (``likelihood_field_model_prob.cpp``).
+
+    Beams for which too few particles find an obstacle near their end are ignored once the particles have converged:
+    they hit somebody who is not on the map. Where nearly all beams would be ignored, the particles have converged to
+    the wrong place, and none is. Beams without return do not count in either case.
+    """
+
+    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
+        """See :meth:`SensorModel.likelihoods`."""
+        beams = self.beams(scan)
+        ends = beams.ends() / self._field.resolution
+        cells = self._field.to_cells(poses)
+        if self._params.do_beamskip and has_converged:
+            ends = self._not_skipped(cells, ends)
+        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        values = np.log(np.maximum(self._of_returns(beams.range_max), np.finfo(np.float64).tiny))
+        return np.exp(sum_over_beams(self._field.codes, values, cells, x, y, 0.0))
+
+    def _step(self, count: int) -> int:
+        return max(math.ceil(count / self._params.max_beams), 1)
+
+    def _not_skipped(self, cells: FloatArray, ends: FloatArray) -> FloatArray:
+        given = self._params
+        agrees = self._field.distances < given.beam_skip_distance
+        agrees[self._field.outside] = False
+        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        counts = count_agreeing(self._field.codes, agrees, cells, x, y)
+        count = counts / len(cells) > given.beam_skip_threshold
+        skipped = given.max_beams - int(count.sum())  # beams without return are among them, as in Nav2
+        return ends if skipped >= given.max_beams * given.beam_skip_error_threshold else ends[count]
+
+
+class BeamModel(SensorModel):
+    """One plus the sum of p^3 over the beams, p by comparison with the range that the map gives (``beam_model.cpp``).
+
+    A range of infinity is a beam without return; Nav2 takes only one of exactly the greatest range for that.
+    """
+
+    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
+        """Prepare the map on which rays are cast.
+
+        Raises:
+            MapError: the map is rotated.
+        """
+        grid.require_unrotated("map")
+        super().__init__(params)
+        squares = squared_distances(np.pad(grid.data != FREE, 1, constant_values=True), 2 * (LONGEST_LEAP - 1) ** 2)
+        self._clear = np.ceil(np.sqrt(squares / 2.0)).astype(np.uint8)  # a square about the cell, inside the circle
+        self._resolution = grid.resolution
+        self._origin = np.array((grid.origin.x, grid.origin.y))
+
+    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
+        """See :meth:`SensorModel.likelihoods`."""
+        given, beams = self._params, self.beams(scan)
+        ranges = np.minimum(beams.ranges, beams.range_max)
+        expected = self._expected(poses, beams)
+        miss = ranges - expected
+        likelihood = given.z_hit * np.exp(-(miss**2) / (2.0 * given.sigma_hit**2))
+        short = given.z_short * given.lambda_short * np.exp(-given.lambda_short * ranges)
+        likelihood += np.where(miss < 0.0, short, 0.0)
+        likelihood += np.where(ranges < beams.range_max, given.z_rand / beams.range_max, given.z_max)
+        found: FloatArray = 1.0 + (likelihood**3).sum(axis=1)
+        return found
+
+    def _expected(self, poses: FloatArray, beams: Beams) -> FloatArray:
+        """What each beam (n,) would measure from each pose (N,) on the map, (N, n) in [m]."""
+        cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        sensors = np.empty_like(poses)
+        sensors[:, 0] = poses[:, 0] + cos * beams.sensor.x - sin * beams.sensor.y
+        sensors[:, 1] = poses[:, 1] + sin * beams.sensor.x + cos * beams.sensor.y
+        sensors[:, 2] = poses[:, 2]
+        sensors[:, :2] = (sensors[:, :2] - self._origin) / self._resolution + 1.5
+        ranges = cast_rays(self._clear, sensors, beams.bearings, beams.range_max / self._resolution)
+        return ranges * self._resolution
+
+
+# A sensor model is made from its parameters, the map and the map's likelihood field.
+SENSOR_MODELS: dict[str, Callable[[AmclParams, OccupancyGrid, LikelihoodField], SensorModel]] = {
+    "likelihood_field": lambda params, _, field: LikelihoodFieldModel(params, field),
+    "likelihood_field_prob": lambda params, _, field: LikelihoodFieldProbModel(params, field),
+    "beam": lambda params, grid, _: BeamModel(params, grid),
+}

@@ -1,0 +1,171 @@
+"""KLD-adaptive sampling and the clusters of particles, both on a histogram of poses (Fox 2003; ``pf.c``).
+
+The histogram has Nav2's bins (``pf_kdtree.c``). Yaw is not normalised: particles that differ by a full turn fall into
+different bins, as in Nav2.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from navstack.types import BoolArray, FloatArray, IntArray
+
+BIN_LENGTH = 0.5  # [m] along x and y
+BIN_ANGLE = math.radians(10.0)  # [rad]
+
+_HALF = 1 << 20  # bins on either side of 0: 524 km
+_EMPTY = np.int64(-1)
+_MIXER = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
+
+
+@njit(cache=True)
+def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: float) -> int:
+    """How many particles are enough where they fill ``bins`` bins; of a single bin Nav2 asks for ``most``.
+
+    With them the distance between true and sampled distribution is below ``error`` with the probability of which
+    ``quantile`` is the normal distribution's (Fox 2003, eq. 7).
+    """
+    if bins <= 1:
+        return most
+    b = 2.0 / (9.0 * (bins - 1))
+    x = 1.0 - b + math.sqrt(b) * quantile
+    return min(max(math.ceil((bins - 1) / (2.0 * error) * x * x * x), fewest), most)
+
+
+@njit(cache=True, inline="always")
+def _key(x: float, y: float, yaw: float) -> np.int64:
+    """The bin of a pose, as one number."""
+    i = np.int64(math.floor(x / BIN_LENGTH)) + _HALF
+    j = np.int64(math.floor(y / BIN_LENGTH)) + _HALF
+    k = np.int64(math.floor(yaw / BIN_ANGLE)) + _HALF
+    return (i << 42) | (j << 21) | k
+
+
+@njit(cache=True, inline="always")
+def _slot(keys: IntArray, key: np.int64) -> np.int64:
+    """Where a key stands in a table whose length is a power of two, or the empty place where it would."""
+    mask = len(keys) - 1
+    slot = np.int64((np.uint64(key) * _MIXER) >> np.uint64(32)) & mask
+    while keys[slot] != _EMPTY and keys[slot] != key:
+        slot = (slot + 1) & mask
+    return slot
+
+
+@njit(cache=True)
+def _empty_table(count: int) -> IntArray:
+    """A table for ``count`` keys, at most half full."""
+    size = 2
+    while size < 2 * count:
+        size *= 2
+    return np.full(size, _EMPTY, np.int64)
+
+
+@njit(cache=True)
+def count_bins(poses: FloatArray) -> int:
+    """How many bins poses (N, 3) fill."""
+    keys, bins = _empty_table(len(poses)), 0
+    for j in range(len(poses)):
+        key = _key(poses[j, 0], poses[j, 1], poses[j, 2])
+        slot = _slot(keys, key)
+        if keys[slot] == _EMPTY:
+            keys[slot] = key
+            bins += 1
+    return bins
+
+
+@njit(cache=True)
+def resample(
+    poses: FloatArray,
+    cumulative: FloatArray,
+    strays: FloatArray,
+    is_stray: BoolArray,
+    draws: FloatArray,
+    fewest: int,
+    error: float,
+    quantile: float,
+) -> FloatArray:
+    """Draw particles until there are enough for the bins that they fill, or all draws are used.
+
+    Args:
+        poses: (N, 3) to draw from.
+        cumulative: (N,) sums of their weights.
+        strays: (M, 3) poses that are taken as they are ...
+        is_stray: (M,) ... where this is true.
+        draws: (M,) uniform in [0, 1).
+        fewest: particles.
+        error: see :func:`sample_limit`.
+        quantile: see :func:`sample_limit`.
+
+    Returns:
+        (n, 3); n is one more than the limit, as in Nav2, and at most M.
+    """
+    most = len(draws)
+    drawn = np.empty((most, 3))
+    keys, bins = _empty_table(most), 0
+    total = cumulative[-1]
+    for n in range(most):
+        chosen = 0 if is_stray[n] else _first_above(cumulative, draws[n] * total)
+        for i in range(3):
+            drawn[n, i] = strays[n, i] if is_stray[n] else poses[chosen, i]
+        key = _key(drawn[n, 0], drawn[n, 1], drawn[n, 2])
+        slot = _slot(keys, key)
+        if keys[slot] == _EMPTY:
+            keys[slot] = key
+            bins += 1
+        if n + 1 > sample_limit(bins, fewest, most, error, quantile):
+            return drawn[: n + 1]
+    return drawn
+
+
+@njit(cache=True)
+def _first_above(rising: FloatArray, value: float) -> int:
+    """The index of the first number above a value, by bisection; the last index if there is none."""
+    low, high = 0, len(rising) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if rising[middle] > value:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@njit(cache=True)
+def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
+    """The cluster (N,) of each pose: bins that touch, at a corner at least, form one. Numbered as they appear."""
+    keys = _empty_table(len(poses))
+    clusters = np.full(len(keys), _EMPTY, np.int64)  # of the bin in each slot
+    slots = np.empty(len(poses), np.int64)
+    for j in range(len(poses)):
+        key = _key(poses[j, 0], poses[j, 1], poses[j, 2])
+        slots[j] = _slot(keys, key)
+        keys[slots[j]] = key
+    labels = np.empty(len(poses), np.int64)
+    waiting = np.empty(len(poses), np.int64)  # slots of bins whose neighbours are to be looked at
+    count = 0
+    for j in range(len(poses)):
+        if clusters[slots[j]] == _EMPTY:
+            clusters[slots[j]] = count
+            waiting[0] = slots[j]
+            _spread(keys, clusters, waiting)
+            count += 1
+        labels[j] = clusters[slots[j]]
+    return labels
+
+
+@njit(cache=True)
+def _spread(keys: IntArray, clusters: IntArray, waiting: IntArray) -> None:
+    """Give the cluster of the first waiting bin to all that touch it, directly or through others."""
+    left = 1
+    while left > 0:
+        left -= 1
+        at = waiting[left]
+        for neighbour in range(27):
+            i, j, k = neighbour // 9 - 1, neighbour // 3 % 3 - 1, neighbour % 3 - 1
+            slot = _slot(keys, keys[at] + (i << 42) + (j << 21) + k)
+            if keys[slot] != _EMPTY and clusters[slot] == _EMPTY:
+                clusters[slot] = clusters[at]
+                waiting[left] = slot
+                left += 1

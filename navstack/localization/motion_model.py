@@ -1,0 +1,137 @@
+"""AMCL's motion models: where particles may be after the odometry reports a motion."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+from numba import njit
+
+from navstack.params.amcl import MOTION_MODELS as SPELLINGS
+from navstack.params.amcl import AmclParams
+from navstack.types import FloatArray, Pose2D
+
+SHORTEST_BEARING = 0.01  # [m] of a motion that has a direction; below it the robot is taken to turn on the spot
+
+Alphas = tuple[float, float, float, float, float]
+
+
+class MotionModel(ABC):
+    """Moves particles as the odometry says, each with an error of its own."""
+
+    def __init__(self, alphas: Alphas) -> None:
+        """A model with ``alpha1`` to ``alpha5``."""
+        self._alphas = alphas
+
+    @abstractmethod
+    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
+        """Move particles in place.
+
+        Args:
+            poses: (N, 3) in the map frame; their yaw is not normalised.
+            before: of the robot in the odom frame.
+            after: the same, now.
+            draws: (N, 3) standard normal numbers.
+        """
+
+
+class DifferentialMotionModel(MotionModel):
+    """A rotation, a translation, a rotation, each with its error (Probabilistic Robotics, table 5.6)."""
+
+    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
+        """See :meth:`MotionModel.move`."""
+        move_differential(poses, before.yaw, after.x - before.x, after.y - before.y, after.yaw, self._alphas, draws)
+
+
+class OmniMotionModel(MotionModel):
+    """A translation with an error along and across it, and a rotation."""
+
+    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
+        """See :meth:`MotionModel.move`."""
+        move_omni(poses, before.yaw, after.x - before.x, after.y - before.y, after.yaw, self._alphas, draws)
+
+
+_MODELS: dict[str, Callable[[Alphas], MotionModel]] = {
+    "nav2_amcl::DifferentialMotionModel": DifferentialMotionModel,
+    "nav2_amcl::OmniMotionModel": OmniMotionModel,
+}
+MOTION_MODELS = {**_MODELS, **{older: _MODELS[name] for name, older in SPELLINGS.items()}}
+
+
+def motion_model_of(params: AmclParams) -> MotionModel:
+    """The motion model that the parameters name."""
+    alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4, params.alpha5)
+    return MOTION_MODELS[params.robot_model_type](alphas)
+
+
+@njit(cache=True, inline="always")
+def _wrap(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@njit(cache=True, inline="always")
+def _off_axis(angle: float) -> float:
+    """How far an angle is from straight ahead or straight back, whichever is nearer, in [rad]."""
+    ahead = abs(_wrap(angle))
+    return min(ahead, math.pi - ahead)
+
+
+@njit(cache=True)
+def move_differential(
+    poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
+) -> None:
+    """Move particles (N, 3) in place by a noisy rotation, translation and rotation (``differential_motion_model.cpp``).
+
+    Driving backwards is as noisy as driving forwards. ``alpha5`` is not used.
+
+    Args:
+        poses: x, y [m], yaw [rad] in the map frame.
+        yaw: [rad] of the robot in the odom frame before the motion.
+        dx: [m] that it moved in the odom frame.
+        dy: [m].
+        yaw_after: [rad].
+        alphas: of the noise.
+        draws: (N, 3) standard normal numbers: first rotation, translation, second rotation.
+    """
+    distance = math.sqrt(dx * dx + dy * dy)
+    first = 0.0 if distance < SHORTEST_BEARING else _wrap(math.atan2(dy, dx) - yaw)
+    second = _wrap(_wrap(yaw_after - yaw) - first)
+    squared, off_first, off_second = distance * distance, _off_axis(first) ** 2, _off_axis(second) ** 2
+    first_std = math.sqrt(alphas[0] * off_first + alphas[1] * squared)
+    distance_std = math.sqrt(alphas[2] * squared + alphas[3] * off_first + alphas[3] * off_second)
+    second_std = math.sqrt(alphas[0] * off_second + alphas[1] * squared)
+    for j in range(len(poses)):
+        turn = _wrap(first - first_std * draws[j, 0])
+        length = distance - distance_std * draws[j, 1]
+        poses[j, 0] += length * math.cos(poses[j, 2] + turn)
+        poses[j, 1] += length * math.sin(poses[j, 2] + turn)
+        poses[j, 2] += turn + _wrap(second - second_std * draws[j, 2])
+
+
+@njit(cache=True)
+def move_omni(
+    poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
+) -> None:
+    """Move particles (N, 3) in place by a noisy translation and rotation (``omni_motion_model.cpp``).
+
+    Args:
+        poses: x, y [m], yaw [rad] in the map frame.
+        yaw: [rad] of the robot in the odom frame before the motion.
+        dx: [m] that it moved in the odom frame.
+        dy: [m].
+        yaw_after: [rad].
+        alphas: of the noise.
+        draws: (N, 3) standard normal numbers: along the translation, rotation, across the translation.
+    """
+    turn = _wrap(yaw_after - yaw)
+    distance, bearing = math.sqrt(dx * dx + dy * dy), _wrap(math.atan2(dy, dx) - yaw)
+    squared, turned = distance * distance, turn * turn
+    along_std = math.sqrt(alphas[2] * squared + alphas[3] * turned)
+    turn_std = math.sqrt(alphas[0] * turned + alphas[1] * squared)
+    across_std = math.sqrt(alphas[3] * turned + alphas[4] * squared)
+    for j in range(len(poses)):
+        cos, sin = math.cos(bearing + poses[j, 2]), math.sin(bearing + poses[j, 2])
+        along, across = distance + along_std * draws[j, 0], across_std * draws[j, 2]
+        poses[j, 0] += along * cos + across * sin
+        poses[j, 1] += along * sin - across * cos
+        poses[j, 2] += turn + turn_std * draws[j, 1]

@@ -1,0 +1,139 @@
+"""The particle filter of AMCL: weights, resampling, recovery by random particles, clusters (``pf.c``)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.localization.free_space import FreeSpace
+from navstack.localization.kld import label_clusters, resample
+from navstack.params.amcl import AmclParams
+from navstack.types import FloatArray, IntArray, Pose2D
+
+_TINY = 1e-300  # in place of 0, of which there is no logarithm
+CONVERGED_WITHIN = 0.5  # [m] of their mean along x and y: all particles are, where they have converged
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cluster:
+    """Particles that stand close together, or all of them."""
+
+    weight: float
+    pose: Pose2D  # mean
+    covariance: FloatArray  # (3, 3) of x, y, yaw
+
+
+class ParticleFilter:
+    """Particles with weights; a generator is given whenever chance is needed."""
+
+    def __init__(self, params: AmclParams, free_space: FreeSpace) -> None:
+        self._params = params
+        self._free_space = free_space
+        self._start_over(np.zeros((1, 3)))
+
+    def _start_over(self, poses: FloatArray) -> None:
+        self.poses = poses  # (N, 3) x, y [m], yaw [rad] in the map frame; yaw is not normalised
+        self.weights = np.full(len(poses), 1.0 / len(poses))
+        self.has_converged = False
+        self._slow_average = self._fast_average = 0.0  # of the likelihood
+
+    def spread_normal(self, mean: Pose2D, covariance: FloatArray, rng: np.random.Generator) -> None:
+        """Start from a normal distribution with covariance (3, 3)."""
+        values, axes = np.linalg.eigh(covariance)
+        draws = rng.standard_normal((self._params.most_particles, 3)) * np.sqrt(np.maximum(values, 0.0))
+        self._start_over(mean.as_array() + draws @ axes.T)
+
+    def spread_uniform(self, rng: np.random.Generator) -> None:
+        """Start from anywhere on the map that is free: global localization."""
+        self._start_over(self._free_space.draw(self._params.most_particles, rng))
+
+    def weigh(self, likelihoods: FloatArray) -> None:
+        """Multiply the weights by likelihoods (N,), and follow the average likelihood.
+
+        The average is that of Probabilistic Robotics, table 8.3. Nav2 divides it by the number of particles, and so
+        takes a smaller number of them for a better fit.
+        """
+        self.weights = self.weights * likelihoods
+        total = float(self.weights.sum())
+        if not total > 0.0:
+            self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
+            return
+        self.weights /= total
+        self._slow_average = _follow(self._slow_average, total, self._params.recovery_alpha_slow)
+        self._fast_average = _follow(self._fast_average, total, self._params.recovery_alpha_fast)
+
+    @property
+    def share_of_strays(self) -> float:
+        """The share of random particles that the next resampling brings: the fall of the fast average."""
+        if self._slow_average == 0.0:
+            return 0.0
+        return max(1.0 - self._fast_average / self._slow_average, 0.0)
+
+    def resample(self, rng: np.random.Generator, draw_strays: Callable[[int, np.random.Generator], FloatArray]) -> None:
+        """Draw new particles from the weighted ones, and some from elsewhere if the weights have fallen.
+
+        Args:
+            rng: for all draws.
+            draw_strays: gives so many poses (N, 3) for particles from elsewhere.
+        """
+        given, share = self._params, self.share_of_strays
+        draws = rng.random((2, given.most_particles))
+        is_stray = draws[1] < share
+        strays = np.empty((given.most_particles, 3))
+        if share > 0.0:
+            strays[is_stray] = draw_strays(int(is_stray.sum()), rng)
+            self._slow_average = self._fast_average = 0.0  # or chance would take over
+        self.poses = resample(
+            self.poses,
+            np.cumsum(self.weights),
+            strays,
+            is_stray,
+            draws[0],
+            given.min_particles,
+            given.pf_err,
+            given.pf_z,
+        )
+        self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
+        self.has_converged = stand_close(self.poses)
+
+    def clusters(self) -> list[Cluster]:
+        """The clusters, numbered as they appear among the particles."""
+        return cluster_particles(self.poses, self.weights)
+
+    def overall(self) -> Cluster:
+        """All particles as one cluster."""
+        return cluster_particles(self.poses, self.weights, as_one=True)[0]
+
+
+def _follow(average: float, value: float, rate: float) -> float:
+    """A running average; it starts at the first value."""
+    return value if average == 0.0 else average + rate * (value - average)
+
+
+def stand_close(poses: FloatArray) -> bool:
+    """Whether all poses (N, 3) are within ``CONVERGED_WITHIN`` of their mean."""
+    places = poses[:, :2]
+    return bool((np.abs(places - places.mean(axis=0)) <= CONVERGED_WITHIN).all())
+
+
+def cluster_particles(poses: FloatArray, weights: FloatArray, as_one: bool = False) -> list[Cluster]:
+    """The clusters of particles, or all of them ``as_one``.
+
+    The variance of yaw is the circular one, -2 ln R. As in Nav2, R is the resultant's length without division by the
+    cluster's weight, so that a light cluster has a large variance.
+    """
+    labels: IntArray = np.zeros(len(poses), dtype=np.int64) if as_one else label_clusters(poses)
+    x, y = poses[:, 0], poses[:, 1]
+    terms = (np.ones(len(poses)), x, y, np.cos(poses[:, 2]), np.sin(poses[:, 2]), x * x, x * y, y * y)
+    sums = np.array([np.bincount(labels, weights * term) for term in terms])
+    found = []
+    for weight, sx, sy, cos, sin, xx, xy, yy in sums.T:
+        mx, my = sx / weight, sy / weight
+        covariance = np.zeros((3, 3))
+        covariance[0, 0] = max(xx / weight - mx * mx, 0.0)
+        covariance[0, 1] = covariance[1, 0] = xy / weight - mx * my
+        covariance[1, 1] = max(yy / weight - my * my, 0.0)
+        covariance[2, 2] = -2.0 * math.log(min(max(math.hypot(cos, sin), _TINY), 1.0))
+        found.append(Cluster(float(weight), Pose2D(mx, my, math.atan2(sin, cos)), covariance))
+    return found

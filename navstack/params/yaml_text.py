@@ -1,0 +1,93 @@
+"""YAML within bounds: whatever could make it endless is refused while it is being read."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer, ComposerError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.nodes import Node
+
+from navstack.errors import ParameterError
+
+T = TypeVar("T")
+
+MAX_CHARACTERS = 400_000  # a Nav2 file has about 10 kB
+MAX_DEPTH = 40  # levels of nesting; a Nav2 file has about eight
+MAX_VALUES = 20_000  # keys and values, after expanding aliases; a Nav2 file has about a thousand
+_DIGITS = "Exceeds the limit"  # begins what Python says of an endless integer
+
+
+class _BoundedComposer(Composer):
+    """Refuses deep nesting, too many values, and aliases that multiply them or contain themselves."""
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self._level = 0
+        self._values = 0
+        self._sizes: dict[str, int] = {}  # values of each finished anchor
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.parser.peek_event()
+        before = self._values
+        self._level += 1
+        if self._level > MAX_DEPTH:
+            raise _refusal(event, f"nested too deeply; at most {MAX_DEPTH} levels are read")
+        node = super().compose_node(parent, index)
+        self._level -= 1
+        if isinstance(event, AliasEvent) and event.anchor not in self._sizes:
+            raise _refusal(event, "an anchor contains itself; write the values out")
+        self._values += self._sizes[event.anchor] if isinstance(event, AliasEvent) else 1
+        if self._values > MAX_VALUES:
+            raise _refusal(event, f"more than {MAX_VALUES} values after expanding aliases")
+        if event.anchor is not None:
+            self._sizes[event.anchor] = self._values - before
+        return node
+
+
+def _refusal(event: Any, problem: str) -> ComposerError:
+    return ComposerError(None, None, problem, event.start_mark)
+
+
+def load_text(text: str, where: str) -> Any:
+    """A YAML text as plain Python values; ``where`` begins every message.
+
+    Raises:
+        ParameterError: it is not YAML, or out of bounds.
+    """
+    if len(text) > MAX_CHARACTERS:
+        raise ParameterError(f"{where}: {len(text)} characters; at most {MAX_CHARACTERS} are read")
+    return guarded(lambda: _reader().load(text), where)
+
+
+def compose_text(text: str) -> Node | None:
+    """The nodes of a YAML text, with their places; to be called within :func:`guarded`."""
+    node: Node | None = _reader().compose(text)
+    return node
+
+
+def guarded(read: Callable[[], T], where: str) -> T:
+    """What ``read`` returns.
+
+    Raises:
+        ParameterError: it found no valid YAML.
+    """
+    try:
+        return read()
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else "?"
+        raise ParameterError(f"{where}: line {line} is not valid YAML: {error.problem or error.context}") from None
+    except (YAMLError, ValueError) as error:
+        reason = "a number with thousands of digits" if str(error).startswith(_DIGITS) else _first_line(error)
+        raise ParameterError(f"{where}: is not valid YAML: {reason}") from None
+
+
+def _reader() -> YAML:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = _BoundedComposer
+    return yaml
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
