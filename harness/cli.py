@@ -7,11 +7,25 @@ from types import FrameType
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
+from harness.execution import TIME_LIMIT
 from harness.resources import keep_compiled_code
-from navstack.errors import NavstackError
+from navstack.errors import InputError, NavstackError
 
 PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
+OTHER_PRICES = click.option("--prices", help="Prices: a name of params/prices or a file; default: the run's own.")
+SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
+                        help="Another value of one price, e.g. delivery_fee=4.99; repeatable.")  # fmt: skip
+TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
+                     help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
+                     "on_site_assistance, battery_wear.")  # fmt: skip
+WORKERS = click.option("--workers", type=int, help="Processes; default: one per core.")
+EPISODE_TIMEOUT = click.option(
+    "--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=TIME_LIMIT, show_default=True,
+    help="Wall time in [s] after which a delivery counts as hung; it is tried twice.")  # fmt: skip
+LONGEST_LINE = 1000  # [characters] of a complaint
+BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json")  # they change no row
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
 
 
@@ -33,7 +47,80 @@ RUN_HELP = """Drive deliveries and print what they did and what they cost.
 Examples:
   navbench run --stack nav2-gps --episodes 20
   navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
+  navbench run --world social --pedestrians 40 --episodes 5
+  navbench run --people recorded.csv --episodes 5
   navbench run --start 10,4.5,0 --goal 60,30,0 --episodes 3
+  navbench run --resume results/latest
+"""
+SUITE_HELP = """Drive a declared study: every stack in every world, density of people and seed; and print the overview.
+
+FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml does; it may be a name
+of params/suites.
+
+\b
+Examples:
+  navbench suite example
+  navbench suite my_suite.yaml --out results/my_suite
+  navbench suite --resume results/my_suite
+"""
+COMPARE_HELP = """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
+
+A and B are run folders, or FOLDER:stack where a folder has several stacks.
+
+\b
+Examples:
+  navbench compare results/before results/after
+  navbench compare results/both:nav2-gps results/both:parked
+  navbench compare results/before results/after --metric sla --metric contribution_margin --json
+"""
+PRICE_HELP = """Price a finished run again, without simulating: other prices, other ways to count contacts, more costs.
+
+RUN is a run folder, or FOLDER:stack.
+
+\b
+Examples:
+  navbench price results/latest --set delivery_fee_usd_per_run=4.99
+  navbench price results/latest --prices my_prices.yaml --json
+  navbench price results/latest --with operator,on_site_assistance,battery_wear --set on_site_time_h=0.5
+"""
+SENSITIVITY_HELP = """Show what the money of a finished run hangs on: every price, pairs of prices, chance.
+
+RUN is a run folder, or FOLDER:stack.
+
+\b
+Examples:
+  navbench sensitivity results/latest
+  navbench sensitivity results/latest --out figures
+  navbench sensitivity results/latest --map delivery_fee,property_damage --out figures --json
+"""
+PARITY_HELP = """Run recorded inputs of Nav2's own C++ through navstack and compare: a certificate, part by part.
+
+\b
+Examples:
+  navbench parity
+  navbench parity --golden my_vectors --json
+
+Exit status: 0 all cases are equal or their deviations explained; 1 otherwise.
+"""
+LINT_HELP = """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
+
+FILE is a path or a name of params/nav2. What each finding means: docs/lint.md.
+
+\b
+Examples:
+  navbench lint my_robot_nav2.yaml
+  navbench lint my_robot_nav2.yaml --robot segway_e1
+  navbench lint tuned --json
+
+Exit status: 0 no errors (there may be warnings); 1 errors.
+"""
+MAP_HELP = """Make a sidewalk world, or show any map beside what is known of the paper's.
+
+\b
+Examples:
+  navbench map new --seed 7 --name my_town --out my_maps
+  navbench map show my_maps/my_town.yaml --out town.png
+  navbench map show sidewalk --view navmesh --out mesh.png --json
 """
 
 
@@ -61,22 +148,184 @@ def paper(prices: str, as_json: bool) -> None:
 @click.option("--map", "map_name", default="sidewalk", show_default=True,
               help="A built-in map or a map_server YAML file.")  # fmt: skip
 @click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20).")
+@click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
+              "id, t, x, y; obsmat.txt); default: the world's own.")  # fmt: skip
+@click.option("--world", default="costnav", show_default=True, help="A name of params/worlds or a YAML file.")
+@click.option("--rules", default="costnav", show_default=True,
+              help="How deliveries end: a name of params/rules or a YAML file.")  # fmt: skip
+@click.option("--missions", default="published", show_default=True,
+              help="How they are drawn: published (nearer goals more often) or uniform.")  # fmt: skip
 @click.option("--localizer", help="ground_truth or gps, instead of the stack's own.")
 @click.option("--robot", help="A name of params/robots or a file, instead of the stack's own.")
 @click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones.")
 @click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones.")
-@click.option("--workers", type=int, help="Processes; default: one per core.")
+@WORKERS
+@EPISODE_TIMEOUT
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
+@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
+              help="Go on with a run that was cut off, from its folder alone.")  # fmt: skip
 @PRICES
-@click.option("--record", default="events", show_default=True, help="events, or full: trajectories too.")
+@click.option("--record", default="events", show_default=True, help="events; decisions: also why each command was "
+              "given; full: trajectories too.")  # fmt: skip
 @click.option("--allow-unknown", is_flag=True, help="Unknown keys in a Nav2 file are warnings, not errors.")
 @JSON
-def run(out: Path | None, as_json: bool, **choices: Any) -> None:
+@click.pass_context
+def run(
+    context: click.Context, out: Path | None, resume: Path | None, episode_timeout: float, as_json: bool, **choices: Any
+) -> None:
     """Drive a study; see ``RUN_HELP``."""
-    from harness.cli_run import run_command
+    from harness.cli_run import resume_command, run_command
     from harness.study import make_study
 
-    sys.exit(run_command(make_study(**choices), out, as_json))
+    if resume is not None:
+        _refuse_others(context)
+        sys.exit(resume_command(resume, choices["workers"], episode_timeout, as_json))
+    sys.exit(run_command(make_study(**choices), out, episode_timeout, as_json))
+
+
+@app.command(help=SUITE_HELP, short_help="Drive a declared study: stacks x maps x worlds x densities x seeds.")
+@click.argument("file", required=False)
+@WORKERS
+@EPISODE_TIMEOUT
+@click.option("--out", type=click.Path(path_type=Path), help="Folder; default: results/<time>-<name of the file>.")
+@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
+              help="Go on with a suite that was cut off, from its folder alone.")  # fmt: skip
+@JSON
+@click.pass_context
+def suite(
+    context: click.Context,
+    file: str | None,
+    workers: int | None,
+    episode_timeout: float,
+    out: Path | None,
+    resume: Path | None,
+    as_json: bool,
+) -> None:
+    """Drive a suite; see ``SUITE_HELP``."""
+    from harness.cli_suite import resume_suite_command, suite_command
+
+    if resume is not None:
+        _refuse_others(context)
+        sys.exit(resume_suite_command(resume, workers, episode_timeout, as_json))
+    if file is None:
+        raise InputError("no suite is given; give its file, or --resume DIR")
+    sys.exit(suite_command(file, workers, episode_timeout, out, as_json))
+
+
+def _refuse_others(context: click.Context) -> None:
+    """Check that nothing was given beside --resume that would make another study of it."""
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in BESIDE_RESUME
+        and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
+    ]
+    if given:
+        raise InputError(f"--resume takes the study from its folder; leave out {', '.join(given)}")
+
+
+@app.command(help=COMPARE_HELP, short_help="Compare two runs mission by mission.")
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@click.option("--metric", "metrics", multiple=True, help="Compare this one only; repeatable. Default: all.")
+@JSON
+def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
+    """Compare B with A; see ``COMPARE_HELP``."""
+    from harness.cli_compare import compare_command
+
+    compare_command(first, second, metrics, as_json)
+
+
+@app.command(help=PRICE_HELP, short_help="Price a finished run again, without simulating.")
+@click.argument("run_folder", metavar="RUN")
+@OTHER_PRICES
+@SETTINGS
+@TERMS
+@JSON
+def price(
+    run_folder: str, prices: str | None, settings: tuple[str, ...], terms: tuple[str, ...], as_json: bool
+) -> None:
+    """Price a run again; see ``PRICE_HELP``."""
+    from harness.cli_price import price_command
+
+    price_command(run_folder, prices, settings, terms, as_json)
+
+
+@app.command(help=SENSITIVITY_HELP, short_help="Show which prices a finished run's profit hangs on.")
+@click.argument("run_folder", metavar="RUN")
+@OTHER_PRICES
+@SETTINGS
+@TERMS
+@click.option("--map", "maps", multiple=True, metavar="X,Y",
+              help="Two prices, or groups such as injury.costs, to vary together; repeatable.")  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the figures (PDF and PNG); default: none.")
+@JSON
+def sensitivity(
+    run_folder: str,
+    prices: str | None,
+    settings: tuple[str, ...],
+    terms: tuple[str, ...],
+    maps: tuple[str, ...],
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Vary the prices; see ``SENSITIVITY_HELP``."""
+    from harness.cli_sensitivity import sensitivity_command
+
+    sensitivity_command(run_folder, prices, settings, terms, maps, out, as_json)
+
+
+@app.command(help=PARITY_HELP, short_help="Compare with Nav2's own C++, case by case.")
+@click.option("--golden", "folder", type=click.Path(path_type=Path),
+              help="Folder of golden vectors (.npz); default: $NAVSTACK_GOLDEN, else tests/golden.")  # fmt: skip
+@JSON
+def parity(folder: Path | None, as_json: bool) -> None:
+    """Certify the parity; see ``PARITY_HELP``."""
+    from harness.cli_parity import parity_command
+
+    sys.exit(parity_command(folder, as_json))
+
+
+@app.command(help=LINT_HELP, short_help="Check a Nav2 parameter file.")
+@click.argument("file")
+@click.option("--robot", help="A name of params/robots or a file, to hold the file against.")
+@click.option("--allow-unknown", is_flag=True, help="Unknown keys are warnings, not errors.")
+@JSON
+def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> None:
+    """Check a file; see ``LINT_HELP``."""
+    from harness.cli_lint import lint_command
+
+    lint_command(file, robot, allow_unknown, as_json)
+
+
+@app.group(name="map", help=MAP_HELP, short_help="Make a sidewalk world, or show and measure a map.")
+def map_group() -> None:
+    """Group the commands about maps; see ``MAP_HELP``."""
+
+
+@map_group.command("new")
+@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same world; 0 or more.")
+@click.option("--name", required=True, help="The map's name: NAME.yaml and the files beside it.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path(), help="Folder; default: the current one.")
+def map_new(seed: int, name: str, out: Path) -> None:
+    """Generate a sidewalk world like the paper's and save it as a map; its path goes to standard output."""
+    from harness.cli_map import new_command
+
+    new_command(seed, name, out)
+
+
+@map_group.command("show")
+@click.argument("map_name", metavar="MAP")
+@click.option("--out", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG).")
+@click.option("--view", default="zones", show_default=True, help="What the picture shows: zones, navmesh or keepout.")
+@click.option("--samples", type=int, default=200, show_default=True, help="Missions drawn to measure their paths.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of those missions.")
+@JSON
+def map_show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool) -> None:
+    """Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw its picture with --out."""
+    from harness.cli_map import show_command
+
+    show_command(map_name, out, view, samples, seed, as_json)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -111,5 +360,7 @@ def _status(arguments: list[str] | None) -> int:
 
 def _complain(message: str, status: int) -> int:
     line = " ".join(message.split())
+    if len(line) > LONGEST_LINE:  # a message quotes what was given, which may be a whole file
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
     sys.stderr.write(f"navbench: {line}\n")
     return status

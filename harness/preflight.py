@@ -3,11 +3,13 @@
 import dataclasses
 
 from harness.setup import build_brain, build_world, mission_of, nav2_of, prices_of, robot_of, rules_of
+from harness.stack import Stack
 from harness.study import Study
 from harness.world.robot import RobotParams
 from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_filters import keepout_filters_without_mask
 from navstack.params.nav2_views import read_costmap
 
 BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
@@ -31,8 +33,17 @@ def check(study: Study) -> list[str]:
             nav2 = nav2_of(task)
             notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
+            notes += filter_notes(nav2, stack)
             notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
     return notes
+
+
+def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
+    """A note where keepout filters have no mask: neither from the file nor from the planning map."""
+    names = keepout_filters_without_mask(nav2.parameters)
+    if stack.planning_map != "navigation_mesh" or not names:
+        return []
+    return [f"{stack.name}: without a mask, hence without effect: {', '.join(names)} (the mesh is walkable ground)"]
 
 
 def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:

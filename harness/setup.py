@@ -12,9 +12,10 @@ import numpy as np
 from harness.economics.prices import Prices, load_prices
 from harness.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import Rules
-from harness.study import EpisodeTask
+from harness.stack import Stack
+from harness.study import EpisodeTask, is_recording
 from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.pedestrians import RandomWalkPedestrians
+from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -22,14 +23,15 @@ from harness.world.scene_io import load_scene
 from harness.world.sensors import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
-from navstack.behavior_tree import Counts, Status
 from navstack.build import build_localizer, build_navigator, read_frequencies
 from navstack.costmap.occupancy_grid import FREE
 from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
-from navstack.navigator import Navigator
+from navstack.navigation_status import Counts, Status, Trouble
+from navstack.navigator import Navigator, TickRecord
 from navstack.params.nav2_file import Nav2File, load_nav2
-from navstack.params.strict import load_dataclass
+from navstack.params.strict import load_dataclass, read_text
+from navstack.stopwatch import Latencies
 from navstack.types import Belief, Observation, Pose2D, Twist2D
 
 REDRAWS = 50  # of a mission of which the user gave one end
@@ -52,11 +54,21 @@ class Brain(Protocol):
         """Plans, failures and recoveries so far."""
 
     @property
-    def last_error(self) -> str:
-        """Nav2's name of the last failure that called for a recovery; empty: none."""
+    def trouble(self) -> Trouble:
+        """What went wrong last, and why the navigation was given up if it was."""
 
-    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
-        """Start a delivery; all chance in planning is drawn from ``rng``."""
+    @property
+    def decision(self) -> TickRecord | None:
+        """How the last tick was decided; None: nothing was due in it."""
+
+    @property
+    def latencies(self) -> Latencies:
+        """How long planner and controller took, in wall time."""
+
+    def reset(
+        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
+    ) -> None:
+        """Start a delivery; all chance in planning is drawn from ``rng``, in localization from ``localizer_rng``."""
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick."""
@@ -66,13 +78,15 @@ class Parked:
     """Never moves: what other people's walking costs."""
 
     status = Status.RUNNING
-    last_error = ""
+    counts = Counts()
+    trouble = Trouble()
     belief = None
+    decision = None
+    latencies = Latencies()
 
-    def __init__(self) -> None:
-        self.counts = Counts()
-
-    def reset(self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator) -> None:
+    def reset(
+        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
+    ) -> None:
         """Stay where the delivery starts."""
 
     def tick(self, observation: Observation) -> Twist2D:
@@ -87,8 +101,9 @@ def scene_of(map_name: str) -> Scene:
 
 
 @lru_cache(maxsize=2)
-def _missions_on(map_name: str) -> MissionSampler:
-    return MissionSampler(scene_of(map_name).walkable)
+def _missions_on(map_name: str, sampling: str) -> MissionSampler:
+    scene = scene_of(map_name)
+    return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
 
 
 @lru_cache(maxsize=8)
@@ -115,7 +130,7 @@ def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
     Raises:
         InputError: a given pose is not on walkable ground, or no path connects start and goal.
     """
-    sampler, scene = _missions_on(task.map_name), scene_of(task.map_name)
+    sampler, scene = _missions_on(task.map_name, task.missions), scene_of(task.map_name)
     for what, given in (("start", task.start), ("goal", task.goal)):
         if given is not None:
             check_pose_free(scene.walkable, given, what)
@@ -144,32 +159,71 @@ def build_world(task: EpisodeTask) -> PyBulletWorld:
         task.stack.robot,
         task.stack.sensors,
         task.pedestrians,
+        task.people,
         _steps_per_tick(task),
     )
 
 
 @lru_cache(maxsize=2)
 def _world(
-    map_name: str, world: str, robot: str, sensors: str, pedestrians: int | None, steps_per_tick: int
+    map_name: str,
+    world: str,
+    robot: str,
+    sensors: str,
+    pedestrians: int | None,
+    people: str | None,
+    steps_per_tick: int,
 ) -> PyBulletWorld:
-    scene, params = scene_of(map_name), world_params(world, pedestrians)
+    scene, params = scene_of(map_name), world_params(world, pedestrians, people)
     return PyBulletWorld(
         scene,
         robot_of(robot),
         params,
-        RandomWalkPedestrians(params.people, scene.walkable),
+        make_pedestrians(params.people, scene.navigation_mesh, robot_of(robot)),
         SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene.geometry, params.people.radius),
         steps_per_tick,
     )
 
 
 @lru_cache(maxsize=2)
-def world_params(path: str, pedestrians: int | None) -> WorldParams:
-    """A world's parameters, with the number of people that the user asked for (None: the world's own)."""
+def world_params(path: str, pedestrians: int | None, people: str | None = None) -> WorldParams:
+    """A world's parameters, with the people that the user asked for.
+
+    Args:
+        path: file of ``params/worlds``.
+        pedestrians: how many people; None: the world's own number.
+        people: their model, or a recording of them; None: the world's own.
+
+    Raises:
+        InputError: an unknown model, or a number for a recording.
+    """
     params = load_dataclass(WorldParams, Path(path))
-    if pedestrians is None:
-        return params
-    return dataclasses.replace(params, people=dataclasses.replace(params.people, count=pedestrians))
+    who = params.people
+    if who.replay.file:
+        recording = str((Path(path).parent / who.replay.file).resolve())
+        who = dataclasses.replace(who, replay=dataclasses.replace(who.replay, file=recording))
+    if people is not None and is_recording(people):
+        who = dataclasses.replace(who, model="replay", replay=dataclasses.replace(who.replay, file=people))
+    elif people is not None:
+        who = dataclasses.replace(who, model=people)
+    if pedestrians is not None and who.model == "replay":
+        raise InputError(
+            f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its own; leave it out, "
+            "or choose --people random_walk or social_force"
+        )
+    if pedestrians is not None:
+        who = dataclasses.replace(who, count=pedestrians)
+    return dataclasses.replace(params, people=who)
+
+
+def with_recording(params: WorldParams) -> tuple[WorldParams, dict[str, str]]:
+    """The same world with its recording of people, if it replays one, beside its file; and that recording by name."""
+    if params.people.model != "replay":
+        return params, {}
+    source = Path(params.people.replay.file)
+    replay = dataclasses.replace(params.people.replay, file=f"people{source.suffix}")
+    beside = dataclasses.replace(params, people=dataclasses.replace(params.people, replay=replay))
+    return beside, {replay.file: read_text(source)}
 
 
 @lru_cache(maxsize=2)
@@ -179,11 +233,14 @@ def robot_of(path: str) -> RobotParams:
 
 
 def _steps_per_tick(task: EpisodeTask) -> int:
-    """The longest tick, in physics steps, at whose end every part of the brain can run when it is due."""
     if not task.stack.nav2_file:
         return PARKED_STEPS
-    rate = world_params(task.world, task.pedestrians).physics.rate
-    periods = [rate / frequency for frequency in read_frequencies(nav2_of(task))]
+    return steps_per_tick(nav2_of(task), world_params(task.world, task.pedestrians, task.people).physics.rate)
+
+
+def steps_per_tick(nav2: Nav2File, rate: float) -> int:
+    """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
+    periods = [rate / frequency for frequency in read_frequencies(nav2)]
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
         return 1  # some part fits no whole number of steps: it runs at the first step after it is due
     return math.gcd(*(round(period) for period in periods))
@@ -193,21 +250,30 @@ def build_brain(task: EpisodeTask, world: World) -> Brain:
     """The brain of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
     if not task.stack.nav2_file:
         return Parked()
-    stack = task.stack
-    return _navigator(world, task.map_name, stack.planning_map, stack.localizer, stack.nav2_file, task.allow_unknown)
+    return _navigator(world, task.map_name, task.stack, task.allow_unknown)
 
 
 @lru_cache(maxsize=2)
-def _navigator(
-    world: World, map_name: str, planning_map: str, localizer_name: str, nav2_file: str, allow_unknown: bool
-) -> Navigator:
-    scene, nav2 = scene_of(map_name), nav2_parameters(nav2_file, allow_unknown)
-    if localizer_name == "ground_truth":
+def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> Navigator:
+    return navigator_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
+
+
+def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Navigator:
+    """The brain of a stack that drives, to be reset.
+
+    Args:
+        scene: what its maps show.
+        world: where a localizer that knows the truth looks it up.
+        stack: which localizer it has, and which map.
+        nav2: its parameter file.
+    """
+    if stack.localizer == "ground_truth":
         localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
     else:
-        localizer = build_localizer(localizer_name)
-    if planning_map == "navigation_mesh":
-        return build_navigator(nav2, localizer, scene.walkable, None)
+        on_mesh = (stack.localization_map or stack.planning_map) == "navigation_mesh"
+        localizer = build_localizer(stack.localizer, nav2, scene.navigation_mesh if on_mesh else scene.mapped_geometry)
+    if stack.planning_map == "navigation_mesh":
+        return build_navigator(nav2, localizer, scene.navigation_mesh, None)
     return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE)
 
 

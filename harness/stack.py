@@ -9,7 +9,7 @@ from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
-LOCALIZERS = ("ground_truth", "gps")
+LOCALIZERS = ("ground_truth", "gps", "amcl")
 PLANNING_MAPS = ("geometry", "navigation_mesh")
 NAVIGATORS = ("nav2", "parked")
 SENSOR_KINDS = ("lidar", "gps")  # those that have a price
@@ -22,11 +22,12 @@ class Stack:
     title: str
     navigator: str
     localizer: str
-    planning_map: str
+    planning_map: str  # of PLANNING_MAPS
     sensors: str
     carries: tuple[str, ...]
     robot: str
     nav2_file: str = ""  # empty for 'parked'
+    localization_map: str = ""  # of PLANNING_MAPS; empty: the planning map
     name: str = ""
 
 
@@ -58,6 +59,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("navigator", stack.navigator, NAVIGATORS)
     _check("localizer", stack.localizer, LOCALIZERS)
     _check("planning map", stack.planning_map, PLANNING_MAPS)
+    _check("localization map", stack.localization_map or stack.planning_map, PLANNING_MAPS)
     for sensor in stack.carries:
         _check("sensor", sensor, SENSOR_KINDS)
     params = shipped("params")

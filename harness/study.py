@@ -8,19 +8,28 @@ from pathlib import Path
 import numpy as np
 
 from harness.execution import available_cores
+from harness.mission import SAMPLINGS
 from harness.resources import resolve, shipped
 from harness.stack import Stack, load_stack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import Pose2D
 
-RECORDS = ("events", "full")
+RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
+RECORDS = ("events", "decisions", "full")
 FARTHEST = 1e6  # [m] or [rad] of a pose that a user gives
-MAX_SEED = 2**63 - 1  # what a table can hold
 MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
+MAX_EPISODES = 1_000_000  # of a stack
+MAX_SEED = 2**63 - 1  # what a table can hold
 
 # Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
 # stacks meet the same missions, people and noise (common random numbers).
-CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner")
+CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer")
+
+
+def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:
+    """One generator per consumer of randomness."""
+    children = np.random.SeedSequence(seed, spawn_key=(episode,)).spawn(len(CONSUMERS))
+    return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +45,27 @@ class EpisodeTask:
     seed: int
     episode: int
     pedestrians: int | None
+    people: str | None  # model of people, or the file of a recording; None: the world's own
+    missions: str  # how they are drawn, a name of harness.mission.SAMPLINGS
     start: Pose2D | None
     goal: Pose2D | None
     keep_trace: bool
+    keep_decisions: bool
     allow_unknown: bool
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            InputError: a seed out of range, or an unknown way to draw missions.
+        """
+        _at_least("--seed", self.seed, 0, MAX_SEED)
+        if self.missions not in SAMPLINGS:
+            raise UnknownNameError("--missions", self.missions, SAMPLINGS)
 
     def generators(self) -> dict[str, np.random.Generator]:
         """One generator per consumer, the same for every stack."""
-        children = np.random.SeedSequence(self.seed, spawn_key=(self.episode,)).spawn(len(CONSUMERS))
-        return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
+        return make_generators(self.seed, self.episode)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +76,11 @@ class Study:
     episodes: int
     workers: int
     template: EpisodeTask  # of the first stack's first episode; the others differ in stack and episode
+
+    @property
+    def total(self) -> int:
+        """Number of deliveries."""
+        return self.episodes * len(self.stacks)
 
     def tasks(self) -> Iterator[EpisodeTask]:
         """Every delivery of the study."""
@@ -67,29 +93,30 @@ def make_study(
     *,
     stacks: Sequence[str],
     episodes: int,
-    seed: int,
-    map_name: str,
-    pedestrians: int | None,
-    localizer: str | None,
-    robot: str | None,
-    start: str | None,
-    goal: str | None,
-    workers: int | None,
-    prices: str,
-    record: str,
-    allow_unknown: bool,
+    seed: int = 0,
+    map_name: str = "sidewalk",
+    pedestrians: int | None = None,
+    people: str | None = None,
+    world: str = "costnav",
+    missions: str = "published",
+    localizer: str | None = None,
+    robot: str | None = None,
+    start: str | None = None,
+    goal: str | None = None,
+    workers: int | None = None,
+    prices: str = "costnav",
+    rules: str = "costnav",
+    record: str = "events",
+    allow_unknown: bool = False,
 ) -> Study:
     """Check what a user asked for.
 
     Raises:
         InputError: a count out of range, an unknown name, a pose that is not three numbers.
     """
-    _at_least("--episodes", episodes, 1)
-    _at_least("--seed", seed, 0, MAX_SEED)
+    _at_least("--episodes", episodes, 1, MAX_EPISODES)
     if pedestrians is not None:
         _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
-    if workers is not None:
-        _at_least("--workers", workers, 1)
     if record not in RECORDS:
         raise UnknownNameError("--record", record, RECORDS)
     params = shipped("params")
@@ -98,18 +125,32 @@ def make_study(
         stack=loaded[0],
         stack_number=0,
         map_name=_absolute(map_name),
-        world=str(params / "worlds" / "costnav.yaml"),
-        rules=str(params / "rules" / "costnav.yaml"),
+        world=str(resolve(world, params / "worlds", "world").resolve()),
+        rules=str(resolve(rules, params / "rules", "rules").resolve()),
         prices=str(resolve(prices, params / "prices", "prices").resolve()),
         seed=seed,
         episode=0,
         pedestrians=pedestrians,
+        people=str(Path(people).resolve()) if people is not None and is_recording(people) else people,
+        missions=missions,
         start=parse_pose("--start", start) if start is not None else None,
         goal=parse_pose("--goal", goal) if goal is not None else None,
         keep_trace=record == "full",
+        keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
     )
-    return Study(loaded, episodes, min(workers or available_cores(), episodes * len(loaded)), template)
+    return Study(loaded, episodes, usable_workers(workers, episodes * len(loaded)), template)
+
+
+def usable_workers(asked: int | None, deliveries: int) -> int:
+    """How many processes to start: what a user asked for, by default one per core, and no more than there is to do.
+
+    Raises:
+        InputError: fewer than one is asked for.
+    """
+    if asked is not None:
+        _at_least("--workers", asked, 1)
+    return min(asked or available_cores(), deliveries)
 
 
 def _absolute(map_name: str) -> str:
@@ -117,6 +158,11 @@ def _absolute(map_name: str) -> str:
     path = Path(map_name)
     is_file = path.suffix in (".yaml", ".yml") or len(path.parts) > 1
     return str(path.resolve()) if is_file else map_name
+
+
+def is_recording(people: str) -> bool:
+    """Whether what a user gave as people is a file of recorded ones, and not the name of a model."""
+    return Path(people).suffix in RECORDINGS or len(Path(people).parts) > 1
 
 
 def parse_pose(option: str, text: str) -> Pose2D:

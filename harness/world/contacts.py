@@ -10,6 +10,7 @@ from harness.world.world_params import ContactParams
 Vector = tuple[float, float, float]
 
 _SAME_PLACE = 0.1  # [m] between a point and one of the step before, up to which the contact goes on
+_IN_TOUCH = 1e-4  # [m] between bodies, up to which they touch
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +122,7 @@ class ContactBook:
     finished: tuple[Contact, ...] = ()
     _cool_down: int = 0  # contact reports during which nothing counts
     _open: dict[Touched, _Event] = field(default_factory=dict)
-    _in_touch: list[ContactPoint] = field(default_factory=list)  # points where bodies touched when the last step ended
+    _before: list[tuple[ContactPoint, bool]] = field(default_factory=list)  # last step's, and whether of an impact
     _recorded: float = 0.0  # [s] end of that step
 
     @property
@@ -149,21 +150,25 @@ class ContactBook:
     def _impacts(self, stamp: float, points: list[ContactPoint], robot: Motion) -> dict[Touched, float]:
         """Impulse [N s] per partner of the points where bodies meet."""
         if stamp - self._recorded > 1.5 * self.dt:
-            self._in_touch = []
-        least = self.params.impact_speed
-        impacts: dict[Touched, float] = {}
-        for point in points:
-            if point.robot_speed(robot) + point.partner_speed > least and not self._goes_on(point):
-                impacts[point.touched] = impacts.get(point.touched, 0.0) + point.impulse
-        self._in_touch = [p for p in points if p.impulse > 0.0 and p.distance <= least * self.dt]
+            self._before = []
+        pressed = [point for point in points if point.impulse > 0.0]
+        self._before = [(point, self._is_impact(point, robot)) for point in pressed]
         self._recorded = stamp
+        impacts: dict[Touched, float] = {}
+        for point, is_impact in self._before:
+            if is_impact:
+                impacts[point.touched] = impacts.get(point.touched, 0.0) + point.impulse
         return impacts
 
-    def _goes_on(self, point: ContactPoint) -> bool:
-        return any(
-            point.touched == before.touched and math.dist(point.position, before.position) < _SAME_PLACE
-            for before in self._in_touch
-        )
+    def _is_impact(self, point: ContactPoint, robot: Motion) -> bool:
+        """Whether bodies come together at a point, or have not quite done so since the last step."""
+        for before, was_impact in self._before:
+            if point.touched == before.touched and math.dist(point.position, before.position) < _SAME_PLACE:
+                if before.distance <= _IN_TOUCH:
+                    return False
+                if was_impact:
+                    return True
+        return point.robot_speed(robot) + point.partner_speed > self.params.impact_speed
 
     def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
         """The published accounting: the first partner that is strong enough, then a cool-down in reports."""

@@ -13,7 +13,8 @@ LEVEL = -1.0  # [N] wheel load that says: standing on level ground, the driven w
 
 
 def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
-    """The constants (14,) of :func:`drive_wrench`, in its order, SI units."""
+    """The constants (15,) of :func:`drive_wrench`, in its order, SI units."""
+    rolling = robot.mass * robot.center_of_mass_height**2 / robot.inertia[0]
     return np.array(
         (
             dt,
@@ -30,6 +31,7 @@ def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray
             robot.max_deceleration,
             robot.max_yaw_acceleration,
             max(robot.servo_time_constant, dt),
+            robot.mass / (1.0 + rolling),  # what a sideways force at the ground moves where the robot may roll
         )
     )
 
@@ -104,17 +106,19 @@ def drive_wrench(
 
     Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the spin [rad/s] in the map frame,
     the loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants
-    (14,) of :func:`drive_constants`.
+    (15,) of :func:`drive_constants`.
     """
     dt, mass, inertia, lever, height, weight = constants[:6]
     half_track, motor_limit = constants[6], constants[8]
-    up, down, yaw_up, time_constant = constants[10:]
+    up, down, yaw_up, time_constant = constants[10:14]
+    held = mass  # [kg] that holding the axle sideways must stop
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     cos, sin = math.cos(yaw), math.sin(yaw)
     forward, left = cos * vx + sin * vy, -sin * vx + cos * vy  # [m/s] of the centre of mass, heading frame
     if left_load != LEVEL:  # pitching and rolling move the treads as well
         forward -= (cos * wy - sin * wx) * height
         left += (cos * wx + sin * wy) * height
+        held = constants[14]
 
     speed = step_towards(forward, speed_command, dt, time_constant, up, down)
     turn = step_towards(yaw_rate, yaw_rate_command, dt, time_constant, yaw_up, yaw_up)
@@ -122,7 +126,7 @@ def drive_wrench(
     # The centre of mass lies `lever` behind the axle: its velocity next step, seen from the heading now.
     ahead, aside = math.cos(turn * dt), math.sin(turn * dt)
     along = mass * (speed * ahead + turn * lever * aside - forward) / dt
-    sideways = mass * (speed * aside - turn * lever * ahead - left) / dt
+    sideways = held * (speed * aside - turn * lever * ahead - left) / dt
     couple = inertia * (turn - yaw_rate) / dt - sideways * lever
     left_along, right_along = motor_forces(along, couple, half_track, motor_limit)
     if max(abs(left_along), abs(right_along)) >= motor_limit:
@@ -130,10 +134,10 @@ def drive_wrench(
         couple = (right_along - left_along) * half_track
         ahead, aside = math.cos(yaw_rate * dt), math.sin(yaw_rate * dt)
         speed = forward + dt * (left_along + right_along) / mass
-        turn = (couple * dt + inertia * yaw_rate + lever * mass * (speed * aside - left)) / (
-            inertia + mass * lever * lever * ahead
+        turn = (couple * dt + inertia * yaw_rate + lever * held * (speed * aside - left)) / (
+            inertia + held * lever * lever * ahead
         )
-        sideways = mass * (speed * aside - turn * lever * ahead - left) / dt
+        sideways = held * (speed * aside - turn * lever * ahead - left) / dt
     left_along, left_side, right_along, right_side = grip(
         left_along, right_along, sideways, left_load, right_load, constants
     )

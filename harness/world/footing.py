@@ -25,7 +25,7 @@ class Scrape:
 class Footing:
     """How the robot stands after a physics step."""
 
-    left_load: float  # [N] on the left driven wheel; LEVEL: both stand as on a plane
+    left_load: float  # [N] that the left driven wheel grips with; LEVEL: both stand as on a plane
     right_load: float  # [N]
     scrapes: tuple[Scrape, ...]  # of neither wheel nor caster
 
@@ -60,7 +60,9 @@ class Feet:
         """Sort the robot's contacts with the ground.
 
         A level robot on both its wheels drives as on a plane: four feet carry a rigid body in more ways than one, and
-        the solver's choice among them is not that of a real frame.
+        the solver's choice among them is not that of a real frame. Otherwise a wheel grips with what its side of the
+        robot carries, the caster included (see :func:`drive_wrench`), and one that does not stand on the ground not at
+        all.
 
         Args:
             contacts: as PyBullet lists them, robot first.
@@ -84,7 +86,8 @@ class Feet:
                 scrapes.append(Scrape(point, load))
         if all(stands) and not is_tilted:
             return Footing(LEVEL, LEVEL, tuple(scrapes))
-        return Footing(loads[0], loads[1], tuple(scrapes))
+        left, right = (loads[side] + loads[side + 2] if stands[side] else 0.0 for side in (0, 1))
+        return Footing(left, right, tuple(scrapes))
 
     def _foot(self, x: float, y: float, z: float) -> int | None:
         if z > self._ground + self._radius:

@@ -13,6 +13,7 @@ from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to
 from navstack.types import FloatArray, LaserScan, Pose2D
 
+MAX_BEAMS = 20_000  # ten times the densest planar lidars
 _BLOCK = 64  # scans whose noise is drawn at once
 _FULL_TURN = 6.2832  # [rad] 2 pi as a file may write it
 
@@ -48,10 +49,10 @@ class LidarParams:
         """
         check_rate("lidar", self.rate)
         check_deviations("lidar", noise_std=self.noise_std)
-        if self.beams < 1 or not 0.0 < self.field_of_view <= _FULL_TURN:
+        if not 1 <= self.beams <= MAX_BEAMS or not 0.0 < self.field_of_view <= _FULL_TURN:
             raise ParameterError(
                 f"lidar: beams {self.beams} over field_of_view {self.field_of_view} rad; "
-                f"allowed are one beam or more over at most {_FULL_TURN} rad"
+                f"allowed are 1 to {MAX_BEAMS} beams over at most {_FULL_TURN} rad"
             )
         if not 0.0 <= self.range_min < self.range_max:
             raise ParameterError(

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 
+from harness.study import MAX_PEDESTRIANS
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
 MODEL_NAMES = ("random_walk", "social_force", "replay")
+MAX_GOALS = 10_000
+MAX_SIZE, MAX_SPEED = 5.0, 20.0  # [m] of a body, [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +98,16 @@ class PedestrianParams:
         """
         if self.model not in MODEL_NAMES:
             raise UnknownNameError("model of people", self.model, MODEL_NAMES)
-        if self.count < 0 or self.goals < 1:
-            raise ParameterError(f"pedestrians: count {self.count}, goals {self.goals}; allowed are 0 and 1 or more")
+        if not 0 <= self.count <= MAX_PEDESTRIANS or not 1 <= self.goals <= MAX_GOALS:
+            raise ParameterError(
+                f"pedestrians: count {self.count}, goals {self.goals}; allowed are 0 to {MAX_PEDESTRIANS} and "
+                f"1 to {MAX_GOALS}"
+            )
+        if max(self.radius, self.height) > MAX_SIZE or max(self.speed, self.speed_std) > MAX_SPEED:
+            raise ParameterError(
+                f"pedestrians: radius {self.radius} m, height {self.height} m, speed {self.speed} m/s, speed_std "
+                f"{self.speed_std} m/s; allowed are up to {MAX_SIZE:g} m and {MAX_SPEED:g} m/s"
+            )
         if not self.speed > 0.0 or self.speed_std < 0.0 or not self.radius > 0.0 or not self.height > 0.0:
             raise ParameterError(
                 f"pedestrians: speed {self.speed} m/s, speed_std {self.speed_std} m/s, radius {self.radius} m, "

@@ -25,10 +25,12 @@ from harness.world.scene import Scene
 from harness.world.sensors import SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
-from navstack.types import Observation, Pose2D, Twist2D
+from navstack.types import FloatArray, Observation, Pose2D, Twist2D
 
 _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
-_LEVEL_SINE = 0.002  # [-] of half the tilt, beyond which the loads of the wheels are measured: 0.23 degrees
+# Beyond these the loads of the wheels are measured.
+_LEVEL_SINE = 0.002  # [-] of half the tilt: 0.23 degrees
+_LEVEL_SPIN = 0.02  # [rad/s] of rolling and pitching
 _ON_LEVEL_GROUND = Footing(LEVEL, LEVEL, ())
 
 
@@ -140,6 +142,11 @@ class PyBulletWorld(World):
         """How the robot's base frame truly moves; the acceleration is the mean over the last tick."""
         return self._state
 
+    @property
+    def cargo_pieces(self) -> FloatArray:
+        """Centres (n, 3) in [m] of the pieces in and near the bucket, frame of its floor; none without cargo."""
+        return self._cargo.positions if self._cargo else np.empty((0, 3))
+
     def close_episode(self) -> Truth:
         """Finish the open contact events; returns the final truth."""
         self._book.close_all()
@@ -223,8 +230,8 @@ class PyBulletWorld(World):
 
     @property
     def _is_tilted(self) -> bool:
-        qx, qy, _, _ = self._orientation
-        return qx * qx + qy * qy > _LEVEL_SINE * _LEVEL_SINE
+        (qx, qy, _, _), (wx, wy, _) = self._orientation, self._spin
+        return qx * qx + qy * qy > _LEVEL_SINE * _LEVEL_SINE or wx * wx + wy * wy > _LEVEL_SPIN * _LEVEL_SPIN
 
     def _read_contacts(self, before: Motion | None, at_step: bool) -> None:
         """Note what the robot touched in the last step, and what it stands on.

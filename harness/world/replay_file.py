@@ -15,6 +15,7 @@ from navstack.types import FloatArray, IntArray
 
 MAX_BYTES = 20_000_000  # of a recording; an hour of a busy square has about 10 MB
 FARTHEST = 1e8  # [m] or [s] or [frames] of a sample
+MAX_PEOPLE = 10_000  # each costs time in every step
 COLUMNS = ("id", "t", "x", "y")
 _OBSMAT_WIDTH = 8  # frame, id, x, z, y, vx, vz, vy
 _OBSMAT = {"frame": 0, "id": 1, "x": 2, "y": 4}  # of its columns
@@ -117,7 +118,7 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
     """Sort (N, 4) samples by person and time.
 
     Raises:
-        InputError: somebody is in two places at once.
+        InputError: somebody is in two places at once, or there are too many.
     """
     samples = samples[np.lexsort((samples[:, 1], samples[:, 0]))]
     same = np.diff(samples[:, 0]) == 0.0
@@ -128,6 +129,9 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
             f"people file '{path}': id {person:g} has two samples at the time {time:g} s; one per person and time is "
             "allowed"
         )
+    people = 1 + np.count_nonzero(~same)
+    if people > MAX_PEOPLE:
+        raise InputError(f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part of it")
     return Recording(
         firsts=np.concatenate(([0], np.flatnonzero(~same) + 1, [len(samples)])),
         times=samples[:, 1] - samples[:, 1].min(),

@@ -13,6 +13,8 @@ _POSITIVE = (
     *("wheelbase", "caster_track", "max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration"),
     *("max_yaw_acceleration", "max_wheel_torque", "servo_time_constant"),
 )
+MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
+MAX_VALUE = 1e5  # of a mass, length, speed, ...; what is larger is no robot
 _NOT_NEGATIVE = ("wheel_friction", "body_friction", "rolling_resistance")
 
 
@@ -52,10 +54,19 @@ class RobotParams:
         Raises:
             ParameterError: a value out of range.
         """
+        if len(self.footprint) > MAX_CORNERS:
+            raise ParameterError(f"robot: footprint has {len(self.footprint)} corners; at most {MAX_CORNERS} are read")
         make_footprint(self.footprint)
+        if not 0.01 <= min(self.half_size) <= max(self.half_size) <= MAX_SIZE:
+            raise ParameterError(
+                f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways from its "
+                f"middle; allowed are 0.01 to {MAX_SIZE:g} m"
+            )
         for name in _POSITIVE:
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is more than 0")
+            if getattr(self, name) > MAX_VALUE:
+                raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is at most {MAX_VALUE:g}")
         for name in _NOT_NEGATIVE:
             if getattr(self, name) < 0.0:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is 0 or more")

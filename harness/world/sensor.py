@@ -10,6 +10,7 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry
 
 Measurement = Odometry | Imu | GpsFix | LaserScan
 
+MAX_RATE = 10_000.0  # [Hz]
 _BLOCK = 256  # rows of noise drawn at once
 
 
@@ -48,13 +49,13 @@ class NoiseStore:
 
 
 def check_rate(sensor: str, rate: float) -> None:
-    """Refuse a rate that is not positive.
+    """Refuse a rate that is not positive, or beyond every sensor.
 
     Raises:
         ParameterError: so it is.
     """
-    if not rate > 0.0:
-        raise ParameterError(f"{sensor}: rate {rate} Hz; allowed is more than 0")
+    if not 0.0 < rate <= MAX_RATE:
+        raise ParameterError(f"{sensor}: rate {rate} Hz; allowed is more than 0 to {MAX_RATE:g}")
 
 
 def check_deviations(sensor: str, **deviations: float) -> None:

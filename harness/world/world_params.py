@@ -7,6 +7,9 @@ from harness.world.pedestrian_params import PedestrianParams
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
+MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
+MAX_GRAVITY = 100.0  # [m/s2]
+MAX_PIECES = 1000  # of cargo
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +27,14 @@ class PhysicsParams:
         Raises:
             ParameterError: a value out of range.
         """
-        if not self.rate >= 60.0 or not self.gravity > 0.0 or self.solver_iterations < 1:
+        if not 60.0 <= self.rate <= MAX_RATE or not 0.0 < self.gravity <= MAX_GRAVITY:
             raise ParameterError(
-                f"physics: rate {self.rate} Hz, gravity {self.gravity} m/s2, solver_iterations "
-                f"{self.solver_iterations}; allowed are at least 60, more than 0, at least 1"
+                f"physics: rate {self.rate} Hz, gravity {self.gravity} m/s2; "
+                f"allowed are 60 to {MAX_RATE:g}, more than 0 to {MAX_GRAVITY:g}"
+            )
+        if not 1 <= self.solver_iterations <= MAX_ITERATIONS:
+            raise ParameterError(
+                f"physics: solver_iterations {self.solver_iterations}; allowed are 1 to {MAX_ITERATIONS}"
             )
         if not 0.0 <= self.contact_erp <= 0.2:
             raise ParameterError(f"physics: contact_erp {self.contact_erp}; allowed is 0 to 0.2")
@@ -63,7 +70,7 @@ class ContactParams:
 
     counted_impulse: float = 50.0  # [N s] with one partner in one step, from which it counts; published
     cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
-    impact_speed: float = 0.01  # [m/s] closing speed up to which bodies touch without impact
+    impact_speed: float = 0.05  # [m/s] closing speed up to which bodies touch without impact
     separation_time: float = 0.25  # [s] apart after which an event has ended
 
     def __post_init__(self) -> None:
@@ -98,8 +105,8 @@ class CargoParams:
         Raises:
             ParameterError: a value out of range.
         """
-        if self.pieces < 0:
-            raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) or more")
+        if not 0 <= self.pieces <= MAX_PIECES:
+            raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) to {MAX_PIECES}")
         if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
             raise ParameterError(f"cargo: fill {self.fill}, packing {self.packing}; allowed are up to 1 and up to 0.74")
         sizes = (self.piece_mass, self.piece_radius, self.bucket_width, self.wake_acceleration, self.settle_time)

@@ -1,0 +1,96 @@
+"""What happens in a scenario: people who walk by a script, and satellites that fall silent."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from harness.scenarios.scenario import PersonScript
+from harness.world.body_state import BodyState
+from harness.world.pedestrians import ABSENT, PedestrianModel
+from harness.world.sensors import SensorSuite
+from navstack.types import FloatArray, Observation, Pose2D
+
+
+class ScriptedPedestrians(PedestrianModel):
+    """Everybody waits at the first waypoint, sets out at a time or when the robot is near, and walks to the last one.
+
+    They walk straight from waypoint to waypoint at constant speed and see nothing.
+    """
+
+    def __init__(self, scripts: Sequence[PersonScript]) -> None:
+        self._scripts = scripts
+        self._waypoints = [np.array(script.waypoints) for script in scripts]
+        lengths = [np.hypot(*np.diff(points, axis=0).T) for points in self._waypoints]
+        self._distances = [np.concatenate(([0.0], np.cumsum(steps))) for steps in lengths]  # [m] along the way
+        self._restart(Pose2D())
+
+    def reset(self, rng: np.random.Generator, robot: Pose2D) -> None:
+        """See :class:`PedestrianModel`; nothing is left to chance."""
+        self._restart(robot)
+
+    def _restart(self, robot: Pose2D) -> None:
+        self._time = 0.0  # [s]
+        self._robot = (robot.x, robot.y)
+        self._walked = np.zeros(len(self._scripts))  # [m]
+        self._under_way = np.zeros(len(self._scripts), dtype=bool)
+        self._show()
+
+    def see_robot(self, robot: BodyState) -> None:
+        """See :class:`PedestrianModel`; it may be near enough for somebody to set out."""
+        self._robot = (robot.x, robot.y)
+
+    def step(self, dt: float) -> None:
+        """See :class:`PedestrianModel`."""
+        self._time += dt
+        for i, script in enumerate(self._scripts):
+            self._under_way[i] = self._under_way[i] or self._sets_out(script)
+            if self._under_way[i]:
+                self._walked[i] += script.speed * dt
+        self._show()
+
+    @property
+    def states(self) -> FloatArray:
+        """See :class:`PedestrianModel`."""
+        return self._states
+
+    def _sets_out(self, script: PersonScript) -> bool:
+        (x, y), near = script.waypoints[0], script.starts_near
+        is_near = near is None or math.hypot(self._robot[0] - x, self._robot[1] - y) <= near
+        return is_near and self._time >= script.starts_at
+
+    def _show(self) -> None:
+        self._states = np.array([self._state(i) for i in range(len(self._scripts))]).reshape(-1, 4)
+
+    def _state(self, i: int) -> tuple[float, float, float, float]:
+        """Position [m] and velocity [m/s] of person ``i`` now."""
+        script, points, distances = self._scripts[i], self._waypoints[i], self._distances[i]
+        walked = self._walked[i]
+        if walked >= distances[-1]:
+            return ABSENT if script.leaves and self._under_way[i] else (*points[-1].tolist(), 0.0, 0.0)
+        leg = int(np.searchsorted(distances, walked, side="right")) - 1
+        direction = (points[leg + 1] - points[leg]) / (distances[leg + 1] - distances[leg])
+        x, y = (points[leg] + direction * (walked - distances[leg])).tolist()
+        vx, vy = (direction * script.speed).tolist() if self._under_way[i] else (0.0, 0.0)
+        return x, y, vx, vy
+
+
+class SilentSatellites:
+    """A sensor suite whose satellite receiver has no fix for some time."""
+
+    def __init__(self, suite: SensorSuite, outages: Sequence[tuple[float, float]]) -> None:
+        """Let no fix through from and to the times [s] of each outage."""
+        self._suite = suite
+        self._outages = outages
+
+    def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
+        """See :class:`SensorSuite`."""
+        self._suite.reset(body, generators)
+
+    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
+        """See :class:`SensorSuite`."""
+        observation = self._suite.measure(body, pedestrians, stamp)
+        if any(start <= stamp < end for start, end in self._outages):
+            return dataclasses.replace(observation, gps=None)
+        return observation

@@ -1,0 +1,143 @@
+"""The checks of scenarios by name: each looks at what happened and says whether it holds, and what was measured."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import shapely
+
+from harness.metrics.contacts import fault
+from harness.scenarios.scenario import Area, Checks
+from harness.truth import Partner, Truth
+from harness.world.scene import Scene
+from navstack.types import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """What happened in a scenario."""
+
+    scene: Scene
+    times: FloatArray  # (T,) [s]
+    poses: FloatArray  # (T, 3) x, y [m], yaw [rad] of the base frame
+    distances: FloatArray  # (T,) [m] between the surfaces of the robot and of the nearest person; inf: nobody there
+    errors: FloatArray  # (T,) [m] between the believed and the true position
+    truth: Truth  # at the end
+    arrived: bool
+    gave_up: bool
+    error: str  # Nav2's name of the last failure; empty: none
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What became of one check."""
+
+    check: str
+    holds: bool
+    measured: str
+
+
+Answer = tuple[bool, str]
+
+
+def _no_collision(drive: Drive, asked: bool) -> Answer:
+    contacts = drive.truth.contacts
+    return not contacts, _touched(drive) if contacts else "touched nothing"
+
+
+def _not_at_fault(drive: Drive, asked: bool) -> Answer:
+    faults = [fault(contact) for contact in drive.truth.contacts]
+    return all(each == "person_into_standing_robot" for each in faults), ", ".join(dict.fromkeys(faults)) or "no contact"
+
+
+def _no_injury(drive: Drive, asked: bool) -> Answer:
+    hits = [contact for contact in drive.truth.counted_contacts if contact.partner is Partner.PEDESTRIAN]
+    return not hits, f"{len(hits)} counted contacts with people"
+
+
+def _arrives_within(drive: Drive, seconds: float) -> Answer:
+    end = float(drive.times[-1])
+    if not drive.arrived:
+        return False, f"had not arrived after {end:.1f} s" + (f", gave up with {drive.error}" if drive.gave_up else "")
+    return end <= seconds, f"arrived after {end:.1f} s"
+
+
+def _gives_up_with(drive: Drive, error: str) -> Answer:
+    return drive.gave_up and drive.error == error, f"gave up with {drive.error}" if drive.gave_up else "did not give up"
+
+
+def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
+    zones = {kind: [zone.polygon for zone in drive.scene.zones if zone.kind == kind] for kind in kinds}
+    unknown = next((kind for kind, polygons in zones.items() if not polygons), None)
+    if unknown is not None:
+        return False, f"the scene has no ground of kind '{unknown}'"
+    ground = shapely.union_all([shapely.Polygon(polygon) for polygons in zones.values() for polygon in polygons])
+    on_it = shapely.contains_xy(ground, drive.poses[:, 0], drive.poses[:, 1])
+    return not on_it.any(), _share(drive, on_it, f"on {' or '.join(kinds)}")
+
+
+def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
+    x, y = drive.poses[:, 0], drive.poses[:, 1]
+    inside = np.zeros(len(x), dtype=bool)
+    for x0, y0, x1, y1 in areas:
+        inside |= (x0 <= x) & (x <= x1) & (y0 <= y) & (y <= y1)
+    return not inside.any(), _share(drive, inside, "inside")
+
+
+def _never_closer_than(drive: Drive, least: float) -> Answer:
+    nearest = float(drive.distances.min())
+    return nearest >= least, "nobody was there" if nearest == math.inf else f"{nearest:.2f} m at the nearest"
+
+
+def _moves_at_most(drive: Drive, most: float) -> Answer:
+    farthest = float(np.hypot(*(drive.poses[:, :2] - drive.poses[0, :2]).T).max())
+    return farthest <= most, f"moved {farthest:.2f} m"
+
+
+def _believes_within(drive: Drive, most: float) -> Answer:
+    worst = float(drive.errors.max())
+    return worst <= most, f"{worst:.2f} m off at the worst"
+
+
+CHECKS: dict[str, Callable[[Drive, Any], Answer]] = {
+    "no_collision": _no_collision,
+    "not_at_fault": _not_at_fault,
+    "no_injury": _no_injury,
+    "arrives_within": _arrives_within,
+    "gives_up_with": _gives_up_with,
+    "stays_off": _stays_off,
+    "keeps_out_of": _keeps_out_of,
+    "never_closer_than": _never_closer_than,
+    "moves_at_most": _moves_at_most,
+    "believes_within": _believes_within,
+}
+
+
+def judge(drive: Drive, checks: Checks) -> tuple[Finding, ...]:
+    """The findings of all checks that a scenario asks for."""
+    asked = {field.name: getattr(checks, field.name) for field in fields(checks)}
+    findings = []
+    for name, value in asked.items():
+        if value not in (None, False, ()):
+            shown = name if value is True else f"{name} {_plain(value)}"
+            findings.append(Finding(shown, *CHECKS[name](drive, value)))
+    return tuple(findings)
+
+
+def _plain(value: Any) -> str:
+    return ", ".join(str(each) for each in value) if isinstance(value, tuple) else str(value)
+
+
+def _touched(drive: Drive) -> str:
+    first = drive.truth.contacts[0]
+    more = f" and {len(drive.truth.contacts) - 1} more" if len(drive.truth.contacts) > 1 else ""
+    return f"{fault(first)} ({first.kind}) after {first.stamp:.1f} s, {first.impulse:.1f} N s{more}"
+
+
+def _share(drive: Drive, where: FloatArray, words: str) -> str:
+    if not where.any():
+        return f"never {words}"
+    first = float(drive.times[np.argmax(where)])
+    return f"{words} first after {first:.1f} s"

@@ -1,0 +1,94 @@
+"""A scene drawn with letters.
+
+``#`` wall, ``.`` sidewalk, ``x`` crosswalk, ``=`` road (a curb lower than the sidewalk), ``,`` ground where nobody is
+meant to be (a closed site), level with the sidewalk. The robot may be on sidewalk and crosswalk.
+"""
+
+import numpy as np
+
+from harness.scenarios.scenario import Area, Drawing, Thing
+from harness.world.extrude import extrude, merge_rectangles
+from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.shapes import Rect, fill_convex
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.errors import ParameterError
+from navstack.types import BoolArray, Pose2D
+
+CELL = 0.05  # [m] of the maps made from a drawing
+CURB = -0.12  # [m] height of the road
+GROUND = {"#": "wall", ".": "sidewalk", "x": "crosswalk", "=": "road", ",": "closed"}
+WALKABLE = (".", "x")
+MOST_CELLS = 4_000_000  # 100 m x 100 m
+
+
+def draw_scene(drawing: Drawing, name: str) -> Scene:
+    """The scene of a drawing.
+
+    Raises:
+        ParameterError: an unknown letter, rows of different lengths, or a place too large.
+    """
+    letters = _letters(drawing)
+    per_letter = round(drawing.letter / CELL)
+    cells = np.kron(letters[::-1], np.ones((per_letter, per_letter), dtype=np.uint32))  # row 0: lowest y
+    origin = Pose2D(*drawing.origin, 0.0)
+    wall = cells == ord("#")
+    walkable = np.isin(cells, [ord(letter) for letter in WALKABLE])
+    zones = tuple(
+        Zone(kind, rectangle.polygon, CURB if kind == "road" else 0.0)
+        for letter, kind in GROUND.items()
+        if letter != "#"
+        for rectangle in _rectangles(letters[::-1] == ord(letter), drawing)
+    )
+    geometry = _grid(wall, origin)
+    return Scene(name, extrude(geometry, wall), zones, geometry, _grid(~walkable, origin))
+
+
+def with_things(scene: Scene, things: tuple[Thing, ...]) -> Scene:
+    """The scene with things put down in it."""
+    solid = scene.geometry.data.copy()
+    obstacles = []
+    for thing in things:
+        box = Rect(*thing.box).polygon
+        mask = np.zeros(solid.shape, dtype=bool)
+        fill_convex(mask, box, True, scene.geometry.resolution, scene.geometry.origin.x, scene.geometry.origin.y)
+        solid[mask] = OCCUPIED
+        obstacles.append(Obstacle(thing.kind, box, thing.height))
+    geometry = OccupancyGrid(solid, scene.geometry.resolution, scene.geometry.origin)
+    return Scene(
+        scene.name, (*scene.obstacles, *obstacles), scene.zones, geometry, scene.walkable, drawn_mesh=scene.drawn_mesh
+    )
+
+
+def areas_of(scene: Scene, kind: str) -> list[Area]:
+    """The rectangles around the zones of a kind."""
+    polygons = [zone.polygon for zone in scene.zones if zone.kind == kind]
+    return [(*polygon.min(axis=0).tolist(), *polygon.max(axis=0).tolist()) for polygon in polygons]
+
+
+def _letters(drawing: Drawing) -> np.ndarray:
+    """The drawing as an array of code points (H, W), the northern row first."""
+    rows = drawing.rows
+    if not rows or not rows[0] or len({len(row) for row in rows}) != 1:
+        raise ParameterError(f"drawing: {len(rows)} rows; all must have the same length of at least one letter")
+    unknown = sorted({letter for row in rows for letter in row} - set(GROUND))
+    if unknown:
+        known = ", ".join(f"'{letter}' {kind}" for letter, kind in GROUND.items())
+        raise ParameterError(f"drawing: unknown letter '{unknown[0]}'; known: {known}")
+    per_letter = drawing.letter / CELL
+    if per_letter < 1.0 or abs(per_letter - round(per_letter)) > 1e-6:
+        raise ParameterError(f"drawing: letter {drawing.letter} m is not a multiple of {CELL} m")
+    if len(rows) * len(rows[0]) * per_letter**2 > MOST_CELLS:
+        raise ParameterError(f"drawing: {len(rows)} x {len(rows[0])} letters of {drawing.letter} m are too large a place")
+    return np.array([[ord(letter) for letter in row] for row in rows], dtype=np.uint32)
+
+
+def _rectangles(mask: BoolArray, drawing: Drawing) -> list[Rect]:
+    x0, y0, side = *drawing.origin, drawing.letter
+    return [
+        Rect(x0 + c0 * side, y0 + r0 * side, x0 + c1 * side, y0 + r1 * side)
+        for r0, c0, r1, c1 in merge_rectangles(np.ascontiguousarray(mask)).tolist()
+    ]
+
+
+def _grid(occupied: BoolArray, origin: Pose2D) -> OccupancyGrid:
+    return OccupancyGrid(np.where(occupied, np.int8(OCCUPIED), np.int8(FREE)), CELL, origin)

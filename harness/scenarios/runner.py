@@ -1,0 +1,128 @@
+"""Drives a scenario in the physical world."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from harness.mission import Mission, check_footprint_free, check_pose_free
+from harness.outcome import ARRIVALS, Rules
+from harness.resources import resolve, shipped
+from harness.scenarios.actors import ScriptedPedestrians, SilentSatellites
+from harness.scenarios.checks import Drive, Finding, judge
+from harness.scenarios.drawing import draw_scene, with_things
+from harness.scenarios.scenario import Scenario, load_scenario
+from harness.setup import navigator_on, nav2_parameters, robot_of, steps_per_tick, world_params
+from harness.stack import load_stack
+from harness.study import make_generators
+from harness.world.pybullet_world import PyBulletWorld
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.scene_io import load_scene
+from harness.world.sensors import SensorParams, SensorSuite
+from navstack.errors import ParameterError
+from navstack.navigation_status import Status
+from navstack.navigator import Navigator
+from navstack.params.strict import load_dataclass
+from navstack.types import Belief, FloatArray
+
+AFTERMATH = 1.0  # [s] that is still driven after the navigator gave up
+PLACES = "params"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of a scenario."""
+
+    path: Path
+    scenario: Scenario
+    findings: tuple[Finding, ...]
+    duration: float  # [s] simulated
+
+    @property
+    def holds(self) -> bool:
+        """Whether every check holds."""
+        return all(finding.holds for finding in self.findings)
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether it passed or failed as its file says; what is known to fail and passes is not."""
+        return self.holds == (self.scenario.expect == "pass")
+
+
+def run_scenario(path: Path) -> Result:
+    """Drive a scenario file and judge it.
+
+    Raises:
+        InputError: the file, or something that it names, cannot be used.
+    """
+    scenario = load_scenario(path)
+    drive = _drive(scenario, path)
+    return Result(path, scenario, judge(drive, scenario.checks), float(drive.times[-1]))
+
+
+def _drive(scenario: Scenario, path: Path) -> Drive:
+    stack = load_stack(_beside(path, scenario.stack))
+    if not stack.nav2_file:
+        raise ParameterError(f"{path}: stack '{scenario.stack}' does not drive; give one that navigates")
+    known = _scene(scenario, path)
+    mapped = with_things(known, tuple(thing for thing in scenario.things if thing.on_map))
+    real = with_things(known, scenario.things)
+    robot, nav2 = robot_of(stack.robot), nav2_parameters(stack.nav2_file, False)
+    params = world_params(str(resolve(_beside(path, scenario.world), shipped("params") / "worlds", "world")), None)
+    check_pose_free(real.walkable, scenario.start, "start")
+    check_footprint_free(real.geometry, scenario.start, robot.polygon)
+    people = ScriptedPedestrians(scenario.people)
+    suite = SensorSuite(load_dataclass(SensorParams, Path(stack.sensors)), real.geometry, params.people.radius)
+    sensors = SilentSatellites(suite, scenario.gps_outages)
+    world = PyBulletWorld(real, robot, params, people, sensors, steps_per_tick(nav2, params.physics.rate))
+    try:
+        navigator = navigator_on(mapped, world, stack, nav2)
+        return _deliver(scenario, real, world, navigator, robot, params.people.radius)
+    finally:
+        world.close()
+
+
+def _scene(scenario: Scenario, path: Path) -> Scene:
+    if scenario.drawing is not None:
+        return draw_scene(scenario.drawing, path.stem)
+    return load_scene(_beside(path, str(scenario.map)))
+
+
+def _beside(path: Path, name: str) -> str:
+    """A file beside the scenario's by its path, anything else as it is: a built-in name."""
+    return str(path.parent / name) if (path.parent / name).is_file() else name
+
+
+def _deliver(
+    scenario: Scenario, scene: Scene, world: PyBulletWorld, navigator: Navigator, robot: RobotParams, radius: float
+) -> Drive:
+    rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
+    rules = dataclasses.replace(rules, timeout=scenario.time_limit)
+    generators = make_generators(scenario.seed, 0)
+    observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
+    navigator.reset(scenario.goal, Belief(scenario.start), generators["planner"], generators["localizer"])
+    rows: list[tuple[float, ...]] = []
+    end = math.inf  # [s] when the aftermath of giving up is over
+    while (verdict := rules.judge(world.truth, scenario.goal)) is None and world.stamp < end:
+        observation = world.step(navigator.tick(observation))
+        truth = world.truth
+        believed = navigator.belief.pose if navigator.belief else truth.pose
+        error = math.hypot(believed.x - truth.pose.x, believed.y - truth.pose.y)
+        rows.append((truth.stamp, truth.pose.x, truth.pose.y, truth.pose.yaw, _gap(robot, truth.pose, truth.pedestrians, radius), error))
+        if navigator.status is Status.FAILED and end == math.inf:
+            end = world.stamp + AFTERMATH
+    table = np.array(rows)
+    return Drive(
+        scene=scene,
+        times=table[:, 0],
+        poses=table[:, 1:4],
+        distances=table[:, 4],
+        errors=table[:, 5],
+        truth=world.close_episode(),
+        arrived=verdict is not None and verdict.outcome in ARRIVALS,
+        gave_up=navigator.status is Status.FAILED,
+        error=navigator.trouble.error,
+    )

@@ -1,0 +1,143 @@
+"""A scenario file: who stands where, what happens, and what must come of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.strict import load_dataclass
+from navstack.types import Pose2D
+
+Point = tuple[float, float]  # x, y [m] in the map frame
+Area = tuple[float, float, float, float]  # x0, y0, x1, y1 [m]: a rectangle parallel to the axes
+
+EXPECTATIONS = ("pass", "known_to_fail")
+LONGEST = 300.0  # [s] of simulated time
+FARTHEST = 1000.0  # [m] of a coordinate in a drawn scene
+MOST_ACTORS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """Something solid that somebody put down."""
+
+    box: Area
+    kind: str = "parked"  # as in a scene's obstacles
+    height: float = 1.5  # [m]
+    on_map: bool = False  # whether the robot's map shows it
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: the box is empty or flat.
+        """
+        x0, y0, x1, y1 = self.box
+        if not (x0 < x1 and y0 < y1 and 0.0 < self.height <= 100.0):
+            raise ParameterError(f"thing: box {list(self.box)}, height {self.height} m; needed are x0 < x1 and y0 < y1")
+
+
+@dataclass(frozen=True, slots=True)
+class PersonScript:
+    """Somebody who walks along waypoints, blind to everything; one waypoint: stands there."""
+
+    waypoints: tuple[Point, ...]
+    name: str = "person"
+    speed: float = 1.3  # [m/s]
+    starts_at: float = 0.0  # [s]
+    starts_near: float | None = None  # [m] between the robot and this person from which he walks; None: at once
+    leaves: bool = False  # is gone at the last waypoint, else stands there
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: no waypoint, or a speed or time out of range.
+        """
+        if not self.waypoints:
+            raise ParameterError(f"person '{self.name}': waypoints are missing; give at least one")
+        if not 0.0 < self.speed <= 10.0 or not 0.0 <= self.starts_at <= LONGEST:
+            raise ParameterError(
+                f"person '{self.name}': speed {self.speed} m/s, starts_at {self.starts_at} s; "
+                f"allowed are more than 0 to 10 and 0 to {LONGEST:g}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A small place drawn with letters, the northern edge first: see :mod:`harness.scenarios.drawing`."""
+
+    rows: tuple[str, ...]
+    letter: float = 0.5  # [m] side of the square that a letter stands for
+    origin: Point = (0.0, 0.0)  # of the lower left corner
+
+
+@dataclass(frozen=True, slots=True)
+class Checks:
+    """What must come of it; each that is given is checked. See :mod:`harness.scenarios.checks`."""
+
+    no_collision: bool = False  # the robot touches nobody and nothing
+    not_at_fault: bool = False  # who touches the robot walked into it while it stood
+    no_injury: bool = False  # no contact with a person that the published rule counts
+    arrives_within: float | None = None  # [s]
+    gives_up_with: str | None = None  # Nav2's name of the error
+    stays_off: tuple[str, ...] = ()  # kinds of ground on which the robot's centre never is
+    keeps_out_of: tuple[Area, ...] = ()
+    never_closer_than: float | None = None  # [m] between the surfaces of the robot and of any person
+    moves_at_most: float | None = None  # [m] from the start
+    believes_within: float | None = None  # [m] of the truth, at any time
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One situation."""
+
+    title: str  # a sentence
+    start: Pose2D
+    goal: Pose2D
+    checks: Checks
+    map: str | None = None  # a built-in map or a map_server file; either it or a drawing
+    drawing: Drawing | None = None
+    things: tuple[Thing, ...] = ()
+    people: tuple[PersonScript, ...] = ()
+    gps_outages: tuple[tuple[float, float], ...] = ()  # [s] from, to: no fix arrives
+    stack: str = "nav2-gps"  # a name of params/stacks or a file
+    world: str = "costnav"  # its physics and bodies; its people stay at home
+    seed: int = 0
+    time_limit: float = 60.0  # [s] of simulated time
+    expect: str = "pass"  # of EXPECTATIONS
+    reason: str = ""  # why it is known to fail
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range, no check, or a failure without reason.
+            UnknownNameError: an unknown expectation.
+        """
+        if self.expect not in EXPECTATIONS:
+            raise UnknownNameError("expect", self.expect, EXPECTATIONS)
+        if (self.expect == "known_to_fail") != bool(self.reason):
+            raise ParameterError("'reason' goes with 'expect: known_to_fail'; give both or neither")
+        if not self.title.strip() or not self.title.rstrip().endswith("."):
+            raise ParameterError(f"title '{self.title}' is not a sentence that ends with a full stop")
+        if (self.map is None) == (self.drawing is None):
+            raise ParameterError("either 'map' or 'drawing' must be given")
+        if self.checks == Checks():
+            raise ParameterError("checks: none is given")
+        if not 0.0 < self.time_limit <= LONGEST or not 0 <= self.seed < 2**63:
+            raise ParameterError(f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, from 0")
+        if len(self.people) + len(self.things) > MOST_ACTORS:
+            raise ParameterError(f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} in all")
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Read a scenario file.
+
+    Raises:
+        InputError: it cannot be read, or a key or value cannot be used; the message names the file.
+    """
+    try:
+        return load_dataclass(Scenario, path)
+    except (ParameterError, UnknownNameError) as error:
+        message = str(error)
+        raise ParameterError(message if message.startswith(str(path)) else f"{path}: {message}") from None
