@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -107,9 +108,9 @@ def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: 
     contacts = contacts_of(rows, events, kind)
     shares, people = share_of(contacts), contacts.with_people
     costs = injury_costs(contacts.impulses, prices) * shares
-    injuries = np.bincount(contacts.delivery[people], weights=costs[people], minlength=len(rows))
+    injuries: Any = np.bincount(contacts.delivery[people], weights=costs[people], minlength=len(rows))
     counts = {f"{kind}_contacts": _paid(contacts, kind, shares, prices, len(rows)) for kind in PRICED_PROPERTY}
-    in_world = {key: value for key, value in counts.items() if getattr(each, key) is not None}
+    in_world: dict[str, Any] = {key: value for key, value in counts.items() if getattr(each, key) is not None}
     return dataclasses.replace(each, pedestrian_injury_usd_per_run=injuries, **in_world)
 
 
@@ -122,4 +123,5 @@ def _paid(contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, del
         ],
         dtype=np.bool_,
     )
-    return np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries)
+    sums: FloatArray = np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries)
+    return sums

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,12 @@ from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_yaml, read_text
 
+NEEDED = ("stack", "map", "seed", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
+NEEDED_OF_EVENTS = (
+    *("stack", "episode", "type", "partner", "kind", "fault"),
+    *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
+)
+LARGEST = 1e12  # of any number; more is no measurement of ours
 CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
 
 
@@ -108,7 +113,7 @@ def _load(folder: Path) -> StoredRun:
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
     finished = [row for row in rows if row["error"] is None]
     for row in finished:
-        _check_row(row, folder)
+        _check(row, NEEDED, folder / "episodes.parquet")
     stacks = tuple(
         StoredStack(
             name=name,
@@ -120,6 +125,8 @@ def _load(folder: Path) -> StoredRun:
         for name, carries, localizer in about["stacks"]
     )
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    for event in events:
+        _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
     return StoredRun(folder, about, stacks, tuple(events))
 
 
@@ -141,10 +148,9 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     return {**about, "stacks": stacks}
 
 
-def _check_row(row: Row, folder: Path) -> None:
-    """Check what every finished delivery has, and that numbers are numbers."""
-    needed = ("stack", "map", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
+def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:
+    """Check that a row has what it needs, and that its numbers can be measurements."""
     missing = next((key for key in needed if row[key] is None), None)
-    odd = next((key for key, value in row.items() if isinstance(value, float) and not math.isfinite(value)), None)
+    odd = next((key for key, value in row.items() if isinstance(value, float) and not abs(value) <= LARGEST), None)
     if missing or odd:
-        raise InputError(f"{folder}: episode {row['episode']} has no sound '{missing or odd}' in episodes.parquet")
+        raise InputError(f"{where}: episode {row['episode']} has no sound '{missing or odd}'")

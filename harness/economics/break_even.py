@@ -1,11 +1,14 @@
 """When a robot has earned back what it cost, and how much of each trouble a delivery fee can bear."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from harness.economics.prices import Prices
 from navstack.types import FloatArray
+
+FAR = 20.0  # standard deviations from which the series is exact to 1e-7
 
 
 def break_even_runs(capex_usd: float, contribution_margin: float | None) -> float | None:
@@ -40,14 +43,27 @@ def break_even_probability(runs: float, capex_usd: float, means: FloatArray, dev
         means: mean profit of a delivery [USD/run] in each bootstrap resample of the deliveries, shape (draws,).
         deviations: standard deviation of a delivery's profit [USD/run] in each, shape (draws,).
     """
-    from scipy.special import log_ndtr  # takes a while, which other money does without
-
-    spread = np.where(deviations > 0.0, deviations, 1.0)
-    scale = spread * np.sqrt(runs)
-    by_then = np.exp(log_ndtr((means * runs - capex_usd) / scale))
-    earlier = np.exp(2.0 * means * capex_usd / spread**2 + log_ndtr((-means * runs - capex_usd) / scale))
+    spread = np.where(deviations > 0.0, deviations, 1.0) * np.sqrt(runs)
+    above, below = (means * runs - capex_usd) / spread, (means * runs + capex_usd) / spread
+    by_then = 1.0 - _normal_tail(above)
+    # exp(2 mean capex / variance) times the tail beyond ``below``; what overflows in it cancels where that is positive
+    earlier = np.exp(0.5 * np.minimum(below, 0.0) ** 2 - 0.5 * above**2) * _scaled_tail(below)
     certain = means * runs >= capex_usd  # without any spread
     return float(np.where(deviations > 0.0, np.minimum(by_then + earlier, 1.0), certain).mean())
+
+
+def _normal_tail(z: FloatArray) -> FloatArray:
+    """Probability that a standard normal number is above each ``z``, shape of ``z``."""
+    tail: FloatArray = 0.5 * np.array([math.erfc(number) for number in z / math.sqrt(2.0)])
+    return tail
+
+
+def _scaled_tail(z: FloatArray) -> FloatArray:
+    """The same times exp(z^2 / 2) where ``z`` is positive; far out by its asymptotic series (Abramowitz 26.2.12)."""
+    near = np.minimum(z, FAR)
+    far = np.maximum(z, FAR)
+    series = (1.0 - 1.0 / far**2 + 3.0 / far**4) / (far * math.sqrt(2.0 * math.pi))
+    return np.where(z > FAR, series, np.exp(0.5 * np.maximum(near, 0.0) ** 2) * _normal_tail(near))
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,8 +91,9 @@ def resampled_means(
     sums, sizes = np.zeros((number, values.shape[1])), np.zeros((number, values.shape[1]))
     np.add.at(sums, numbers, np.where(defined, values, 0.0))
     np.add.at(sizes, numbers, defined)
+    distinct, which = np.unique(sizes, axis=1, return_inverse=True)  # most columns are defined alike
     with np.errstate(invalid="ignore"):
-        return np.concatenate([(w @ sums) / (w @ sizes) for w in _weights(number, rng, draws)])
+        return np.concatenate([(w @ sums) / (w @ distinct)[:, which] for w in _weights(number, rng, draws)])
 
 
 def cvar(values: npt.ArrayLike, level: float = 0.95) -> float:

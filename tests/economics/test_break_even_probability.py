@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import log_ndtr, ndtr
 
 from harness.economics.break_even import break_even_probability
 
@@ -16,6 +17,17 @@ def test_it_is_how_often_simulated_profits_reach_the_capex(mean, deviation):
     sums = np.cumsum(rng.normal(mean, deviation, (4000, 400)), axis=1)
     simulated = (sums.max(axis=1) >= 100.0).mean()
     assert probability(400, 100.0, mean, deviation) == pytest.approx(simulated, abs=0.04)
+
+
+@pytest.mark.parametrize("runs", [10.0, 18_250.0, 1e6])
+def test_it_is_the_inverse_gaussian_distribution_of_the_textbook(runs):
+    """Chhikara and Folks' formula in logarithms, far tails included."""
+    means, deviations = (grid.ravel() for grid in np.meshgrid(np.linspace(-40.0, 40.0, 41), [0.5, 4.0, 60.0]))
+    scale = deviations * np.sqrt(runs)
+    earlier = 2.0 * means * 13_000.0 / deviations**2 + log_ndtr((-means * runs - 13_000.0) / scale)
+    expected = ndtr((means * runs - 13_000.0) / scale) + np.exp(earlier)
+    found = [probability(runs, 13_000.0, *pair) for pair in zip(means, deviations, strict=True)]
+    assert np.array(found) == pytest.approx(np.minimum(expected, 1.0), abs=1e-7)
 
 
 def test_without_spread_it_is_the_break_even_point():

@@ -236,7 +236,7 @@ def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None
         (lambda run: (run / "run.json").write_text("{}"), "run.json: is damaged"),
         (lambda run: (run / "run.json").write_text('{"stacks": [1]}'), "run.json: is damaged"),
         (lambda run: (run / "episodes.parquet").write_bytes(b"PAR1"), "episodes.parquet: is damaged"),
-        (lambda run: (run / "events.parquet").unlink(), "events.parquet: is damaged"),
+        (lambda run: (run / "events.parquet").unlink(), "events.parquet: cannot be read"),
         (lambda run: (run / "episodes.parquet").unlink(), "has no episodes.parquet"),
         (lambda run: (run / "params" / "prices.yaml").unlink(), "prices.yaml' does not exist"),
     ],
@@ -251,11 +251,12 @@ def test_a_damaged_folder_is_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_numbers_that_are_none_are_refused(write_run: WriteRun) -> None:
+@pytest.mark.parametrize("number", [None, 1e300])
+def test_what_cannot_have_been_measured_is_refused(write_run: WriteRun, number: float | None) -> None:
     def spoil(row: dict[str, Any]) -> None:
-        row["distance_m"] = None
+        row["distance_m"] = number
 
-    with pytest.raises(InputError, match="episode 0 has no sound 'distance_m'"):
+    with pytest.raises(InputError, match="episodes.parquet: episode 0 has no sound 'distance_m'"):
         load_run(str(write_run("run", episodes=2, change=spoil)))
 
 
