@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass, field
+from enum import Enum
 
 from harness.truth import Contact, CountedContact, Partner
 from harness.world.world_params import ContactParams
@@ -102,6 +103,14 @@ class _Event:
         )
 
 
+class _Phase(Enum):
+    """What the impulse of a contact point does in a step."""
+
+    MEETING = 1  # stops bodies that come together, or brakes them so that they just meet at the step's end
+    ARRIVING = 2  # stops what was braked in the step before
+    PUSHING = 3  # keeps bodies apart that touch
+
+
 @dataclass(slots=True)
 class ContactBook:
     """Keeps the contacts of one episode; fed once per physics step with contact.
@@ -122,7 +131,7 @@ class ContactBook:
     finished: tuple[Contact, ...] = ()
     _cool_down: int = 0  # contact reports during which nothing counts
     _open: dict[Touched, _Event] = field(default_factory=dict)
-    _before: list[tuple[ContactPoint, bool]] = field(default_factory=list)  # last step's, and whether of an impact
+    _before: list[tuple[ContactPoint, _Phase]] = field(default_factory=list)  # of the last step
     _recorded: float = 0.0  # [s] end of that step
 
     @property
@@ -152,23 +161,22 @@ class ContactBook:
         if stamp - self._recorded > 1.5 * self.dt:
             self._before = []
         pressed = [point for point in points if point.impulse > 0.0]
-        self._before = [(point, self._is_impact(point, robot)) for point in pressed]
+        self._before = [(point, self._phase(point, robot)) for point in pressed]
         self._recorded = stamp
         impacts: dict[Touched, float] = {}
-        for point, is_impact in self._before:
-            if is_impact:
+        for point, phase in self._before:
+            if phase is not _Phase.PUSHING:
                 impacts[point.touched] = impacts.get(point.touched, 0.0) + point.impulse
         return impacts
 
-    def _is_impact(self, point: ContactPoint, robot: Motion) -> bool:
-        """Whether bodies come together at a point, or have not quite done so since the last step."""
-        for before, was_impact in self._before:
+    def _phase(self, point: ContactPoint, robot: Motion) -> _Phase:
+        for before, phase in self._before:
             if point.touched == before.touched and math.dist(point.position, before.position) < _SAME_PLACE:
-                if before.distance <= _IN_TOUCH:
-                    return False
-                if was_impact:
-                    return True
-        return point.robot_speed(robot) + point.partner_speed > self.params.impact_speed
+                if phase is _Phase.MEETING and before.distance > _IN_TOUCH:
+                    return _Phase.ARRIVING
+                return _Phase.PUSHING
+        closing = point.robot_speed(robot) + point.partner_speed
+        return _Phase.MEETING if closing > self.params.impact_speed else _Phase.PUSHING
 
     def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
         """The published accounting: the first partner that is strong enough, then a cool-down in reports."""

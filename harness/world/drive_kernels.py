@@ -70,7 +70,7 @@ def motor_forces(along, couple, half_track, limit):
 
 @njit(cache=True)
 def grip(left, right, sideways, left_load, right_load, constants):
-    """The forces of :func:`within_friction`, with loads [N] of the wheels that may be ``LEVEL``: half the weight each."""
+    """The forces of :func:`within_friction`, with loads [N] that may be ``LEVEL``: half the weight each."""
     weight, friction = constants[5], constants[7]
     if left_load == LEVEL:
         left_load = right_load = 0.5 * weight
@@ -101,8 +101,8 @@ def drive_wrench(
     """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight; power [W] of the motors.
 
     The wheels follow the command as a first-order servo with limited acceleration and hold the axle sideways (no slip).
-    Their forces attack where they stand, so that braking pitches the body. Simplification: on level ground the driven
-    wheels grip with the whole weight, as if the casters held sideways what they carry.
+    Their forces attack where they stand, so that braking pitches the body. Simplification: on level ground, touched by
+    nothing, the driven wheels grip with the whole weight, as if the casters held sideways what they carry.
 
     Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the spin [rad/s] in the map frame,
     the loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants

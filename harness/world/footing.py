@@ -1,4 +1,4 @@
-"""What the ground does to the robot beside holding it up: how it loads the wheels, and how the body scrapes over it."""
+"""What the ground does to the robot beside holding it up: how the wheels grip, and how the body scrapes over it."""
 
 import math
 from dataclasses import dataclass
@@ -25,9 +25,10 @@ class Scrape:
 class Footing:
     """How the robot stands after a physics step."""
 
-    left_load: float  # [N] that the left driven wheel grips with; LEVEL: both stand as on a plane
+    left_load: float  # [N] that the left driven wheel grips with; LEVEL: as :func:`drive_wrench` assumes
     right_load: float  # [N]
-    scrapes: tuple[Scrape, ...]  # of neither wheel nor caster
+    scrapes: tuple[Scrape, ...] = ()  # of neither wheel nor caster
+    is_whole: bool = True  # both driven wheels stand on the ground, and the body does not
 
     def friction(self, motion: Motion, coefficient: float, stopping: float) -> list[tuple[Vector, Vector]]:
         """Coulomb friction of the scraping body: places [m] and forces [N], map frame.
@@ -47,31 +48,42 @@ class Footing:
         return forces
 
 
-class Feet:
-    """Tells by the place of a contact what stands on the ground."""
+ON_LEVEL_GROUND = Footing(LEVEL, LEVEL)
 
-    def __init__(self, robot: RobotParams) -> None:
+
+class Feet:
+    """Tells how the robot stands.
+
+    Four feet carry a rigid body in more ways than one, and the solver's choice among them is not that of a real frame.
+    So the loads of the wheels are measured only where they cannot be told otherwise.
+    """
+
+    def __init__(self, robot: RobotParams, gravity: float) -> None:
+        """Prepare for a robot under ``gravity`` [m/s2]."""
         x, y, z = robot.center_of_mass
         self._feet = [(fx - x, fy - y) for fx, fy in robot.feet]  # from the centre of mass, body frame
         self._ground = -z  # [m] of the treads, likewise
         self._radius = robot.foot_radius + _SLACK
+        load = 0.5 * robot.axle_share * robot.mass * gravity
+        self._touched = Footing(load, load)
 
-    def footing(self, contacts: list[Any], position: Vector, orientation: Any, is_tilted: bool) -> Footing:
+    def level_footing(self, is_touched: bool) -> Footing:
+        """How it stands on level ground.
+
+        Touched by something, its wheels grip with what the axle carries at rest: pushed sideways, the casters swivel.
+        """
+        return self._touched if is_touched else ON_LEVEL_GROUND
+
+    def footing(self, contacts: list[Any], position: Vector, orientation: Any) -> Footing:
         """Sort the robot's contacts with the ground.
-
-        A level robot on both its wheels drives as on a plane: four feet carry a rigid body in more ways than one, and
-        the solver's choice among them is not that of a real frame. Otherwise a wheel grips with what its side of the
-        robot carries, the caster included (see :func:`drive_wrench`), and one that does not stand on the ground not at
-        all.
 
         Args:
             contacts: as PyBullet lists them, robot first.
             position: [m] of the centre of mass.
             orientation: quaternion of the body.
-            is_tilted: whether it stands other than level.
         """
         loads = [0.0, 0.0, 0.0, 0.0]
-        stands = [False, False]
+        stands = [False, False, False, False]
         scrapes: list[Scrape] = []
         inverse = bullet.invertTransform((0.0, 0.0, 0.0), orientation)[1]
         for contact in contacts:
@@ -80,14 +92,10 @@ class Feet:
             foot = self._foot(*bullet.rotateVector(inverse, offset))
             if foot is not None:
                 loads[foot] += load
-                if foot < 2 and distance < _TOUCH:
-                    stands[foot] = True
+                stands[foot] = stands[foot] or distance < _TOUCH
             elif load > 0.0:
                 scrapes.append(Scrape(point, load))
-        if all(stands) and not is_tilted:
-            return Footing(LEVEL, LEVEL, tuple(scrapes))
-        left, right = (loads[side] + loads[side + 2] if stands[side] else 0.0 for side in (0, 1))
-        return Footing(left, right, tuple(scrapes))
+        return Footing(loads[0], loads[1], tuple(scrapes), stands[0] and stands[1] and not scrapes)
 
     def _foot(self, x: float, y: float, z: float) -> int | None:
         if z > self._ground + self._radius:

@@ -13,10 +13,10 @@ from harness.world.body_state import BodyState
 from harness.world.cargo import Cargo
 from harness.world.contacts import ContactBook, ContactPoint, Motion
 from harness.world.crowd import Crowd
-from harness.world.drive_kernels import LEVEL, drive_constants, drive_wrench
+from harness.world.drive_kernels import drive_constants, drive_wrench
 from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
-from harness.world.footing import Feet, Footing
+from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
 from harness.world.motion_kernels import base_motion, point_velocity
 from harness.world.pedestrians import PedestrianModel
@@ -31,7 +31,6 @@ _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
 # Beyond these the loads of the wheels are measured.
 _LEVEL_SINE = 0.002  # [-] of half the tilt: 0.23 degrees
 _LEVEL_SPIN = 0.02  # [rad/s] of rolling and pitching
-_ON_LEVEL_GROUND = Footing(LEVEL, LEVEL, ())
 
 
 class PyBulletWorld(World):
@@ -77,7 +76,7 @@ class PyBulletWorld(World):
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         bucket_x, bucket_y, bucket_z = robot.bucket
         self._bucket_offset = (bucket_x - x, bucket_y - y, bucket_z - z)
-        self._feet = Feet(robot)
+        self._feet = Feet(robot, params.physics.gravity)
         self._reach = robot.reach + 0.1  # [m] with what is closed within one step
         self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
 
@@ -96,7 +95,7 @@ class PyBulletWorld(World):
         self._place(mission.start)
         self._steps = 0
         self._work = 0.0  # [J] of the motors
-        self._footing = _ON_LEVEL_GROUND
+        self._footing = ON_LEVEL_GROUND
         self._read_robot()
         self._bucket_velocity = self._point_velocity(self._bucket_offset)
         self._state = self._base_state(None)
@@ -194,7 +193,7 @@ class PyBulletWorld(World):
         if before or at_step or self._is_tilted:
             self._read_contacts(before, at_step)
         else:
-            self._footing = _ON_LEVEL_GROUND
+            self._footing = ON_LEVEL_GROUND
         if self._book.is_waiting:
             self._book.close_old(self.stamp)
         self._crowd.after_step(self._dt)
@@ -204,23 +203,17 @@ class PyBulletWorld(World):
     def _apply_forces(self, speed: float, yaw_rate: float) -> None:
         """Let drive, weight and scraping act during the coming step."""
         client, body, position, footing = self._client, self._body, self._position, self._footing
+        motion = *self._orientation, *self._velocity[:2], *self._spin
         fx, fy, fz, tx, ty, tz, power = drive_wrench(
-            *self._orientation,
-            *self._velocity[:2],
-            *self._spin,
-            footing.left_load,
-            footing.right_load,
-            speed,
-            yaw_rate,
-            self._constants,
+            *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
         )
         self._work += power * self._dt
         world_frame = bullet.WORLD_FRAME
         bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, physicsClientId=client)
         bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, physicsClientId=client)
         if footing.scrapes:
-            motion = Motion(position, self._velocity, self._spin)
-            for place, force in footing.friction(motion, self._robot.body_friction, self._robot.mass / self._dt):
+            body_motion = Motion(position, self._velocity, self._spin)
+            for place, force in footing.friction(body_motion, self._robot.body_friction, self._robot.mass / self._dt):
                 bullet.applyExternalForce(body, -1, force, place, world_frame, physicsClientId=client)
 
     def _read_robot(self) -> None:
@@ -245,10 +238,12 @@ class PyBulletWorld(World):
         if before:
             points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
             self._book.record(self.stamp, points, before)
-        self._footing = _ON_LEVEL_GROUND
+        self._footing = self._feet.level_footing(is_touched=self._book.is_waiting)
         if at_step or self._is_tilted:
             below = [contact for contact in contacts if contact[2] in ground]
-            self._footing = self._feet.footing(below, self._position, self._orientation, self._is_tilted)
+            measured = self._feet.footing(below, self._position, self._orientation)
+            if self._is_tilted or not measured.is_whole:
+                self._footing = measured
 
     def _contact_points(self, contacts: list[tuple[Any, ...]]) -> list[ContactPoint]:
         """What the robot touches after a step, in the solver's order."""

@@ -59,8 +59,8 @@ class RobotParams:
         make_footprint(self.footprint)
         if not 0.01 <= min(self.half_size) <= max(self.half_size) <= MAX_SIZE:
             raise ParameterError(
-                f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways from its "
-                f"middle; allowed are 0.01 to {MAX_SIZE:g} m"
+                f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways "
+                f"from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
             )
         for name in _POSITIVE:
             if not getattr(self, name) > 0.0:
@@ -122,6 +122,11 @@ class RobotParams:
     def max_drive_force(self) -> float:
         """What both motors together can push with, in [N]."""
         return 2.0 * self.max_wheel_torque / self.wheel_radius
+
+    @property
+    def axle_share(self) -> float:
+        """Share of the weight that the driven wheels carry at rest (law of the lever)."""
+        return 1.0 + self.center_of_mass_x / self.wheelbase
 
     @cached_property
     def feet(self) -> tuple[tuple[float, float], ...]:

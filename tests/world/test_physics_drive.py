@@ -38,7 +38,7 @@ def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0
 
 def sticky(robot):
     """Wheels that friction does not limit."""
-    return dataclasses.replace(robot, wheel_friction=100.0, max_wheel_torque=1e6)
+    return dataclasses.replace(robot, wheel_friction=100.0, max_wheel_torque=1e4)
 
 
 def test_at_rest_it_only_carries_the_weight(robot):

@@ -8,8 +8,10 @@ import pytest
 import shapely
 
 from harness.world.contacts import Motion
+from harness.world.drive_kernels import LEVEL
 from harness.world.elevation import Elevation
-from harness.world.footing import Footing, Scrape
+from harness.world.engine import bullet
+from harness.world.footing import Feet, Footing, Scrape
 from harness.world.scene import Zone
 from harness.world.shapes import Rect
 from navstack.types import Pose2D
@@ -109,6 +111,25 @@ def test_a_curb_stops_it_on_the_way_up(lab, any_robot, params, speed):
     assert 1.1 < truth.pose.x < 1.3
     assert truth.tilt < 0.2
     assert not truth.contacts and not truth.counted_contacts  # ground is nobody's property
+
+
+def test_touched_by_something_its_wheels_grip_with_what_the_axle_carries(robot, params):
+    """Balance of moments about the casters (textbook); free of touch, the drive's assumption holds."""
+    feet, gravity = Feet(robot, params.physics.gravity), params.physics.gravity
+    touched = feet.level_footing(is_touched=True)
+    axle = robot.mass * gravity * (robot.wheelbase + robot.center_of_mass_x) / robot.wheelbase
+    assert (touched.left_load, touched.right_load) == pytest.approx((0.5 * axle, 0.5 * axle))
+    assert feet.level_footing(is_touched=False).left_load == LEVEL
+
+
+def test_the_weight_stands_on_four_feet(lab, robot, params):
+    with lab.world(robot, params, zones=EDGE, start=Pose2D(0.7, 0.0, 0.5 * math.pi)) as world:
+        lab.drive(world, 60)
+        contacts = bullet.getContactPoints(bodyA=world._body, physicsClientId=world._client)
+        footing = world._feet.footing(contacts, world._position, world._orientation)
+    axle = robot.axle_share * robot.mass * params.physics.gravity
+    assert footing.left_load + footing.right_load == pytest.approx(axle, rel=0.01)
+    assert footing.is_whole and not footing.scrapes
 
 
 def test_scraping_is_braked_by_friction_and_never_turned_round():
