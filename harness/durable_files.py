@@ -23,7 +23,7 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     """A stream that takes a file's place once it is complete and on disk: a power cut leaves the old or the new one."""
     partial = path.with_name(f"{path.name}.partial")
     try:
-        with partial.open("wb") as stream:
+        with open(partial, "wb", opener=no_links) as stream:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
@@ -32,6 +32,15 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
         partial.unlink(missing_ok=True)
         raise
     sync_folder(path.parent)
+
+
+def no_links(path: str, flags: int) -> int:
+    """An opener for what is written in a folder that may come from others: a link there could lead to any file.
+
+    Raises:
+        OSError: the path is a symbolic link.
+    """
+    return os.open(path, flags | os.O_NOFOLLOW, 0o666)
 
 
 def sync_folder(path: Path) -> None:
@@ -52,7 +61,7 @@ def locked(path: Path) -> Iterator[None]:
         OSError: it cannot be written.
     """
     while True:
-        with (path / LOCK).open("w") as lock:
+        with open(path / LOCK, "w", opener=no_links) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.durable_files import LOCK, locked, replacing, sync_folder, write_text
+from harness.durable_files import LOCK, locked, no_links, replacing, sync_folder, write_text
 from harness.table_files import read_rows
 from navstack.errors import InputError
 from navstack.files import check_regular
@@ -101,7 +101,7 @@ class RunFolder:
                 else:
                     if (path / JOURNAL).exists():
                         check_regular(path / JOURNAL, MOST_JOURNAL)
-                    self._journal = opening.enter_context((path / JOURNAL).open("ab+"))
+                    self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
                     self._read_journal(self._journal)
                     sync_folder(path)
             except OSError as error:

@@ -76,7 +76,7 @@ def load_suite(path: Path) -> Suite:
     """Read a suite file, files beside it as absolute paths.
 
     Raises:
-        ParameterError: an unknown key, a value of the wrong kind, an empty list, or two cells of one name.
+        ParameterError: an unknown key, a value of the wrong kind, an empty list, too many cells, or two of one name.
     """
     suite = load_dataclass(Suite, path)
     for key in ("stacks", "seeds", "maps", "worlds"):
@@ -85,13 +85,14 @@ def load_suite(path: Path) -> Suite:
     beside = {key: tuple(_beside(path, name) for name in getattr(suite, key)) for key in ("stacks", "maps", "worlds")}
     single = {key: _beside(path, getattr(suite, key)) for key in ("rules", "prices")}
     optional = {key: _beside(path, value) for key in ("people", "robot") if (value := getattr(suite, key)) is not None}
+    number = len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
+    if number > MOST_CELLS:
+        raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
     suite = dataclasses.replace(suite, **beside, **single, **optional)
     names = [cell.name for cell in cells(suite)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ParameterError(f"{path}: two cells are named '{twice}'; give each value once, and files different names")
-    if len(names) > MOST_CELLS:
-        raise ParameterError(f"{path}: {len(names)} cells; at most {MOST_CELLS} are run")
     return suite
 
 

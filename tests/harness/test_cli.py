@@ -46,7 +46,7 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--episodes", "0"), ("--episodes 0", "at least 1")),
+        (("--episodes", "0"), ("--episodes 0", "give 1 to")),
         (("--episodes", "-3"), ("--episodes -3", "at least 1")),
         (("--episodes", "many"), ("many", "integer")),
         (("--seed", "-1"), ("--seed -1", "0 to")),

@@ -171,7 +171,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path: Path, capsys: pytest.Captur
     [
         ("versions", {"navbench": "0.0.1"}, "made by navbench 0.0.1"),
         ("map_sha256", "0" * 64, "map 'sidewalk' has changed"),
-        ("episodes", 0, "at least 1"),
+        ("episodes", 0, "whole number of 1 to"),
         ("episodes", 1e9, "not a whole number"),
         ("stacks", [], "stacks"),
         ("seed", "many", "seed"),

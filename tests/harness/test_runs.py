@@ -14,7 +14,10 @@ from harness.runs import JOURNAL, MANIFEST, RunFolder, count_finished, create_ru
 from navstack.errors import InputError
 
 TABLES = {
-    "episodes": {"stack_number": "int64", "episode": "int64", "distance_m": "double"},
+    "episodes": {
+        **{"stack": "string", "stack_number": "int64", "episode": "int64"},
+        **{"outcome": "string", "distance_m": "double"},
+    },
     "events": {"episode": "int64", "impulse_ns": "double"},
     "timings": {"episode": "int64", "wall_s": "double"},
 }
@@ -22,7 +25,8 @@ ORDER = [(0, 0), (0, 1), (1, 0), (1, 1)]
 
 
 def record(stack: int, episode: int) -> dict[str, Any]:
-    row = {"stack_number": stack, "episode": episode, "distance_m": 10.0 * stack + episode / 3.0}
+    row = {"stack": f"stack{stack}", "stack_number": stack, "episode": episode, "outcome": "sla"}
+    row["distance_m"] = 10.0 * stack + episode / 3.0
     events = [{"episode": episode, "impulse_ns": 50.0}] if episode else []
     return {"row": row, "events": events, "timing": {"episode": episode, "wall_s": 0.1}}
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.benchmark import TABLES
 from harness.cli import main
 from harness.resources import shipped
 from harness.runs import JOURNAL, RunFolder, count_finished
@@ -71,7 +72,7 @@ def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.
 
 def cut_off(path: Path) -> None:
     """Put a finished cell back to after its first delivery."""
-    with RunFolder(path, {}, 2) as folder:
+    with RunFolder(path, TABLES, 2) as folder:
         record = {**folder.records[0], "events": []}
     begun_only(path)
     (path / JOURNAL).write_text(json.dumps(record) + "\n")
