@@ -9,6 +9,18 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from harness.cli_help import (
+    COMPARE_HELP,
+    HELP,
+    LINT_HELP,
+    MAP_HELP,
+    PARITY_HELP,
+    PRICE_HELP,
+    RUN_HELP,
+    SCENARIO_HELP,
+    SENSITIVITY_HELP,
+    SUITE_HELP,
+)
 from harness.execution import TIME_LIMIT
 from harness.resources import keep_compiled_code
 from navstack.errors import InputError, NavstackError
@@ -27,101 +39,6 @@ EPISODE_TIMEOUT = click.option(
 LONGEST_LINE = 1000  # [characters] of a complaint
 BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json")  # they change no row
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
-
-
-HELP = """Drive delivery robots through a physical sidewalk world, and price every delivery.
-
-\b
-Examples:
-  navbench run --stack nav2-gps --episodes 20 --seed 0
-  navbench run --stack nav2-gps --stack parked --episodes 10 --out results/first
-  navbench run --stack my_robot_nav2.yaml --map my_map.yaml --episodes 5 --json
-  navbench paper
-
-Exit status: 0 done; 1 bad input; 2 unknown command or option; 3 done, but some deliveries ended in an error; 130
-interrupted, finished deliveries kept.
-"""
-RUN_HELP = """Drive deliveries and print what they did and what they cost.
-
-\b
-Examples:
-  navbench run --stack nav2-gps --episodes 20
-  navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
-  navbench run --world social --pedestrians 40 --episodes 5
-  navbench run --people recorded.csv --episodes 5
-  navbench run --start 10,4.5,0 --goal 60,30,0 --episodes 3
-  navbench run --resume results/latest
-"""
-SUITE_HELP = """Drive a declared study: every stack in every world, density of people and seed; and print the overview.
-
-FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml does; it may be a name
-of params/suites.
-
-\b
-Examples:
-  navbench suite example
-  navbench suite my_suite.yaml --out results/my_suite
-  navbench suite --resume results/my_suite
-"""
-COMPARE_HELP = """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
-
-A and B are run folders, or FOLDER:stack where a folder has several stacks.
-
-\b
-Examples:
-  navbench compare results/before results/after
-  navbench compare results/both:nav2-gps results/both:parked
-  navbench compare results/before results/after --metric sla --metric contribution_margin --json
-"""
-PRICE_HELP = """Price a finished run again, without simulating: other prices, other ways to count contacts, more costs.
-
-RUN is a run folder, or FOLDER:stack.
-
-\b
-Examples:
-  navbench price results/latest --set delivery_fee_usd_per_run=4.99
-  navbench price results/latest --prices my_prices.yaml --json
-  navbench price results/latest --with operator,on_site_assistance,battery_wear --set on_site_time_h=0.5
-"""
-SENSITIVITY_HELP = """Show what the money of a finished run hangs on: every price, pairs of prices, chance.
-
-RUN is a run folder, or FOLDER:stack.
-
-\b
-Examples:
-  navbench sensitivity results/latest
-  navbench sensitivity results/latest --out figures
-  navbench sensitivity results/latest --map delivery_fee,property_damage --out figures --json
-"""
-PARITY_HELP = """Run recorded inputs of Nav2's own C++ through navstack and compare: a certificate, part by part.
-
-\b
-Examples:
-  navbench parity
-  navbench parity --golden my_vectors --json
-
-Exit status: 0 all cases are equal or their deviations explained; 1 otherwise.
-"""
-LINT_HELP = """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
-
-FILE is a path or a name of params/nav2. What each finding means: docs/lint.md.
-
-\b
-Examples:
-  navbench lint my_robot_nav2.yaml
-  navbench lint my_robot_nav2.yaml --robot segway_e1
-  navbench lint tuned --json
-
-Exit status: 0 no errors (there may be warnings); 1 errors.
-"""
-MAP_HELP = """Make a sidewalk world, or show any map beside what is known of the paper's.
-
-\b
-Examples:
-  navbench map new --seed 7 --name my_town --out my_maps
-  navbench map show my_maps/my_town.yaml --out town.png
-  navbench map show sidewalk --view navmesh --out mesh.png --json
-"""
 
 
 @click.group(help=HELP, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -296,6 +213,17 @@ def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> No
     from harness.cli_lint import lint_command
 
     lint_command(file, robot, allow_unknown, as_json)
+
+
+@app.command(help=SCENARIO_HELP, short_help="Drive situations written down as data; check what comes of them.")
+@click.argument("files", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--all", "everything", is_flag=True, help="Every file of tests/scenarios.")
+@JSON
+def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
+    """Drive scenarios; see ``SCENARIO_HELP``."""
+    from harness.cli_scenario import scenario_command
+
+    sys.exit(scenario_command(files, everything, as_json))
 
 
 @app.group(name="map", help=MAP_HELP, short_help="Make a sidewalk world, or show and measure a map.")
