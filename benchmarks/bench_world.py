@@ -2,9 +2,9 @@
 
 Usage: python benchmarks/bench_world.py [--seconds 60] [--runs 7]
 
-A robot circles on an open plaza of a map without obstacles near it, with 20 people walking elsewhere, a 360-beam lidar
-at 30 Hz and popcorn in its bucket; the world is stepped at 30 Hz, physics at 120 Hz. Each part is then left out in turn,
-in the same run, so that the ratios hold on a noisy machine.
+A robot circles on an open plaza of a map without obstacles near it, with 20 people walking elsewhere, a 360-beam
+lidar at 30 Hz and popcorn in its bucket; the world is stepped at 30 Hz, physics at 120 Hz. Each part is then left out
+in turn, in the same run, so that the ratios hold on a noisy machine.
 """
 
 import argparse

@@ -31,7 +31,7 @@ ALWAYS = 1e-9  # [m/s2] a threshold that every motion passes
 
 
 def lost(cargo: Cargo, seed: int, accelerations: np.ndarray, calm: float = 1.2) -> float:
-    """Share of the pieces that is outside the bucket after accelerations (n,) [m/s2] along a direction of the seed's choice."""
+    """Share of the pieces that is lost after accelerations (n,) [m/s2] along a direction of the seed's choice."""
     rng = np.random.default_rng(seed)
     cargo.reset(rng)
     direction = rng.uniform(-math.pi, math.pi)

@@ -33,7 +33,11 @@ def parity_command(folder: Path | None, as_json: bool) -> int:
         sys.stdout.write(json.dumps(document(results), indent=2, allow_nan=False) + "\n")
     else:
         print_certificate(results, report_console(sys.stdout))
-    return 0 if passes(results) else FAILED
+    if passes(results):
+        return 0
+    unexplained = sum(not deviation.is_explained for result in results for deviation in result.deviations)
+    sys.stderr.write(f"navbench: no parity: {unexplained} unexplained deviations; the certificate names them\n")
+    return FAILED
 
 
 def golden_folder() -> Path:

@@ -27,7 +27,7 @@ from harness.manifest import load_study, version_notes
 from harness.preflight import check
 from harness.report.tables import report_console
 from harness.resources import resolve, shipped
-from harness.runs import Row, RunFolder, count_finished, default_folder, point_latest, require_usable
+from harness.runs import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.statistics import Interval
 from harness.study import Study, usable_workers
 from harness.suite import (
@@ -42,6 +42,7 @@ from harness.suite import (
     summarize_condition,
     write_overview,
 )
+from harness.table_files import Row
 
 
 def suite_command(file: str, workers: int | None, time_limit: float, out: Path | None, as_json: bool) -> int:

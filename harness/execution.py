@@ -142,8 +142,7 @@ class Workers:
 
         Args:
             count: of tasks at a time.
-            make_executor: called once per worker, and to replace one that died. Executors with several workers are
-                given as ``lambda: shared``; when such a one breaks, all tasks running on it have lost an attempt.
+            make_executor: makes an executor of its own for each worker, and one to replace one that died.
                 PyBullet's worlds are kept per process: threads must not share one.
             time_limit: [s] of wall time per task. Executors other than :class:`WorkerProcess` cannot be killed: there
                 the task's late result is ignored.

@@ -9,7 +9,6 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import expit
 
 from navstack.types import FloatArray
 
@@ -49,7 +48,9 @@ def mais_probabilities(delta_v: npt.ArrayLike, model: InjuryRisk) -> FloatArray:
         model: the risk curves. Where a fitted curve lies above that of a lesser severity it is cut down to it.
     """
     speed = np.asarray(delta_v, dtype=np.float64)[..., np.newaxis]
-    at_least = expit(np.asarray(model.mais_intercepts) + np.asarray(model.mais_slopes) * (MPH_PER_MPS * speed))
+    with np.errstate(over="ignore"):  # far below the curve: 1 / infinity
+        log_odds = np.asarray(model.mais_intercepts) + np.asarray(model.mais_slopes) * (MPH_PER_MPS * speed)
+        at_least = 1.0 / (1.0 + np.exp(-log_odds))
     at_least = np.where(speed <= 0.0, 0.0, np.minimum.accumulate(at_least, axis=-1))
     bounds = np.concatenate((np.ones_like(speed), at_least, np.zeros_like(speed)), axis=-1)
     probabilities: FloatArray = bounds[..., :-1] - bounds[..., 1:]

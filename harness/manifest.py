@@ -8,10 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from harness.runs import MANIFEST, Row
+from harness.runs import MANIFEST
 from harness.setup import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.stack import Stack
 from harness.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
+from harness.table_files import Row
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
 from harness.world.sensors import SensorParams

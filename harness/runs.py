@@ -5,13 +5,12 @@ import json
 import os
 import time
 from collections.abc import Iterable, Mapping
-from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
 from harness.durable_files import LOCK, locked, no_links, replacing, sync_folder, write_text
-from harness.table_files import read_rows
+from harness.table_files import Columns, Row, read_rows, trouble_with, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
 
@@ -19,11 +18,6 @@ MANIFEST = "run.json"  # written last when a run is created: a folder that has i
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
 MOST_LINE = 20_000_000  # [bytes] of one delivery in it
-MOST_NUMBER = 1e300
-ROWS_AT_ONCE = 10_000  # of a table in memory
-
-Row = dict[str, Any]
-Columns = dict[str, str]  # column name -> Arrow type
 
 
 def default_folder(name: str) -> Path:
@@ -215,7 +209,7 @@ class RunFolder:
             record = _parse(line)
             if record is None and place + len(line) >= end:
                 break
-            trouble = "" if record is None else _trouble(record["row"], self._tables["episodes"])
+            trouble = "" if record is None else trouble_with(record["row"], self._tables["episodes"])
             if record is None or trouble or _key(record) in known:
                 reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
                 where = f"{self.path / JOURNAL}: line {number}"
@@ -269,40 +263,10 @@ def _read_finished(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
     if len(rows) != len(timings):
         raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
     for row in rows:
-        trouble = _trouble(row, tables["episodes"])
+        trouble = trouble_with(row, tables["episodes"])
         if trouble:
             raise InputError(f"run folder '{path}' has damaged tables: episodes.parquet: {trouble}")
     return [{"row": row, "timing": timing} for row, timing in zip(rows, timings, strict=True)]
-
-
-def _trouble(row: Row, columns: Columns) -> str:
-    """What is wrong with the row of an episode; empty if nothing is."""
-    for name, value in row.items():
-        if value is not None and not (name in columns and _is_of_kind(value, columns[name])):
-            return f"{name} {value!r} is not a value of such a row"
-    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
-    return next((f"{name} is missing" for name in needed if row.get(name) is None), "")
-
-
-def _is_of_kind(value: Any, kind: str) -> bool:
-    """Whether a value goes into a column of this Arrow type; numbers must be finite."""
-    if kind == "double":
-        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER
-    if kind == "int64":
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
-    return isinstance(value, str if kind == "string" else bool)
-
-
-def write_table(path: Path, columns: Columns, rows: Iterable[Row]) -> None:
-    """Write rows as Parquet, whole or not at all; a key that a row lacks is null."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
-    rows = iter(rows)
-    with replacing(path) as stream, pq.ParquetWriter(stream, schema) as writer:
-        while batch := list(islice(rows, ROWS_AT_ONCE)):
-            writer.write_table(pa.table({name: [row.get(name) for row in batch] for name in columns}, schema=schema))
 
 
 def point_latest(path: Path) -> None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from harness.benchmark import StackResult, summarize_study
 from harness.durable_files import write_text
 from harness.manifest import about, parameters
-from harness.runs import Row, create_run, require_usable
+from harness.runs import create_run, require_usable
 from harness.study import Study, make_study
+from harness.table_files import Row
 from navstack.errors import InputError, ParameterError
 from navstack.params.strict import dump_dataclass, load_dataclass
 

@@ -63,7 +63,7 @@ class DeliveryLog:
         self._encounters.add((truth.stamp - before.stamp, pose.x, pose.y, pose.yaw, *motion), truth.pedestrians)
         self._max_tilt = max(self._max_tilt, truth.tilt)
         if self._keep_trace and truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
-            self._trace(truth, belief or Belief(before.pose), command)
+            self._trace(truth, belief or NOWHERE, command)
         self._keep(truth)
 
     def _keep(self, truth: Truth) -> None:

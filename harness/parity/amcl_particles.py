@@ -11,9 +11,9 @@ from harness.parity.drand48 import Drand48
 from harness.parity.golden import GoldenFile
 from harness.parity.part import Case
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import count_bins, resample, sample_limit
 from navstack.localization.motion_model import MotionModel, motion_model_of
-from navstack.localization.free_space import FreeSpace
 from navstack.localization.particle_filter import Cluster, ParticleFilter, cluster_particles, stand_close
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, Pose2D

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from numba.core.errors import NumbaError
+
 from harness.parity import (
     amcl,
     amcl_particles,
@@ -56,7 +58,7 @@ PARTS = (
 UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
 INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")  # grids and paths that were recorded for the clock only
 
-_CANNOT_RUN = (NavstackError, ArithmeticError, LookupError, TypeError, ValueError)
+_CANNOT_RUN = (NavstackError, ArithmeticError, LookupError, TypeError, ValueError, NumbaError)
 
 
 @dataclass(frozen=True, slots=True)

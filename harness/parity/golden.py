@@ -9,10 +9,16 @@ from typing import Any
 import numpy as np
 
 from navstack.errors import InputError
+from navstack.files import check_regular
 
 META = "meta_json"  # the array that holds the facts of a file's cases as JSON text
 
-_UNREADABLE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
+MOST_BYTES = 200_000_000  # of a file, and of one array in it
+
+_UNREADABLE = (
+    *(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error),
+    *(MemoryError, RecursionError),  # a header that claims too much, facts nested without end
+)
 
 
 class GoldenError(InputError):
@@ -30,11 +36,15 @@ class GoldenFile:
         """
         self.path = path
         try:
+            check_regular(path, MOST_BYTES)
             arrays = np.load(path, allow_pickle=False)
         except _UNREADABLE as error:
             raise self._unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise self._unusable("is a single array, not an .npz file")
+        largest = max((member.file_size for member in arrays.zip.infolist()), default=0)
+        if largest > MOST_BYTES:
+            raise self._unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
         self.names = frozenset(arrays.files) - {META}  # of the arrays
         self.meta: dict[str, Any] = self._read_meta()
@@ -106,5 +116,5 @@ def read_folder(folder: Path) -> list[GoldenFile]:
 
 
 def _reason(error: Exception) -> str:
-    lines = str(error).splitlines()
+    lines = (getattr(error, "strerror", None) or str(error)).splitlines()
     return lines[0] if lines else type(error).__name__

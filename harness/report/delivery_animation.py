@@ -141,7 +141,8 @@ def _draw_facts(figure: Any, frame: Frame, moment: float) -> None:
     figure.text(
         0.62,
         0.04,
-        f"speed {math.hypot(truth.twist.linear_x, truth.twist.linear_y):.2f} m/s   tilt {math.degrees(truth.tilt):.0f} deg\n"
+        f"speed {math.hypot(truth.twist.linear_x, truth.twist.linear_y):.2f} m/s   "
+        f"tilt {math.degrees(truth.tilt):.0f} deg\n"
         f"counted contacts {len(counted)}: {sum(counted):.0f} N s\n"
         f"pieces lost {state.pieces_outside if state else 0} of {state.pieces_at_start if state else 0}",
         fontsize=9,

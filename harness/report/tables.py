@@ -179,7 +179,7 @@ def _notes(columns: Sequence[Column]) -> list[str]:
         )
     if any(column.interval(key) for column in columns for key in RATES):
         notes.append(
-            "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over deliveries for means (none "
+            "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over missions for means (none "
             "where all deliveries gave the same: that tells nothing of rare events)."
         )
     if any(column.published for column in columns):

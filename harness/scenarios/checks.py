@@ -12,7 +12,7 @@ from harness.metrics.contacts import fault
 from harness.scenarios.scenario import Area, Checks
 from harness.truth import Partner, Truth
 from harness.world.scene import Scene
-from navstack.types import FloatArray
+from navstack.types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,6 +20,7 @@ class Drive:
     """What happened in a scenario."""
 
     scene: Scene
+    feet: FloatArray  # (F, 2) [m] where the robot stands, base frame
     times: FloatArray  # (T,) [s]
     poses: FloatArray  # (T, 3) x, y [m], yaw [rad] of the base frame
     distances: FloatArray  # (T,) [m] between the surfaces of the robot and of the nearest person; inf: nobody there
@@ -49,7 +50,9 @@ def _no_collision(drive: Drive, asked: bool) -> Answer:
 
 def _not_at_fault(drive: Drive, asked: bool) -> Answer:
     faults = [fault(contact) for contact in drive.truth.contacts]
-    return all(each == "person_into_standing_robot" for each in faults), ", ".join(dict.fromkeys(faults)) or "no contact"
+    return all(each == "person_into_standing_robot" for each in faults), ", ".join(
+        dict.fromkeys(faults)
+    ) or "no contact"
 
 
 def _no_injury(drive: Drive, asked: bool) -> Answer:
@@ -74,8 +77,13 @@ def _stays_off(drive: Drive, kinds: tuple[str, ...]) -> Answer:
     if unknown is not None:
         return False, f"the scene has no ground of kind '{unknown}'"
     ground = shapely.union_all([shapely.Polygon(polygon) for polygons in zones.values() for polygon in polygons])
-    on_it = shapely.contains_xy(ground, drive.poses[:, 0], drive.poses[:, 1])
-    return not on_it.any(), _share(drive, on_it, f"on {' or '.join(kinds)}")
+    x, y, yaw = drive.poses.T
+    on_it = np.zeros(len(x), dtype=bool)
+    for ahead, left in drive.feet:
+        foot_x = x + np.cos(yaw) * ahead - np.sin(yaw) * left
+        foot_y = y + np.sin(yaw) * ahead + np.cos(yaw) * left
+        on_it |= shapely.contains_xy(ground, foot_x, foot_y)
+    return not on_it.any(), _first(drive, on_it, f"on {' or '.join(kinds)}")
 
 
 def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
@@ -83,7 +91,7 @@ def _keeps_out_of(drive: Drive, areas: tuple[Area, ...]) -> Answer:
     inside = np.zeros(len(x), dtype=bool)
     for x0, y0, x1, y1 in areas:
         inside |= (x0 <= x) & (x <= x1) & (y0 <= y) & (y <= y1)
-    return not inside.any(), _share(drive, inside, "inside")
+    return not inside.any(), _first(drive, inside, "inside")
 
 
 def _never_closer_than(drive: Drive, least: float) -> Answer:
@@ -120,7 +128,7 @@ def judge(drive: Drive, checks: Checks) -> tuple[Finding, ...]:
     asked = {field.name: getattr(checks, field.name) for field in fields(checks)}
     findings = []
     for name, value in asked.items():
-        if value not in (None, False, ()):
+        if not (value is None or value is False or value == ()):
             shown = name if value is True else f"{name} {_plain(value)}"
             findings.append(Finding(shown, *CHECKS[name](drive, value)))
     return tuple(findings)
@@ -136,7 +144,7 @@ def _touched(drive: Drive) -> str:
     return f"{fault(first)} ({first.kind}) after {first.stamp:.1f} s, {first.impulse:.1f} N s{more}"
 
 
-def _share(drive: Drive, where: FloatArray, words: str) -> str:
+def _first(drive: Drive, where: BoolArray, words: str) -> str:
     if not where.any():
         return f"never {words}"
     first = float(drive.times[np.argmax(where)])

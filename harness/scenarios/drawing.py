@@ -67,7 +67,7 @@ def areas_of(scene: Scene, kind: str) -> list[Area]:
 
 def _letters(drawing: Drawing) -> np.ndarray:
     """The drawing as an array of code points (H, W), the northern row first."""
-    rows = drawing.rows
+    rows = [row.strip() for row in drawing.rows.strip().splitlines()]
     if not rows or not rows[0] or len({len(row) for row in rows}) != 1:
         raise ParameterError(f"drawing: {len(rows)} rows; all must have the same length of at least one letter")
     unknown = sorted({letter for row in rows for letter in row} - set(GROUND))
@@ -78,7 +78,9 @@ def _letters(drawing: Drawing) -> np.ndarray:
     if per_letter < 1.0 or abs(per_letter - round(per_letter)) > 1e-6:
         raise ParameterError(f"drawing: letter {drawing.letter} m is not a multiple of {CELL} m")
     if len(rows) * len(rows[0]) * per_letter**2 > MOST_CELLS:
-        raise ParameterError(f"drawing: {len(rows)} x {len(rows[0])} letters of {drawing.letter} m are too large a place")
+        raise ParameterError(
+            f"drawing: {len(rows)} x {len(rows[0])} letters of {drawing.letter} m are too large a place"
+        )
     return np.array([[ord(letter) for letter in row] for row in rows], dtype=np.uint32)
 
 

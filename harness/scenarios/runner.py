@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.mission import Mission, check_footprint_free, check_pose_free
+from harness.metrics.encounters import Body, in_base_frame, surface_distances
+from harness.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import ARRIVALS, Rules
 from harness.resources import resolve, shipped
 from harness.scenarios.actors import ScriptedPedestrians, SilentSatellites
 from harness.scenarios.checks import Drive, Finding, judge
 from harness.scenarios.drawing import draw_scene, with_things
 from harness.scenarios.scenario import Scenario, load_scenario
-from harness.setup import navigator_on, nav2_parameters, robot_of, steps_per_tick, world_params
+from harness.setup import nav2_parameters, navigator_on, robot_of, steps_per_tick, world_params
 from harness.stack import load_stack
 from harness.study import make_generators
 from harness.world.pybullet_world import PyBulletWorld
@@ -26,10 +27,9 @@ from navstack.errors import ParameterError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
-from navstack.types import Belief, FloatArray
+from navstack.types import Belief, FloatArray, Pose2D
 
 AFTERMATH = 1.0  # [s] that is still driven after the navigator gave up
-PLACES = "params"
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +101,11 @@ def _deliver(
 ) -> Drive:
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
     rules = dataclasses.replace(rules, timeout=scenario.time_limit)
+    check_apart(scenario.start, scenario.goal, rules.arrival_radius)
     generators = make_generators(scenario.seed, 0)
     observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
     navigator.reset(scenario.goal, Belief(scenario.start), generators["planner"], generators["localizer"])
+    body = Body(robot.center, robot.half_size, radius)
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over
     while (verdict := rules.judge(world.truth, scenario.goal)) is None and world.stamp < end:
@@ -111,12 +113,14 @@ def _deliver(
         truth = world.truth
         believed = navigator.belief.pose if navigator.belief else truth.pose
         error = math.hypot(believed.x - truth.pose.x, believed.y - truth.pose.y)
-        rows.append((truth.stamp, truth.pose.x, truth.pose.y, truth.pose.yaw, _gap(robot, truth.pose, truth.pedestrians, radius), error))
+        pose = (truth.pose.x, truth.pose.y, truth.pose.yaw)
+        rows.append((truth.stamp, *pose, _distance(truth.pose, truth.pedestrians, body), error))
         if navigator.status is Status.FAILED and end == math.inf:
             end = world.stamp + AFTERMATH
     table = np.array(rows)
     return Drive(
         scene=scene,
+        feet=np.array(robot.feet),
         times=table[:, 0],
         poses=table[:, 1:4],
         distances=table[:, 4],
@@ -126,3 +130,12 @@ def _deliver(
         gave_up=navigator.status is Status.FAILED,
         error=navigator.trouble.error,
     )
+
+
+def _distance(pose: Pose2D, people: FloatArray, body: Body) -> float:
+    """Between the surfaces of the robot and of the nearest person, in [m]; inf: nobody is there."""
+    present = people[np.isfinite(people[:, 0])]
+    if not len(present):
+        return math.inf
+    robot = np.tile((0.0, pose.x, pose.y, pose.yaw), (len(present), 1))
+    return float(surface_distances(in_base_frame(robot, present), body).min())

@@ -12,7 +12,6 @@ Area = tuple[float, float, float, float]  # x0, y0, x1, y1 [m]: a rectangle para
 
 EXPECTATIONS = ("pass", "known_to_fail")
 LONGEST = 300.0  # [s] of simulated time
-FARTHEST = 1000.0  # [m] of a coordinate in a drawn scene
 MOST_ACTORS = 200
 
 
@@ -66,7 +65,7 @@ class PersonScript:
 class Drawing:
     """A small place drawn with letters, the northern edge first: see :mod:`harness.scenarios.drawing`."""
 
-    rows: tuple[str, ...]
+    rows: str  # one line each
     letter: float = 0.5  # [m] side of the square that a letter stands for
     origin: Point = (0.0, 0.0)  # of the lower left corner
 
@@ -80,8 +79,8 @@ class Checks:
     no_injury: bool = False  # no contact with a person that the published rule counts
     arrives_within: float | None = None  # [s]
     gives_up_with: str | None = None  # Nav2's name of the error
-    stays_off: tuple[str, ...] = ()  # kinds of ground on which the robot's centre never is
-    keeps_out_of: tuple[Area, ...] = ()
+    stays_off: tuple[str, ...] = ()  # kinds of ground on which no wheel or caster ever stands
+    keeps_out_of: tuple[Area, ...] = ()  # where the base frame's origin never is
     never_closer_than: float | None = None  # [m] between the surfaces of the robot and of any person
     moves_at_most: float | None = None  # [m] from the start
     believes_within: float | None = None  # [m] of the truth, at any time
@@ -125,9 +124,13 @@ class Scenario:
         if self.checks == Checks():
             raise ParameterError("checks: none is given")
         if not 0.0 < self.time_limit <= LONGEST or not 0 <= self.seed < 2**63:
-            raise ParameterError(f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, from 0")
+            raise ParameterError(
+                f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, from 0"
+            )
         if len(self.people) + len(self.things) > MOST_ACTORS:
-            raise ParameterError(f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} in all")
+            raise ParameterError(
+                f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} in all"
+            )
 
 
 def load_scenario(path: Path) -> Scenario:

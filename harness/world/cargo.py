@@ -247,7 +247,7 @@ def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) 
 
 
 def _poured(params: CargoParams, radius: float, pour: int) -> FloatArray:
-    """A loose lattice (n, 3) of pieces above the floor, jittered differently in every pour; it collapses into a heap."""
+    """A loose lattice (n, 3) of pieces above the floor, shifted by layers; it collapses into a heap."""
     pitch = 2.1 * radius
     per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
     number = np.arange(params.pieces)

@@ -14,9 +14,11 @@ import numpy as np
 
 from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.errors import ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray
 
+MOST_RADIUS = 500  # [cells] of an inflation; 25 m at 0.05 m/cell
 HIGHEST_FALLING_COST = INSCRIBED_INFLATED_OBSTACLE - 1  # where the exponential begins, at the inscribed radius
 
 
@@ -45,7 +47,16 @@ class InflationKernel:
 
 
 def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> InflationKernel:
-    """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m]."""
+    """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m].
+
+    Raises:
+        ParameterError: the radius has more than ``MOST_RADIUS`` cells.
+    """
+    if params.inflation_radius > MOST_RADIUS * resolution:
+        raise ParameterError(
+            f"inflation_radius {params.inflation_radius:g} m: at {resolution:g} m/cell at most "
+            f"{MOST_RADIUS * resolution:g} m are allowed"
+        )
     radius = cell_distance(params.inflation_radius, resolution)
     side = 2 * radius + 1
     costs = np.zeros((side, side), dtype=np.uint8)

@@ -10,12 +10,16 @@ import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 
 from navstack.errors import MapError
+from navstack.files import check_regular
 from navstack.types import BoolArray
 
 FloatTable = npt.NDArray[np.float64]
 LevelArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
-MAX_PIXELS = 178_000_000  # larger is a mistake: 667 m x 667 m at 0.05 m, 178 MB of occupancy
+MAX_PIXELS = 20_000_000  # 223 m x 223 m at 0.05 m; a delivery on it takes less than 1 GiB of memory
+MAX_BYTES = 6 * MAX_PIXELS  # of the file: what an ASCII PGM spends on pixels of 16 bits
+_FORMATS = ("PNG", "BMP", "PPM", "GIF", "JPEG", "TIFF", "WEBP")  # of Pillow's; others run programs
+_DIGITS_AND_GAPS = b"0123456789 \t\r\n\v\f"
 _QUANTUM = 65535  # GraphicsMagick's largest channel value
 _GAP = rb"(?:\s|#[^\n\r]*[\n\r])+"  # white space and comments
 _PGM_HEADER = re.compile(rb"P([25])" + (_GAP + rb"(\d+)") * 3)
@@ -31,7 +35,7 @@ class MapImage:
 
 
 def read_image(path: Path, average_alpha: bool) -> MapImage:
-    """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format that Pillow knows.
+    """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format of ``_FORMATS``.
 
     A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel too (what
     nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
@@ -40,6 +44,7 @@ def read_image(path: Path, average_alpha: bool) -> MapImage:
         MapError: the file is missing, no image, corrupt, truncated or larger than ``MAX_PIXELS``.
     """
     try:
+        check_regular(path, MAX_BYTES)
         with path.open("rb") as file:
             is_pgm = file.read(2) in (b"P2", b"P5")
         return _read_pgm(path) if is_pgm else _read_other(path, average_alpha)
@@ -77,21 +82,19 @@ def _binary_values(body: memoryview, largest: int) -> npt.NDArray[np.integer]:
 
 
 def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
-    words = re.sub(rb"#[^\n\r]*", b"", body).split()
-    try:
-        values = np.array(words, dtype=np.int64) if words else np.empty(0, dtype=np.int64)
-    except (ValueError, OverflowError):
-        raise MapError(f"map image {path}: corrupt ASCII PGM, a pixel is not a whole number") from None
-    if (values < 0).any():
+    text = re.sub(rb"#[^\n\r]*", b"", body)
+    if b"-" in text:
         raise MapError(f"map image {path}: corrupt ASCII PGM, a pixel is negative")
-    return values
+    if text.translate(None, _DIGITS_AND_GAPS) or re.search(rb"\d{10}", text):
+        raise MapError(f"map image {path}: corrupt ASCII PGM, a pixel is not a whole number")
+    return np.fromstring(text.decode("ascii"), dtype=np.int64, sep=" ")
 
 
 def _read_other(path: Path, average_alpha: bool) -> MapImage:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_PIXELS is our bound
-            with Image.open(path) as image:
+            with Image.open(path, formats=_FORMATS) as image:
                 _check_size(path, *image.size)
                 return _convert(image, average_alpha)
     except Image.DecompressionBombError:
@@ -103,6 +106,8 @@ def _read_other(path: Path, average_alpha: bool) -> MapImage:
 
 
 def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
+    if image.mode in ("F", "I"):
+        raise ValueError(f"pixels of mode {image.mode}, where 8 or 16 bits are needed")
     has_alpha = image.mode in ("LA", "PA", "RGBA", "La", "RGBa") or "transparency" in image.info
     if image.mode.startswith("I;16"):
         return MapImage(np.asarray(image).astype(np.uint16), np.arange(_QUANTUM + 1) / _QUANTUM, None)

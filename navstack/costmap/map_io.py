@@ -19,6 +19,9 @@ from navstack.types import Pose2D
 
 Int8Array = npt.NDArray[np.int8]
 
+RESOLUTIONS = (1e-4, 1e3)  # [m/cell] that make sense
+FARTHEST = 1e8  # [m] of an origin, beyond the earth's circumference
+
 _WORDS = {"true": True, "yes": True, "on": True, "y": True, "false": False, "no": False, "off": False, "n": False}
 
 
@@ -154,6 +157,11 @@ def _flag(value: Any, key: str, path: Path) -> bool:
 def _check(metadata: MapMetadata, path: Path) -> None:
     if metadata.resolution <= 0.0:
         raise MapError(f"map {path}: resolution {metadata.resolution} m/cell is not positive")
+    if not RESOLUTIONS[0] <= metadata.resolution <= RESOLUTIONS[1]:
+        low, high = RESOLUTIONS
+        raise MapError(f"map {path}: resolution {metadata.resolution} m/cell; allowed is {low:g} to {high:g}")
+    if max(abs(metadata.origin.x), abs(metadata.origin.y), abs(metadata.origin.yaw)) > FARTHEST:
+        raise MapError(f"map {path}: origin {metadata.origin}; no coordinate may exceed {FARTHEST:g}")
     if not 0.0 <= metadata.free_thresh < metadata.occupied_thresh <= 1.0:
         raise MapError(
             f"map {path}: free_thresh {metadata.free_thresh} and occupied_thresh {metadata.occupied_thresh} "

@@ -10,7 +10,7 @@ from navstack.errors import MapError
 from navstack.params.costmap import CostmapParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
-MOST_CELLS = 400_000_000  # of a costmap, or of a map at its resolution; 1 km x 1 km at 0.05 m
+MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 
 
 class Window:

@@ -109,7 +109,7 @@ class AmclLocalizer(Localizer):
             self._motion_model.move(self.particles.poses, self._last_pose, in_odom, draws)
         estimate = self._estimate() if is_first else None  # Nav2 publishes the start as it was spread
         self._last_pose = in_odom
-        self.particles.weigh(self.likelihoods(scan))
+        self.particles.weigh(self.likelihoods(scan), self._sensor_model.best(scan))
         self._counted += 1
         if self._counted % self._params.resample_interval == 0:
             self.particles.resample(self._rng, lambda count, rng: self._draw_strays(count, scan, rng))

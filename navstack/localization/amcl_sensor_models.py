@@ -47,6 +47,10 @@ class SensorModel(ABC):
             has_converged: whether the particles stand close together.
         """
 
+    @abstractmethod
+    def best(self, scan: LaserScan) -> float:
+        """The likelihood of a scan of which every return ends on an obstacle."""
+
     def _step(self, count: int) -> int:
         """Every how many beams of ``count`` one is looked at."""
         return max((count - 1) // (self._params.max_beams - 1), 1)
@@ -86,6 +90,11 @@ class LikelihoodFieldModel(SensorModel):
         x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
         return sum_over_beams(self._field.codes, values, cells, x, y, 1.0)
 
+    def best(self, scan: LaserScan) -> float:
+        """See :meth:`SensorModel.best`."""
+        beams = self.beams(scan)
+        return 1.0 + len(beams.ends()) * float(self._of_returns(beams.range_max)[0]) ** 3
+
     def _of_returns(self, range_max: float) -> FloatArray:
         """The likelihood of a return for each code of the field; not normalised, as in Nav2."""
         given = self._params
@@ -110,6 +119,11 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
         x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
         values = np.log(np.maximum(self._of_returns(beams.range_max), np.finfo(np.float64).tiny))
         return np.exp(sum_over_beams(self._field.codes, values, cells, x, y, 0.0))
+
+    def best(self, scan: LaserScan) -> float:
+        """See :meth:`SensorModel.best`."""
+        beams = self.beams(scan)
+        return float(self._of_returns(beams.range_max)[0]) ** len(beams.ends())
 
     def _step(self, count: int) -> int:
         return max(math.ceil(count / self._params.max_beams), 1)
@@ -156,6 +170,13 @@ class BeamModel(SensorModel):
         likelihood += np.where(ranges < beams.range_max, given.z_rand / beams.range_max, given.z_max)
         found: FloatArray = 1.0 + (likelihood**3).sum(axis=1)
         return found
+
+    def best(self, scan: LaserScan) -> float:
+        """See :meth:`SensorModel.best`; beams without return find none on the map either."""
+        given, beams = self._params, self.beams(scan)
+        of_return = given.z_hit + given.z_rand / beams.range_max
+        is_return = beams.ranges < beams.range_max
+        return 1.0 + float((np.where(is_return, of_return, given.z_hit + given.z_max) ** 3).sum())
 
     def _expected(self, poses: FloatArray, beams: Beams) -> FloatArray:
         """What each beam (n,) would measure from each pose (N,) on the map, (N, n) in [m]."""

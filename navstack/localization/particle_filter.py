@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from navstack.localization.amcl_averages import averages_of
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import label_clusters, resample
 from navstack.params.amcl import AmclParams
@@ -29,6 +30,7 @@ class ParticleFilter:
 
     def __init__(self, params: AmclParams, free_space: FreeSpace) -> None:
         self._params = params
+        self._averages = averages_of(params)
         self._free_space = free_space
         self._start_over(np.zeros((1, 3)))
 
@@ -36,7 +38,7 @@ class ParticleFilter:
         self.poses = poses  # (N, 3) x, y [m], yaw [rad] in the map frame; yaw is not normalised
         self.weights = np.full(len(poses), 1.0 / len(poses))
         self.has_converged = False
-        self._slow_average = self._fast_average = 0.0  # of the likelihood
+        self._averages.clear()
 
     def spread_normal(self, mean: Pose2D, covariance: FloatArray, rng: np.random.Generator) -> None:
         """Start from a normal distribution with covariance (3, 3)."""
@@ -48,27 +50,20 @@ class ParticleFilter:
         """Start from anywhere on the map that is free: global localization."""
         self._start_over(self._free_space.draw(self._params.most_particles, rng))
 
-    def weigh(self, likelihoods: FloatArray) -> None:
-        """Multiply the weights by likelihoods (N,), and follow the average likelihood.
-
-        The average is that of Probabilistic Robotics, table 8.3. Nav2 divides it by the number of particles, and so
-        takes a smaller number of them for a better fit.
-        """
+    def weigh(self, likelihoods: FloatArray, best: float) -> None:
+        """Multiply the weights by likelihoods (N,) of a scan; ``best``: if every return ended on an obstacle."""
         self.weights = self.weights * likelihoods
         total = float(self.weights.sum())
         if not total > 0.0:
             self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
             return
         self.weights /= total
-        self._slow_average = _follow(self._slow_average, total, self._params.recovery_alpha_slow)
-        self._fast_average = _follow(self._fast_average, total, self._params.recovery_alpha_fast)
+        self._averages.follow(total / len(self.weights), float(likelihoods.max()) / best)
 
     @property
     def share_of_strays(self) -> float:
-        """The share of random particles that the next resampling brings: the fall of the fast average."""
-        if self._slow_average == 0.0:
-            return 0.0
-        return max(1.0 - self._fast_average / self._slow_average, 0.0)
+        """The share of random particles that the next resampling brings."""
+        return self._averages.share_of_strays
 
     def resample(self, rng: np.random.Generator, draw_strays: Callable[[int, np.random.Generator], FloatArray]) -> None:
         """Draw new particles from the weighted ones, and some from elsewhere if the weights have fallen.
@@ -83,7 +78,7 @@ class ParticleFilter:
         strays = np.empty((given.most_particles, 3))
         if share > 0.0:
             strays[is_stray] = draw_strays(int(is_stray.sum()), rng)
-            self._slow_average = self._fast_average = 0.0  # or chance would take over
+            self._averages.after_strays()
         self.poses = resample(
             self.poses,
             np.cumsum(self.weights),
@@ -106,11 +101,6 @@ class ParticleFilter:
         return cluster_particles(self.poses, self.weights, as_one=True)[0]
 
 
-def _follow(average: float, value: float, rate: float) -> float:
-    """A running average; it starts at the first value."""
-    return value if average == 0.0 else average + rate * (value - average)
-
-
 def stand_close(poses: FloatArray) -> bool:
     """Whether all poses (N, 3) are within ``CONVERGED_WITHIN`` of their mean."""
     places = poses[:, :2]
@@ -128,12 +118,12 @@ def cluster_particles(poses: FloatArray, weights: FloatArray, as_one: bool = Fal
     terms = (np.ones(len(poses)), x, y, np.cos(poses[:, 2]), np.sin(poses[:, 2]), x * x, x * y, y * y)
     sums = np.array([np.bincount(labels, weights * term) for term in terms])
     found = []
-    for weight, sx, sy, cos, sin, xx, xy, yy in sums.T:
+    for weight, sx, sy, cos, sin, xx, xy, yy in sums.T.tolist():
         mx, my = sx / weight, sy / weight
         covariance = np.zeros((3, 3))
         covariance[0, 0] = max(xx / weight - mx * mx, 0.0)
         covariance[0, 1] = covariance[1, 0] = xy / weight - mx * my
         covariance[1, 1] = max(yy / weight - my * my, 0.0)
         covariance[2, 2] = -2.0 * math.log(min(max(math.hypot(cos, sin), _TINY), 1.0))
-        found.append(Cluster(float(weight), Pose2D(mx, my, math.atan2(sin, cos)), covariance))
+        found.append(Cluster(weight, Pose2D(mx, my, math.atan2(sin, cos)), covariance))
     return found

@@ -7,8 +7,6 @@ from ruamel.yaml.nodes import MappingNode, Node
 from navstack.errors import ParameterError
 from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, parse_document
 
-_PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
-
 
 def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
     """The text with one parameter of the node at ``path`` set: replaced where it stands, else added.

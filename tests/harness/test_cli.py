@@ -47,7 +47,7 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
     ("arguments", "words"),
     [
         (("--episodes", "0"), ("--episodes 0", "give 1 to")),
-        (("--episodes", "-3"), ("--episodes -3", "at least 1")),
+        (("--episodes", "-3"), ("--episodes -3", "give 1 to")),
         (("--episodes", "many"), ("many", "integer")),
         (("--seed", "-1"), ("--seed -1", "0 to")),
         (("--seed", "99999999999999999999999"), ("out of range",)),

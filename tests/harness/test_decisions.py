@@ -10,8 +10,8 @@ from harness.episode import Delivery, run_episode
 from harness.execution import Finished
 from harness.metrics import EPISODE_COLUMNS, TIMING_COLUMNS
 from harness.metrics.decisions import DECISION_COLUMNS, DecisionLog, NoDecisionLog
-from harness.runs import write_table
 from harness.study import make_study
+from harness.table_files import write_table
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.navigator import TickRecord
 from navstack.safety.collision_monitor import MonitorAction

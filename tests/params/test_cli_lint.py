@@ -110,7 +110,8 @@ def test_a_robot_to_hold_the_file_against(run):
 # What is found in the real files, each looked at by hand; none is a false alarm.
 EXPECTED = {
     r"ROBOTIS.*param_(burger|waffle)\.yaml": {"short-stop-zone", "hidden-slow-zone"},
-    r"clearpath.*(_a200_|cleanup)": {"centre-only"},
+    r"clearpath.*(_a200_|cleanup)": {"centre-only", "short-reach"},
+    r"clearpath.*_w200_": {"short-reach"},
     r"clearpath.*_j100_": {"centre-only", "smoother-caps"},
     r"cyberbotics.*_epuck_": {"demanding-progress", "drowned-obstacles", "large-cells"},
     r"linorobot__humble__": {"flat-inflation", "never-cleared"},

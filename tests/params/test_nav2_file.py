@@ -135,7 +135,8 @@ def test_absent_nodes_have_nav2s_defaults(inspect):
     merged = nav2.merged()
     assert merged["local_costmap"]["local_costmap"]["ros__parameters"]["resolution"] == 0.1
     assert merged["controller_server"]["ros__parameters"]["FollowPath"]["plugin"] == "dwb_core::DWBLocalPlanner"
-    assert merged["amcl"]["ros__parameters"] == {"max_beams": 60}
+    assert merged["amcl"]["ros__parameters"]["max_beams"] == 60
+    assert merged["amcl"]["ros__parameters"]["sigma_hit"] == 0.2
 
 
 def test_older_names_are_read(inspect):

@@ -153,7 +153,7 @@ def test_all_bad_values_of_a_section_are_reported(inspect):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("amcl: {ros__parameters: {max_beams: many}}", "amcl: max_beams: 'many' is not a number"),
+        ("amcl: {ros__parameters: {save_pose_rate: often}}", "amcl: save_pose_rate: 'often' is not a number"),
         ("amcl: {ros__parameters: {tf_broadcast: 1}}", "amcl: tf_broadcast: 1 is not true or false"),
         (
             "map_server: {ros__parameters: {use_sim_time: 'true'}}",

@@ -71,7 +71,8 @@ def distance_to_cusp(path: FloatArray) -> float:
     for i in range(1, len(path) - 1):
         ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
         bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
-        turns_on_the_spot = ax == 0.0 and ay == 0.0 and abs(path[i, 2] - path[i - 1, 2]) > SAME_HEADING
+        turn = abs(path[i, 2] - path[i - 1, 2]) % (2.0 * math.pi)
+        turns_on_the_spot = ax == 0.0 and ay == 0.0 and min(turn, 2.0 * math.pi - turn) > SAME_HEADING
         if ax * bx + ay * by < 0.0 or turns_on_the_spot:
             return math.hypot(path[i, 0], path[i, 1])
     return math.inf

@@ -1,9 +1,10 @@
 """Rules about the collision monitor: does it trigger, and in time?"""
 
-import ast
 import math
 from collections.abc import Iterator
 
+from navstack.errors import ParameterError
+from navstack.params.collision_monitor import parse_polygon
 from navstack.params.lint.rule import Finding, Rule, above, below
 from navstack.params.lint.subject import MONITOR, Subject
 
@@ -129,8 +130,8 @@ def _reach_ahead(subject: Subject, name: str) -> float | None:
     points = subject.value(MONITOR, f"{name}.points")
     if isinstance(points, str):  # "[[x, y], ...]" since Jazzy
         try:
-            return max(float(x) for x, _ in ast.literal_eval(points))
-        except (ValueError, SyntaxError, TypeError):
+            return float(parse_polygon(points)[:, 0].max())
+        except ParameterError:
             return None
     if isinstance(points, list) and points:  # [x, y, x, y, ...] up to Iron
         return max((float(x) for x in points[::2] if isinstance(x, int | float)), default=None)

@@ -1,0 +1,95 @@
+"""The command ``navbench scenario``: situations written down as data, driven and judged."""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.report.tables import report_console
+from harness.scenarios.runner import Result, run_scenario
+from navstack.errors import InputError
+
+FOLDER = Path("tests/scenarios")
+FAILED = 1
+
+
+def scenario_command(files: Sequence[Path], everything: bool, as_json: bool) -> int:
+    """Drive scenarios and print what became of them; returns the exit status.
+
+    Raises:
+        InputError: no file is given, or one cannot be used.
+    """
+    results = [run_scenario(path) for path in _chosen(files, everything)]
+    if as_json:
+        sys.stdout.write(json.dumps(document(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    else:
+        print_results(results, report_console(sys.stdout))
+    others = [result.path.stem for result in results if not result.as_expected]
+    if others:
+        sys.stderr.write(f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n")
+        return FAILED
+    return 0
+
+
+def document(results: Sequence[Result]) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    return {
+        "schema": 1,
+        "scenarios": [
+            {
+                "file": str(result.path),
+                "title": result.scenario.title,
+                "expect": result.scenario.expect,
+                "reason": result.scenario.reason or None,
+                "passed": result.holds,
+                "as_expected": result.as_expected,
+                "simulated_s": result.duration,
+                "checks": [
+                    {"check": finding.check, "holds": finding.holds, "measured": finding.measured}
+                    for finding in result.findings
+                ],
+            }
+            for result in results
+        ],
+    }
+
+
+def print_results(results: Sequence[Result], console: Console) -> None:
+    """Print a table of every check."""
+    table = Table(box=box.HORIZONTALS, padding=(0, 1, 0, 0), show_edge=False, pad_edge=False)
+    for name in ("Scenario", "Check", "Holds", "Measured"):
+        table.add_column(name, ratio={"Scenario": 5, "Check": 3, "Measured": 5}.get(name), overflow="fold")
+    for result in results:
+        for number, finding in enumerate(result.findings):
+            title = Text(result.scenario.title if number == 0 else "")
+            verdict = Text("yes") if finding.holds else Text("no", style="bold red")
+            table.add_row(title, Text(finding.check), verdict, Text(finding.measured))
+        table.add_row(Text(""), Text(""), Text(""), _verdict(result), end_section=True)
+    console.print(table)
+    expected = sum(result.as_expected for result in results)
+    console.print(f"{expected} of {len(results)} scenarios came as expected")
+
+
+def _verdict(result: Result) -> Text:
+    if result.scenario.expect == "pass":
+        return Text("passed", style="green") if result.holds else Text("FAILED", style="bold red")
+    if result.holds:
+        return Text("known to fail, but PASSED: remove 'expect' from its file", style="bold red")
+    return Text(f"known to fail: {result.scenario.reason}", style="yellow")
+
+
+def _chosen(files: Sequence[Path], everything: bool) -> list[Path]:
+    if bool(files) == everything:
+        raise InputError("give scenario files, or --all for those of tests/scenarios")
+    if not everything:
+        return list(files)
+    found = sorted(FOLDER.glob("*.yaml"))
+    if not found:
+        raise InputError(f"folder '{FOLDER}' holds no scenario; run from the program's checkout, or give files")
+    return found

@@ -1,0 +1,1 @@
+"""Malformed inputs: whatever a user receives from others ends in one clear line."""

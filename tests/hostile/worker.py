@@ -1,0 +1,65 @@
+"""Runs the malformed inputs one after another in this process, with a limit on memory; a line of JSON for each.
+
+Usage: python -m hostile.worker FIRST ROOT: the index of the first input, and a folder to work in.
+"""
+
+import contextlib
+import faulthandler
+import io
+import json
+import os
+import resource
+import shutil
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from harness.cli import _status
+
+from .corpus import CASES
+
+MEMORY = 1 << 30  # [bytes]
+TIME = 10.0  # [s] of one input; beyond it this process ends
+
+
+def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
+    """Exit status (None: a traceback), and what stood on stderr; then the traceback."""
+    errors = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+        try:
+            return _status(arguments), errors.getvalue(), ""
+        except SystemExit as leaving:
+            return int(leaving.code or 0), errors.getvalue(), ""
+        except BaseException:  # noqa: BLE001 - whatever escapes is what is looked for
+            return None, errors.getvalue(), traceback.format_exc(limit=-3)
+
+
+def main() -> None:
+    """Try every input from the first on."""
+    first, root = int(sys.argv[1]), Path(sys.argv[2])
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
+    highest = 0
+    for number, case in enumerate(CASES[first:], start=first):
+        folder = root / f"case-{number}"
+        folder.mkdir()
+        os.chdir(folder)
+        arguments = case.make(folder)
+        before = {path: path.lstat().st_size for path in folder.rglob("*")}
+        faulthandler.dump_traceback_later(TIME, exit=True)
+        began = time.monotonic()
+        status, said, trace = attempt(arguments)
+        seconds = time.monotonic() - began
+        faulthandler.cancel_dump_traceback_later()
+        left = sorted(str(path.relative_to(folder)) for path in set(folder.rglob("*")) - before.keys())
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        harmed = [path.name for path in folder.glob("victim*") if path.stat().st_size != before[path]]
+        record = {"status": status, "said": said, "trace": trace, "seconds": seconds, "left": left, "harmed": harmed}
+        sys.stdout.write(json.dumps({**record, "peak": peak if peak > highest else 0}) + "\n")
+        sys.stdout.flush()
+        highest = max(peak, highest)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,25 @@
+"""Every scenario file, driven: passes, or fails as it says; what is known to fail and passes is an error."""
+
+from pathlib import Path
+
+import pytest
+
+from harness.scenarios.runner import run_scenario
+from harness.scenarios.scenario import load_scenario
+
+FILES = sorted(Path(__file__).parent.glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_scenario(path: Path, request: pytest.FixtureRequest) -> None:
+    scenario = load_scenario(path)
+    if scenario.expect == "known_to_fail":
+        request.applymarker(pytest.mark.xfail(strict=True, raises=AssertionError, reason=scenario.reason))
+    result = run_scenario(path)
+    broken = [f"{finding.check}: {finding.measured}" for finding in result.findings if not finding.holds]
+    assert not broken, f"{scenario.title} {'; '.join(broken)}"
+
+
+def test_there_are_enough() -> None:
+    assert len(FILES) >= 15
+    assert len({load_scenario(path).title for path in FILES}) == len(FILES)
