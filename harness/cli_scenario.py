@@ -51,7 +51,12 @@ def document(results: Sequence[Result]) -> dict[str, Any]:
                 "as_expected": result.as_expected,
                 "simulated_s": result.duration,
                 "checks": [
-                    {"check": finding.check, "holds": finding.holds, "measured": finding.measured}
+                    {
+                        "check": finding.check,
+                        "asked": finding.asked or None,
+                        "holds": finding.holds,
+                        "measured": finding.measured,
+                    }
                     for finding in result.findings
                 ],
             }
@@ -69,7 +74,7 @@ def print_results(results: Sequence[Result], console: Console) -> None:
         for number, finding in enumerate(result.findings):
             title = Text(result.scenario.title if number == 0 else "")
             verdict = Text("yes") if finding.holds else Text("no", style="bold red")
-            table.add_row(title, Text(finding.check), verdict, Text(finding.measured))
+            table.add_row(title, Text(f"{finding.check} {finding.asked}".strip()), verdict, Text(finding.measured))
         table.add_row(Text(""), Text(""), Text(""), _verdict(result), end_section=True)
     console.print(table)
     expected = sum(result.as_expected for result in results)
@@ -79,6 +84,8 @@ def print_results(results: Sequence[Result], console: Console) -> None:
 def _verdict(result: Result) -> Text:
     if result.scenario.expect == "pass":
         return Text("passed", style="green") if result.holds else Text("FAILED", style="bold red")
+    if not result.as_expected and not result.holds:
+        return Text("FAILED in more than is known", style="bold red")
     if result.holds:
         return Text("known to fail, but PASSED: remove 'expect' from its file", style="bold red")
     return Text(f"known to fail: {result.scenario.reason}", style="yellow")

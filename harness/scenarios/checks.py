@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,8 @@ class Drive:
 class Finding:
     """What became of one check."""
 
-    check: str
+    check: str  # its name
+    asked: str  # the value that was asked for; empty: none
     holds: bool
     measured: str
 
@@ -125,13 +126,10 @@ CHECKS: dict[str, Callable[[Drive, Any], Answer]] = {
 
 def judge(drive: Drive, checks: Checks) -> tuple[Finding, ...]:
     """The findings of all checks that a scenario asks for."""
-    asked = {field.name: getattr(checks, field.name) for field in fields(checks)}
-    findings = []
-    for name, value in asked.items():
-        if not (value is None or value is False or value == ()):
-            shown = name if value is True else f"{name} {_plain(value)}"
-            findings.append(Finding(shown, *CHECKS[name](drive, value)))
-    return tuple(findings)
+    return tuple(
+        Finding(name, "" if value is True else _plain(value), *CHECKS[name](drive, value))
+        for name, value in checks.asked.items()
+    )
 
 
 def _plain(value: Any) -> str:

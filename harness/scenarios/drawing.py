@@ -4,9 +4,11 @@
 meant to be (a closed site), level with the sidewalk. The robot may be on sidewalk and crosswalk.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from harness.scenarios.scenario import Area, Drawing, Thing
+from harness.scenarios.scenario import Drawing, Thing
 from harness.world.extrude import extrude, merge_rectangles
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect, fill_convex
@@ -54,15 +56,7 @@ def with_things(scene: Scene, things: tuple[Thing, ...]) -> Scene:
         solid[mask] = OCCUPIED
         obstacles.append(Obstacle(thing.kind, box, thing.height))
     geometry = OccupancyGrid(solid, scene.geometry.resolution, scene.geometry.origin)
-    return Scene(
-        scene.name, (*scene.obstacles, *obstacles), scene.zones, geometry, scene.walkable, drawn_mesh=scene.drawn_mesh
-    )
-
-
-def areas_of(scene: Scene, kind: str) -> list[Area]:
-    """The rectangles around the zones of a kind."""
-    polygons = [zone.polygon for zone in scene.zones if zone.kind == kind]
-    return [(*polygon.min(axis=0).tolist(), *polygon.max(axis=0).tolist()) for polygon in polygons]
+    return replace(scene, obstacles=(*scene.obstacles, *obstacles), geometry=geometry)
 
 
 def _letters(drawing: Drawing) -> np.ndarray:

@@ -1,7 +1,8 @@
 """A scenario file: who stands where, what happens, and what must come of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.strict import load_dataclass
@@ -85,6 +86,12 @@ class Checks:
     moves_at_most: float | None = None  # [m] from the start
     believes_within: float | None = None  # [m] of the truth, at any time
 
+    @property
+    def asked(self) -> dict[str, Any]:
+        """The checks that are given, by name."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if value not in (None, False, ())}
+
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
@@ -104,7 +111,8 @@ class Scenario:
     seed: int = 0
     time_limit: float = 60.0  # [s] of simulated time
     expect: str = "pass"  # of EXPECTATIONS
-    reason: str = ""  # why it is known to fail
+    fails: tuple[str, ...] = ()  # the checks that are known to fail
+    reason: str = ""  # why they do
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -115,13 +123,17 @@ class Scenario:
         """
         if self.expect not in EXPECTATIONS:
             raise UnknownNameError("expect", self.expect, EXPECTATIONS)
-        if (self.expect == "known_to_fail") != bool(self.reason):
-            raise ParameterError("'reason' goes with 'expect: known_to_fail'; give both or neither")
+        is_known = self.expect == "known_to_fail"
+        if is_known != bool(self.reason) or is_known != bool(self.fails):
+            raise ParameterError("'fails' and 'reason' go with 'expect: known_to_fail'; give all three or none")
+        stranger = next((name for name in self.fails if name not in self.checks.asked), None)
+        if stranger is not None:
+            raise ParameterError(f"fails: '{stranger}' is not among its checks: {', '.join(self.checks.asked)}")
         if not self.title.strip() or not self.title.rstrip().endswith("."):
             raise ParameterError(f"title '{self.title}' is not a sentence that ends with a full stop")
         if (self.map is None) == (self.drawing is None):
             raise ParameterError("either 'map' or 'drawing' must be given")
-        if self.checks == Checks():
+        if not self.checks.asked:
             raise ParameterError("checks: none is given")
         if not 0.0 < self.time_limit <= LONGEST or not 0 <= self.seed < 2**63:
             raise ParameterError(

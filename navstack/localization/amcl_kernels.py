@@ -18,17 +18,41 @@ _u = np.uint64  # unsigned indices: numba then omits the treatment of negative o
 
 @njit(cache=True, inline="always")
 def _end_cells(
-    pose: FloatArray, ends_x: FloatArray, ends_y: FloatArray, height: int, width: int, cells: npt.NDArray[np.uint32]
+    pose: FloatArray,
+    ends_x: FloatArray,
+    ends_y: FloatArray,
+    reach: float,
+    height: int,
+    width: int,
+    cells: npt.NDArray[np.uint32],
 ) -> None:
-    """The flat index of the cell in which each beam ends; what is off the map ends in its border."""
+    """The flat index of the cell in which each beam ends; what is off the map ends in its border.
+
+    ``reach`` is the greatest distance of an end: where it stays on the map, so do all.
+    """
     x, y = pose[0], pose[1]
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     right, top = width - 1.0, height - 1.0
     columns = np.int32(width)
+    if reach < x < right - reach and reach < y < top - reach:
+        for i in range(len(ends_x)):
+            column = x + cos * ends_x[i] - sin * ends_y[i]
+            row = y + sin * ends_x[i] + cos * ends_y[i]
+            cells[i] = np.int32(row) * columns + np.int32(column)
+        return
     for i in range(len(ends_x)):
         column = min(max(x + cos * ends_x[i] - sin * ends_y[i], 0.0), right)
         row = min(max(y + sin * ends_x[i] + cos * ends_y[i], 0.0), top)
         cells[i] = np.int32(row) * columns + np.int32(column)
+
+
+@njit(cache=True, inline="always")
+def _reach(ends_x: FloatArray, ends_y: FloatArray) -> float:
+    """The greatest distance of an end, and a little more."""
+    squared = 0.0
+    for i in range(len(ends_x)):
+        squared = max(squared, ends_x[i] * ends_x[i] + ends_y[i] * ends_y[i])
+    return math.sqrt(squared) + 1.0
 
 
 @njit(cache=True)
@@ -51,10 +75,10 @@ def sum_over_beams(
     height, width = codes.shape
     flat = codes.reshape(-1)
     n = len(ends_x)
-    cells = np.empty(n, np.uint32)
+    cells, reach = np.empty(n, np.uint32), _reach(ends_x, ends_y)
     sums = np.empty(len(poses))
     for j in range(len(poses)):
-        _end_cells(poses[j], ends_x, ends_y, height, width, cells)
+        _end_cells(poses[j], ends_x, ends_y, reach, height, width, cells)
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
         for i in range(0, n - 3, 4):
             a += values[_u(flat[cells[i]])]
@@ -82,10 +106,10 @@ def count_agreeing(
     """
     height, width = codes.shape
     flat = codes.reshape(-1)
-    cells = np.empty(len(ends_x), np.uint32)
+    cells, reach = np.empty(len(ends_x), np.uint32), _reach(ends_x, ends_y)
     counts = np.zeros(len(ends_x), np.int64)
     for j in range(len(poses)):
-        _end_cells(poses[j], ends_x, ends_y, height, width, cells)
+        _end_cells(poses[j], ends_x, ends_y, reach, height, width, cells)
         for i in range(len(ends_x)):
             counts[i] += agrees[_u(flat[cells[i]])]
     return counts

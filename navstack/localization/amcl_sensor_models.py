@@ -80,20 +80,30 @@ class LikelihoodFieldModel(SensorModel):
     def __init__(self, params: AmclParams, field: LikelihoodField) -> None:
         super().__init__(params)
         self._field = field
+        self._range_max, self._values = 0.0, np.empty(0)
 
     def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
         """See :meth:`SensorModel.likelihoods`."""
         beams = self.beams(scan)
         ends = beams.ends() / self._field.resolution
-        values = self._of_returns(beams.range_max) ** 3
-        cells = self._field.to_cells(poses)
-        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        return sum_over_beams(self._field.codes, values, cells, x, y, 1.0)
+        return self._sum(self._field.to_cells(poses), ends, beams.range_max, 1.0)
 
     def best(self, scan: LaserScan) -> float:
         """See :meth:`SensorModel.best`."""
         beams = self.beams(scan)
         return 1.0 + len(beams.ends()) * float(self._of_returns(beams.range_max)[0]) ** 3
+
+    def _sum(self, cells: FloatArray, ends: FloatArray, range_max: float, first: float) -> FloatArray:
+        """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
+        if range_max != self._range_max:  # it seldom changes
+            self._range_max, self._values = range_max, self._terms(range_max)
+        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        return sum_over_beams(self._field.codes, self._values, cells, x, y, first)
+
+    def _terms(self, range_max: float) -> FloatArray:
+        """What a return adds to the sum, for each code of the field."""
+        terms: FloatArray = self._of_returns(range_max) ** 3
+        return terms
 
     def _of_returns(self, range_max: float) -> FloatArray:
         """The likelihood of a return for each code of the field; not normalised, as in Nav2."""
@@ -116,14 +126,16 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
         cells = self._field.to_cells(poses)
         if self._params.do_beamskip and has_converged:
             ends = self._not_skipped(cells, ends)
-        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        values = np.log(np.maximum(self._of_returns(beams.range_max), np.finfo(np.float64).tiny))
-        return np.exp(sum_over_beams(self._field.codes, values, cells, x, y, 0.0))
+        likelihoods: FloatArray = np.exp(self._sum(cells, ends, beams.range_max, 0.0))
+        return likelihoods
 
     def best(self, scan: LaserScan) -> float:
         """See :meth:`SensorModel.best`."""
         beams = self.beams(scan)
         return float(self._of_returns(beams.range_max)[0]) ** len(beams.ends())
+
+    def _terms(self, range_max: float) -> FloatArray:
+        return np.log(np.maximum(self._of_returns(range_max), np.finfo(np.float64).tiny))
 
     def _step(self, count: int) -> int:
         return max(math.ceil(count / self._params.max_beams), 1)

@@ -112,8 +112,8 @@ CONSTANTS = (
     Constant(RPP_PARAMS, "    approach_velocity_scaling_dist: float = {} ", 0.6, *STRAIGHT),
     Constant(RPP_PARAMS, "    max_angular_accel: float = {} ", 3.2, *STRAIGHT),
     Constant(RPP_PARAMS, "    regulated_linear_scaling_min_radius: float = {} ", 0.9, "rpp", "arc"),
-    Constant(FIELD_MODEL, "self._of_returns(beams.range_max) ** {}", 3, *WEIGHTS),
-    Constant(FIELD_MODEL, "values, cells, x, y, {})\n\n    def _of_returns", 1.0, *WEIGHTS),
+    Constant(FIELD_MODEL, "self._of_returns(range_max) ** {}\n", 3, *WEIGHTS),
+    Constant(FIELD_MODEL, "ends, beams.range_max, {})\n\n    def best", 1.0, *WEIGHTS),
     Constant(FIELD_MODEL, "self._field.distances / given.sigma_hit) ** 2) / {})", 2.0, *WEIGHTS),
     Constant(FIELD_MODEL, "+ {} / range_max", "given.z_rand", *WEIGHTS),
     Constant(

@@ -9,7 +9,7 @@ import pytest
 
 from harness.cli import main
 from harness.scenarios.actors import ScriptedPedestrians
-from harness.scenarios.drawing import CELL, areas_of, draw_scene, with_things
+from harness.scenarios.drawing import CELL, draw_scene, with_things
 from harness.scenarios.runner import run_scenario
 from harness.scenarios.scenario import Drawing, PersonScript, Thing, load_scenario
 from harness.world.body_state import BodyState
@@ -43,8 +43,9 @@ def seen_at(x: float) -> BodyState:
         ("time_limit", "timelimit", "did you mean 'time_limit'"),
         ("arrives_within", "arive_within", "did you mean 'arrives_within'"),
         ("{arrives_within: 10.0}", "{}", "checks: none is given"),
-        ("checks:", "expect: known_to_fail\nchecks:", "give both or neither"),
-        ("checks:", "reason: because\nchecks:", "give both or neither"),
+        ("checks:", "expect: known_to_fail\nchecks:", "go with 'expect: known_to_fail'"),
+        ("checks:", "reason: because\nchecks:", "go with 'expect: known_to_fail'"),
+        ("checks:", "expect: known_to_fail\nreason: x\nfails: [no_collision]\nchecks:", "is not among its checks"),
         ("metres.", "metres", "is not a sentence"),
         ("drawing:", "map: sidewalk\ndrawing:", "either 'map' or 'drawing'"),
         ("checks:", "things: [{box: [1, 1, 0, 2]}]\nchecks:", "x0 < x1"),
@@ -63,8 +64,8 @@ def test_a_drawing_becomes_ground_and_walls() -> None:
     assert (scene.geometry.data[10:, :10] == OCCUPIED).all()
     assert (scene.geometry.data[:10] == FREE).all() and (scene.geometry.data[:, 10:] == FREE).all()
     assert (scene.walkable.data == FREE).sum() == 200
-    assert areas_of(scene, "road") == [(10.0, 20.0, 10.5, 20.5)]
-    assert areas_of(scene, "crosswalk") == [(10.5, 20.0, 11.0, 20.5)]
+    corners = {zone.kind: [*zone.polygon.min(axis=0), *zone.polygon.max(axis=0)] for zone in scene.zones}
+    assert corners["road"] == [10.0, 20.0, 10.5, 20.5] and corners["crosswalk"] == [10.5, 20.0, 11.0, 20.5]
     assert {zone.kind: zone.elevation for zone in scene.zones} == {"sidewalk": 0.0, "crosswalk": 0.0, "road": -0.12}
 
 
@@ -105,7 +106,7 @@ def test_a_check_that_fails_and_a_failure_that_passes_are_reported(
     assert first.as_expected and first.findings == second.findings and first.duration == second.duration
     for text, passed in (
         (SHORT.replace("arrives_within: 10.0", "arrives_within: 0.1"), False),
-        (SHORT + "expect: known_to_fail\nreason: it cannot\n", True),
+        (SHORT + "expect: known_to_fail\nfails: [arrives_within]\nreason: it cannot\n", True),
     ):
         with pytest.raises(SystemExit) as leaving:
             main(["scenario", str(write(tmp_path, text)), "--json"])

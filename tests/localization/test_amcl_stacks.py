@@ -1,0 +1,74 @@
+"""The stacks with AMCL: what they are made of, and one drives."""
+
+import numpy as np
+import pytest
+
+from harness.episode import run_episode
+from harness.resources import shipped
+from harness.setup import mission_of
+from harness.stack import load_stack
+from harness.study import make_study
+from harness.world.scene import Scene
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.errors import UnknownNameError
+from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import read_amcl
+from navstack.types import Pose2D
+
+NAV2 = shipped("params") / "nav2"
+PUBLISHED = {
+    **{"laser_model_type": "likelihood_field", "max_beams": 360, "min_particles": 500, "max_particles": 2000},
+    **{"sigma_hit": 0.2, "z_hit": 0.5, "z_rand": 0.5, "z_max": 0.05, "z_short": 0.05, "lambda_short": 0.1},
+    **{"laser_likelihood_max_dist": 2.0, "laser_max_range": 100.0, "update_min_d": 0.25, "update_min_a": 0.2},
+    **{"resample_interval": 3, "pf_err": 0.05, "pf_z": 0.99, "recovery_alpha_slow": 0.0, "recovery_alpha_fast": 0.0},
+}
+
+
+@pytest.mark.parametrize(("name", "alphas"), [("stock", (0.2, 0.2, 0.2)), ("tuned", (0.03, 0.03, 0.05))])
+def test_the_published_values_of_amcl(name, alphas):
+    params = read_amcl(load_nav2(NAV2 / f"{name}.yaml", False))
+    assert {key: getattr(params, key) for key in PUBLISHED} == PUBLISHED
+    assert (params.alpha1, params.alpha2, params.alpha3) == alphas
+    assert params.alpha4 == params.alpha5 == alphas[2]
+
+
+def test_the_calibrated_file_is_the_tuned_one_but_for_the_noise_of_the_wheels():
+    tuned, calibrated = (load_nav2(NAV2 / f"{name}.yaml", False).merged() for name in ("tuned", "amcl"))
+    for file in (tuned, calibrated):
+        for i in range(1, 6):
+            del file["amcl"]["ros__parameters"][f"alpha{i}"]
+    assert tuned == calibrated
+
+
+def test_amcl_may_localize_on_another_map_than_the_planners(tmp_path):
+    published = load_stack("paper-amcl")
+    assert (published.localizer, published.planning_map, published.localization_map) == ("amcl", "navigation_mesh", "")
+    text = (shipped("params") / "stacks" / "nav2-amcl.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "mixed.yaml"
+    file.write_text(text + "localization_map: navigation_mesh\n", encoding="utf-8")
+    assert load_stack(str(file)).localization_map == "navigation_mesh"
+    file.write_text(text + "localization_map: navigation_mash\n", encoding="utf-8")
+    with pytest.raises(UnknownNameError, match="did you mean 'navigation_mesh'"):
+        load_stack(str(file))
+
+
+def test_a_lidar_maps_surfaces_only():
+    cells = np.full((9, 12), FREE, dtype=np.int8)
+    cells[2:7, 3:9] = OCCUPIED
+    cells[0, 0] = OCCUPIED
+    grid = OccupancyGrid(cells, 0.05, Pose2D())
+    mapped = Scene("block", (), (), grid, grid).mapped_geometry
+    expected = cells.copy()
+    expected[3:6, 4:8] = UNKNOWN
+    np.testing.assert_array_equal(mapped.data, expected)
+    assert mapped.resolution == grid.resolution
+
+
+def test_a_delivery_with_amcl():
+    tasks = make_study(stacks=["nav2-amcl"], episodes=60, pedestrians=0).tasks()
+    task = next(task for task in tasks if mission_of(task, task.generators()["mission"]).shortest_path < 20.0)
+    row = run_episode(task).row
+    assert row["reason"] == "arrived"
+    assert row["localization_error_median_m"] < 0.15
+    assert 0.0 < row["localization_error_max_m"] < 0.6
+    assert run_episode(task).row == row
