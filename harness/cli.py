@@ -72,7 +72,7 @@ def paper(prices: str, as_json: bool) -> None:
               help="How deliveries end: a name of params/rules or a YAML file.")  # fmt: skip
 @click.option("--missions", default="published", show_default=True,
               help="How they are drawn: published (nearer goals more often) or uniform.")  # fmt: skip
-@click.option("--localizer", help="ground_truth or gps, instead of the stack's own.")
+@click.option("--localizer", help="ground_truth, gps or amcl, instead of the stack's own.")
 @click.option("--robot", help="A name of params/robots or a file, instead of the stack's own.")
 @click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones.")
 @click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones.")

@@ -20,7 +20,7 @@ Examples:
   navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
   navbench run --world social --pedestrians 40 --episodes 5
   navbench run --people recorded.csv --episodes 5
-  navbench run --start 10,4.5,0 --goal 60,30,0 --episodes 3
+  navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
   navbench run --resume results/latest
 """
 SUITE_HELP = """Drive a declared study: every stack in every world, density of people and seed; and print the overview.

@@ -100,8 +100,8 @@ PEOPLE = (
         "s",
         HIGHER,
         "Least time, over all ticks and people within 20 m, after which robot and person would touch if both kept "
-        "their true velocities. The robot is a row of discs of half its width, moving and turning as it does; 0: they "
-        "touched.",
+        "their true velocities, at most 60 s. The robot is a row of discs of half its width, moving and turning as it "
+        "does; 0: they touched.",
         "Hayward 1972, Highway Research Record 384",
         undefined="nobody within 20 m was ever on a collision course",
         mean_key="avg_min_time_to_collision_s",

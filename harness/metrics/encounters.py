@@ -9,6 +9,7 @@ from navstack.types import FloatArray
 
 INTIMATE_ZONE = 0.45  # [m] Hall 1966, The Hidden Dimension: far end of the intimate distance (18 inches)
 PERSONAL_ZONE = 1.2  # [m] far end of the personal distance (4 feet)
+HORIZON = 60.0  # [s] of the time to collision: beyond it two that hardly move are on no course
 REACH = 20.0  # [m] from the robot beyond which nobody is looked at
 BLOCK = 256  # ticks that are worked on at once
 
@@ -110,7 +111,7 @@ def surface_distances(seen: FloatArray, body: Body) -> FloatArray:
 
 
 def times_to_collision(motion: FloatArray, seen: FloatArray, body: Body) -> FloatArray:
-    """Time (m,) in [s] until a disc of the robot meets the person's, if both keep their velocities; inf: never.
+    """Time (m,) in [s] until a disc of the robot meets the person's, if both keep their velocities; inf: not soon.
 
     Hayward 1972 (Highway Research Record 384). Each disc moves as the robot moves it now, turning included.
 
@@ -132,5 +133,6 @@ def times_to_collision(motion: FloatArray, seen: FloatArray, body: Body) -> Floa
     times = np.full(a.shape, math.inf)
     times[meet] = c[meet] / (np.sqrt(root[meet]) - b[meet])
     times[c <= 0.0] = 0.0
+    times[times > HORIZON] = math.inf
     first: FloatArray = times.min(axis=1)
     return first

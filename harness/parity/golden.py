@@ -108,7 +108,7 @@ def read_folder(folder: Path) -> list[GoldenFile]:
         GoldenError: there is no such folder, no ``.npz`` file in it, or one that cannot be used.
     """
     if not folder.is_dir():
-        raise GoldenError(f"golden folder '{folder}' does not exist; give a folder of .npz files of golden vectors")
+        raise GoldenError(f"golden folder '{folder}' is not a folder; give a folder of .npz files of golden vectors")
     paths = sorted(folder.glob("*.npz"))
     if not paths:
         raise GoldenError(f"golden folder '{folder}' holds no .npz file; give a folder of golden vectors")

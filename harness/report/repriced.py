@@ -64,7 +64,7 @@ def risk_text(risk: Risk) -> str:
     """The risk in one line."""
     worst = risk.opex_cvar95_usd_per_run
     if worst is None or risk.break_even_probability is None:
-        return "worst deliveries and break-even undefined: cargo not modelled, or a single mission"
+        return "chance of break-even and mean of the worst deliveries undefined: they need several missions, with cargo"
     few = "" if worst.low is not None else " (too few for an interval)"
     return (
         f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}; breaks even within the robot's life of "

@@ -39,7 +39,8 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     console.print()
     render_table(further_metrics(), columns, console)
     template = study.template
-    console.print(f"map {template.map_name}, seed {template.seed}", markup=False)
+    where = f"map {Path(template.map_name).stem}, {template.missions} missions, seed {template.seed}"
+    console.print(where, markup=False)
     for result in results:
         if result.valuation is None:
             console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors", markup=False)
