@@ -21,6 +21,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> list[Record]:
     """What every input led to. A worker that hangs or dies costs its input, and another one goes on."""
     root = tmp_path_factory.mktemp("hostile")
     found: list[Record] = []
+    _work(-1, tmp_path_factory.mktemp("warm-up"))
     while len(found) < len(CASES):
         done = _work(len(found), root)
         assert sum("lost" in record for record in found) < 20, "workers die all the time"

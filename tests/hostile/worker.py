@@ -1,6 +1,6 @@
 """Runs the malformed inputs one after another in this process, with a limit on memory; a line of JSON for each.
 
-Usage: python -m hostile.worker FIRST ROOT: the index of the first input, and a folder to work in.
+Usage: python -m hostile.worker FIRST ROOT: the index of the first input (negative: only warm up), and a folder.
 """
 
 import contextlib
@@ -38,12 +38,12 @@ def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
 def main() -> None:
     """Try every input from the first on."""
     first, root = int(sys.argv[1]), Path(sys.argv[2])
+    if first < 0:  # a fresh checkout compiles its kernels now, which is no input's fault
+        os.chdir(root)
+        attempt(CASES[0].make(root))
+        return
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     highest = 0
-    warm_up = root / f"warm-up-{first}"
-    warm_up.mkdir()
-    os.chdir(warm_up)
-    attempt(CASES[first].make(warm_up))  # a fresh checkout compiles its kernels now, which is no input's fault
     for number, case in enumerate(CASES[first:], start=first):
         folder = root / f"case-{number}"
         folder.mkdir()
