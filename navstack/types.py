@@ -76,17 +76,21 @@ class Odometry:
     stamp: float  # [s]
     pose: Pose2D  # in the odom frame; drifts
     twist: Twist2D  # in the base frame
+    velocity_std: float = 0.0  # [m/s] of the forward velocity; 0: not stated, as in ROS
+    yaw_rate_std: float = 0.0  # [rad/s]; 0: not stated
 
 
 @dataclass(frozen=True, slots=True)
 class Imu:
-    """Inertial measurement with absolute heading, after sensor_msgs/Imu."""
+    """Inertial measurement, after sensor_msgs/Imu."""
 
     stamp: float  # [s]
-    yaw: float  # [rad] absolute orientation in the map frame
+    yaw: float  # [rad] absolute orientation in the map frame; nan: the unit has none
     angular_velocity_z: float  # [rad/s]
     linear_acceleration_x: float  # [m/s2] in the base frame
     linear_acceleration_y: float  # [m/s2] in the base frame
+    yaw_std: float = 0.0  # [rad]; 0: not stated, as in ROS
+    yaw_rate_std: float = 0.0  # [rad/s]; 0: not stated
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,7 +148,7 @@ def complaint(capsys: pytest.CaptureFixture[str], folder: Path) -> str:
 
 
 def test_folders_and_files_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "does not exist" in complaint(capsys, tmp_path / "nowhere")
+    assert "nowhere' is not a folder; give a folder of .npz files" in complaint(capsys, tmp_path / "nowhere")
     assert "holds no .npz file" in complaint(capsys, tmp_path)
     file = tmp_path / "a.npz"
     whole = (GOLDEN / "inflation.npz").read_bytes()
