@@ -45,7 +45,8 @@ def lint_command(file: str, robot: str | None, allow_unknown: bool, as_json: boo
         _print(path, errors, warnings, ignored, report_console(sys.stdout))
     if errors:
         more = f" and {len(errors) - 1} more" if len(errors) > 1 else ""
-        raise ParameterError(f"{path}: {errors[0]}{more}; correct it, or see navbench lint --help")
+        advice = "" if errors[0].advice else "; correct it, or see navbench lint --help"
+        raise ParameterError(f"{path}: {errors[0]}{more}{advice}")
 
 
 def robot_limits(name_or_file: str) -> RobotLimits:
@@ -72,7 +73,7 @@ def _findings(path: Path, limits: RobotLimits | None, allow_unknown: bool) -> tu
         nav2 = inspect_nav2(path, allow_unknown)
     except ParameterError as error:
         message = str(error).removeprefix(f"{path}: ")
-        return [Notice("unreadable-file", str(path), message, "give a Nav2 parameter file", is_error=True)], ()
+        return [Notice("unreadable-file", "", message, "give a Nav2 parameter file", is_error=True)], ()
     return lint(nav2, limits), nav2.ignored
 
 

@@ -33,8 +33,9 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     console.print(f"A: {first.run.folder} {first.stack.name}", markup=False, soft_wrap=True)
     console.print(f"B: {second.run.folder} {second.stack.name}", markup=False, soft_wrap=True)
     console.print()
-    console.print(table)
-    console.print()
+    if table.rows:
+        console.print(table)
+        console.print()
     for note in _notes(comparison):
         console.print(Text(note, style="dim"))
 

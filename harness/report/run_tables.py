@@ -12,6 +12,7 @@ from harness.report.metric_rows import further_metrics
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
 from harness.report.tables import Column, render_table, render_tables
+from harness.setup import world_params
 from harness.study import Study
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -38,9 +39,7 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
     render_tables([*columns, *published], console)
     console.print()
     render_table(further_metrics(), columns, console)
-    template = study.template
-    where = f"map {Path(template.map_name).stem}, {template.missions} missions, seed {template.seed}"
-    console.print(where, markup=False)
+    console.print(_world_of(study), markup=False)
     for result in results:
         if result.valuation is None:
             console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors", markup=False)
@@ -55,3 +54,13 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
             f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}", markup=False
         )
     console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
+
+
+def _world_of(study: Study) -> str:
+    """Where the deliveries were driven, and among whom."""
+    template = study.template
+    people = world_params(template.world, template.pedestrians, template.people).people
+    return (
+        f"map {Path(template.map_name).stem}, {template.missions} missions, seed {template.seed}, "
+        f"{people.count} people ({people.model})"
+    )

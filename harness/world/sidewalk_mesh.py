@@ -12,8 +12,8 @@ from harness.world.scene import Obstacle
 from harness.world.shapes import bounds, grow
 from navstack.types import BoolArray, FloatArray
 
-# [m] between a solid face and the drawn edge, equally often over the faces of each kind
 LEAST_WIDTH = 0.3  # [m] narrower slivers are not drawn
+# [m] between a solid face and the drawn edge, equally often over the faces of each kind
 MARGINS = (0.15, 0.15, 0.2, 0.2, 0.2, 0.2, 0.3, 0.4, 0.6, 0.9)
 
 

@@ -27,12 +27,11 @@ from navstack.params.nav2_catalog import nested_params, plugin_type
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_filters import find_mask
 from navstack.params.nav2_findings import names_in
-from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
-MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
+MONITOR = "collision_monitor"
 _FOR_EXAMPLE = "e.g. dwb_core::DWBLocalPlanner"
 
 
@@ -98,12 +97,6 @@ def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
     return nav2.read(PolygonParams, MONITOR, name, shapes=shapes)
 
 
-def read_smoother(nav2: Nav2File) -> Plugin:
-    """The path smoother: the first one listed, or Nav2's default."""
-    names = names_in(nav2.value(SMOOTHER, "smoother_plugins", ["simple_smoother"]))
-    return _plugin(nav2, SMOOTHER, "smoothers", _first(nav2, SMOOTHER, "smoother_plugins", names))
-
-
 def read_planner(nav2: Nav2File) -> Plugin:
     """The planner that Nav2's default tree uses: the first one listed."""
     return _plugin(
@@ -165,11 +158,6 @@ def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
         if kind in types and kind != critic:
             named[critic] = NamedCritic(kind, nav2.read(types[kind], CONTROLLER, name, critic))
     return replace(params, named_critics=named) if named else params
-
-
-def read_rotation_shim(nav2: Nav2File, name: str = "FollowPath") -> RotationShimParams:
-    """The rotation shim's own parameters."""
-    return nav2.read(RotationShimParams, CONTROLLER, name)
 
 
 def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:

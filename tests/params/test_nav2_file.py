@@ -16,7 +16,6 @@ from navstack.params.nav2_views import (
     read_planner,
     read_primary_controller,
     read_progress_checker,
-    read_rotation_shim,
     read_velocity_smoother,
 )
 
@@ -58,8 +57,7 @@ def test_shipped_files_have_nothing_unknown(name, tmp_path):
 
 def test_tuned_file_has_the_published_values():
     nav2 = load_nav2(SHIPPED / "tuned.yaml")
-    shim, dwb = read_rotation_shim(nav2), read_dwb(nav2)
-    assert read_controller(nav2).params == shim
+    shim, dwb = read_controller(nav2).params, read_dwb(nav2)
     assert read_primary_controller(nav2, read_controller(nav2)).params == dwb
     assert (shim.angular_dist_threshold, shim.angular_disengage_threshold, shim.closed_loop) == (1.0472, 0.1745, False)
     assert (dwb.max_vel_x, dwb.max_vel_theta, dwb.min_speed_theta, dwb.sim_time) == (3.0, 1.2, 0.3, 1.0)

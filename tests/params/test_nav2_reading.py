@@ -13,7 +13,6 @@ from navstack.params.nav2_views import (
     read_costmap,
     read_dwb,
     read_primary_controller,
-    read_rotation_shim,
 )
 
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
@@ -70,7 +69,7 @@ def test_primary_controller_as_in_jazzy_and_as_in_main(inspect):
         primary = read_primary_controller(nav2, read_controller(nav2))
         assert (primary.name, primary.type) == (name, "dwb_core::DWBLocalPlanner")
         assert primary.params.max_vel_x == 0.7
-    assert read_rotation_shim(nav2).simulate_ahead_time == 2.0
+    assert read_controller(nav2).params.simulate_ahead_time == 2.0
     merged = inspect(nav2.dump_merged())
     assert merged.value("controller_server", "FollowPath.primary_controller.sim_time") == 1.7
     assert read_primary_controller(merged, read_controller(merged)) == primary
