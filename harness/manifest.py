@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from harness.runs import MANIFEST
+from harness.runs import MANIFEST, no_run
 from harness.setup import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.stack import Stack
 from harness.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
@@ -107,7 +107,7 @@ def version_notes(folder: Path) -> list[str]:
 def _read_manifest(folder: Path) -> Mapping[str, Any]:
     path = folder / MANIFEST
     if not path.is_file():
-        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; give the folder that a run wrote")
+        raise no_run(folder)
     try:
         content = json.loads(read_text(path))
     except (ValueError, RecursionError):

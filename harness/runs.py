@@ -39,6 +39,13 @@ def require_usable(path: Path) -> None:
         raise InputError(f"output folder '{path}' cannot be written; choose another")
 
 
+def no_run(folder: Path) -> InputError:
+    """What to say of a folder without ``run.json``."""
+    runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
+    advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
+    return InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
+
+
 def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
     """Write what is known before the first episode.
 

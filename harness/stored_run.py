@@ -11,7 +11,7 @@ from harness.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
 from harness.liability import COUNTED, PERSON
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
-from harness.runs import JOURNAL, MANIFEST
+from harness.runs import JOURNAL, MANIFEST, no_run
 from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_yaml, read_text
@@ -134,7 +134,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     """Content of ``run.json``, its stacks as name, sensors and localizer."""
     path = folder / MANIFEST
     if not path.is_file():
-        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; give the folder that a run wrote")
+        raise no_run(folder)
     try:
         about = json.loads(read_text(path))
         stacks = [(s["name"], tuple(s["carries"]), s["localizer"]) for s in about["stacks"]]
