@@ -114,6 +114,20 @@ class Observation:
     scan: LaserScan | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """A body that no map shows and that may move, e.g. a person; in the map frame."""
+
+    id: int  # the same as long as it is followed
+    stamp: float  # [s]
+    x: float  # [m] of its centre
+    y: float  # [m]
+    vx: float  # [m/s]
+    vy: float  # [m/s]
+    radius: float  # [m]
+    covariance: FloatArray  # (4, 4) of x, y, vx, vy
+
+
 class Health(Enum):
     """What a localizer says of itself."""
 

@@ -1,0 +1,156 @@
+"""From a scan to the bodies in it that no map shows."""
+
+import math
+
+import numpy as np
+from numba import njit
+from scipy import ndimage
+
+from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.types import BoolArray, ByteArray, FloatArray
+
+
+def background_of(static_map: OccupancyGrid, margin: float) -> ByteArray:
+    """The cells (H, W) of a map within ``margin`` [m] along x and y of an occupied one: 1, else 0.
+
+    Raises:
+        MapError: the map is rotated.
+    """
+    static_map.require_unrotated("map")
+    size = 2 * math.ceil(margin / static_map.resolution) + 1
+    cells = (static_map.data >= OCCUPIED).astype(np.uint8)
+    for axis in (0, 1):
+        cells = ndimage.maximum_filter1d(cells, size, axis=axis, mode="constant")
+    return cells
+
+
+@njit(cache=True)
+def is_background(
+    background: ByteArray, origin_x: float, origin_y: float, resolution: float, x: float, y: float
+) -> bool:
+    """Whether a point of the map frame [m] is near something that the map shows, or off the map."""
+    column = math.floor((x - origin_x) / resolution)
+    row = math.floor((y - origin_y) / resolution)
+    height, width = background.shape
+    return not (0 <= column < width and 0 <= row < height) or background[row, column] == 1
+
+
+@njit(cache=True)
+def mark_foreground(
+    ranges: FloatArray,
+    angle_min: float,
+    increment: float,
+    range_min: float,
+    max_range: float,
+    sensor: FloatArray,
+    background: ByteArray,
+    origin: FloatArray,
+    resolution: float,
+    foreground: BoolArray,
+) -> int:
+    """Which beams return from something that the map does not show; returns how many.
+
+    Args:
+        ranges: (n,) [m]; what is not finite has no return.
+        angle_min: [rad] of beam 0 in the sensor frame.
+        increment: [rad].
+        range_min: [m].
+        max_range: [m].
+        sensor: (3,) x, y [m], yaw [rad] of the sensor in the map frame.
+        background: (H, W) of :func:`background_of`.
+        origin: (2,) [m] of the map's lower left corner.
+        resolution: [m/cell].
+        foreground: (n,) output.
+    """
+    count = 0
+    for i in range(len(ranges)):
+        r = ranges[i]
+        foreground[i] = False
+        if not range_min <= r <= max_range:  # nan too
+            continue
+        angle = sensor[2] + angle_min + i * increment
+        x, y = sensor[0] + r * math.cos(angle), sensor[1] + r * math.sin(angle)
+        foreground[i] = not is_background(background, origin[0], origin[1], resolution, x, y)
+        count += foreground[i]
+    return count
+
+
+@njit(cache=True)
+def find_bodies(
+    ranges: FloatArray,
+    foreground: BoolArray,
+    increment: float,
+    is_closed: bool,
+    cluster_gap: float,
+    min_points: int,
+    max_width: float,
+    body_radius: float,
+    bodies: FloatArray,
+) -> int:
+    """Group neighbouring foreground beams and measure each group as the near side of an upright cylinder.
+
+    The cylinder's centre is ``body_radius`` behind the nearest return, at the bearing of the group's middle.
+
+    Args:
+        ranges: (n,) [m].
+        foreground: (n,) of :func:`mark_foreground`.
+        increment: [rad] between beams.
+        is_closed: whether the last beam is beside the first.
+        cluster_gap: [m], see :class:`TrackerParams`.
+        min_points: returns of a group.
+        max_width: [m] of a group.
+        body_radius: [m].
+        bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where something nearer
+            hides a part of it, else 0.
+
+    Returns:
+        How many were found.
+    """
+    n = len(ranges)
+    start = first_break(ranges, foreground, increment, cluster_gap) if is_closed else 0
+    found, i = 0, 0
+    while i < n:
+        at = (start + i) % n
+        if not foreground[at]:
+            i += 1
+            continue
+        nearest, length = ranges[at], 1
+        while i + length < n:
+            last, following = (start + i + length - 1) % n, (start + i + length) % n
+            if not foreground[following] or not belongs(ranges[last], ranges[following], increment, cluster_gap):
+                break
+            nearest = min(nearest, ranges[following])
+            length += 1
+        end = (start + i + length - 1) % n
+        if length >= min_points and length * increment * nearest <= max_width:
+            bodies[found, 0] = start + i + 0.5 * (length - 1)
+            bodies[found, 1] = nearest + body_radius
+            hidden = is_hidden(ranges, (at - 1) % n, ranges[at], cluster_gap)
+            hidden = hidden or is_hidden(ranges, (end + 1) % n, ranges[end], cluster_gap)
+            bodies[found, 2] = 1.0 if hidden else 0.0
+            found += 1
+        i += length
+    return found
+
+
+@njit(cache=True)
+def first_break(ranges: FloatArray, foreground: BoolArray, increment: float, cluster_gap: float) -> int:
+    """The first beam that does not belong to the one before it, so that no group is cut by the end of the scan."""
+    n = len(ranges)
+    for i in range(n):
+        before = (i - 1) % n
+        if not (foreground[i] and foreground[before] and belongs(ranges[before], ranges[i], increment, cluster_gap)):
+            return i
+    return 0
+
+
+@njit(cache=True)
+def belongs(before: float, after: float, increment: float, cluster_gap: float) -> bool:
+    """Whether two returns [m] of neighbouring beams can come from one surface, seen at no more than 60 degrees."""
+    return bool(abs(after - before) <= cluster_gap + 2.0 * min(before, after) * abs(increment))
+
+
+@njit(cache=True)
+def is_hidden(ranges: FloatArray, beside: int, edge: float, cluster_gap: float) -> bool:
+    """Whether the beam beside a group ends nearer than the group's edge [m]: then the group may go on behind."""
+    return bool(ranges[beside] < edge - cluster_gap)

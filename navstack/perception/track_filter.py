@@ -1,0 +1,89 @@
+"""Kalman filters of many bodies at once: constant velocity, disturbed by white acceleration."""
+
+import math
+
+import numpy as np
+from filterpy.common import Q_discrete_white_noise
+
+from navstack.types import FloatArray, IntArray
+
+
+class TrackFilter:
+    """States x, y [m], vx, vy [m/s] of N bodies with their covariances; all are predicted and updated together.
+
+    The equations are those of ``filterpy.kalman.KalmanFilter`` (Labbe), on stacked matrices; the update is Joseph's.
+    """
+
+    def __init__(self, acceleration_std: float, initial_speed_std: float) -> None:
+        """No bodies yet.
+
+        Args:
+            acceleration_std: [m/s2] along x and y, constant within a step and independent between steps.
+            initial_speed_std: [m/s] along x and y of a new body.
+        """
+        self._acceleration_variance = acceleration_std**2
+        self._initial_speed_variance = initial_speed_std**2
+        self.states = np.empty((0, 4))
+        self.covariances = np.empty((0, 4, 4))
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def predict(self, duration: float) -> None:
+        """Move all bodies on by ``duration`` [s]."""
+        step, noise = motion_of(duration, self._acceleration_variance)
+        self.states = self.states @ step.T
+        self.covariances = step @ self.covariances @ step.T + noise
+
+    def distances(self, places: FloatArray, variances: FloatArray) -> FloatArray:
+        """Squared Mahalanobis distances (N, M) of measured places (M, 2) [m] with variances (M,) [m2] per axis."""
+        ways = places[None, :, :] - self.states[:, None, :2]
+        spread = self.covariances[:, None, :2, :2] + variances[None, :, None, None] * np.eye(2)
+        a, b, c = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
+        x, y = ways[..., 0], ways[..., 1]
+        squared: FloatArray = (c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b)
+        return squared
+
+    def update(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> None:
+        """Take in one measured place (2,) [m] for each of ``bodies`` (K,)."""
+        if not len(bodies):
+            return
+        covariances = self.covariances[bodies]
+        noise = variances[:, None, None] * np.eye(2)
+        gains = covariances[:, :, :2] @ np.linalg.inv(covariances[:, :2, :2] + noise)
+        self.states[bodies] += (gains @ (places - self.states[bodies, :2])[:, :, None])[:, :, 0]
+        rest = np.broadcast_to(np.eye(4), covariances.shape).copy()
+        rest[:, :, :2] -= gains
+        self.covariances[bodies] = rest @ covariances @ _transposed(rest) + gains @ noise @ _transposed(gains)
+
+    def add(self, places: FloatArray, variances: FloatArray) -> None:
+        """Begin to follow bodies at places (K, 2) [m]; they may move anywhere."""
+        count = len(places)
+        new = np.zeros((count, 4, 4))
+        new[:, 0, 0] = new[:, 1, 1] = variances
+        new[:, 2, 2] = new[:, 3, 3] = self._initial_speed_variance
+        self.states = np.concatenate((self.states, np.column_stack((places, np.zeros((count, 2))))))
+        self.covariances = np.concatenate((self.covariances, new))
+
+    def keep(self, chosen: FloatArray) -> None:
+        """Forget all bodies but the ``chosen`` (N,) ones."""
+        self.states, self.covariances = self.states[chosen], self.covariances[chosen]
+
+
+def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray, FloatArray]:
+    """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the covariance (4, 4) that this adds."""
+    step = np.eye(4)
+    step[0, 2] = step[1, 3] = duration
+    noise = Q_discrete_white_noise(2, duration, acceleration_variance, block_size=2, order_by_dim=False)
+    return step, noise
+
+
+def turned(states: FloatArray, covariances: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+    """States (N, 4) and covariances (N, 4, 4) in a frame in which all is turned by ``angle`` [rad] about the origin."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    rotation = np.kron(np.eye(2), np.array(((cos, -sin), (sin, cos))))
+    return states @ rotation.T, rotation @ covariances @ rotation.T
+
+
+def _transposed(matrices: FloatArray) -> FloatArray:
+    return np.swapaxes(matrices, 1, 2)

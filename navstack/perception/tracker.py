@@ -1,0 +1,146 @@
+"""Follows people and whatever else moves about, from scans and the static map alone."""
+
+import math
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.geometry import compose, relative_to
+from navstack.params.tracker import TrackerParams
+from navstack.perception.scan_clusters import background_of, find_bodies, mark_foreground
+from navstack.perception.track_filter import TrackFilter, motion_of, turned
+from navstack.types import BoolArray, FloatArray, IntArray, LaserScan, Pose2D, Track
+
+_FAR = 1e6  # squared distance in place of one beyond the gate
+
+
+class Tracker:
+    """Groups the returns that no map explains, and follows each group with a Kalman filter.
+
+    Groups are assigned to bodies so that the sum of squared Mahalanobis distances is least, within a gate. A body is
+    told of after ``min_hits`` groups and forgotten after ``max_coasting`` without one. It is followed in the odom
+    frame, where the robot's own motion is smooth, and told of in the map frame: a jump of the belief moves all bodies,
+    but gives none of them a speed.
+    """
+
+    def __init__(self, params: TrackerParams, static_map: OccupancyGrid) -> None:
+        """Prepare the map.
+
+        Raises:
+            MapError: the map is rotated.
+        """
+        self._params = params
+        self._background = background_of(static_map, params.background_margin)
+        self._origin = np.array((static_map.origin.x, static_map.origin.y))
+        self._resolution = static_map.resolution
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything, for a new episode."""
+        self._filter = TrackFilter(self._params.acceleration_std, self._params.initial_speed_std)
+        self._ids: IntArray = np.empty(0, dtype=np.int64)
+        self._hits: IntArray = np.empty(0, dtype=np.int64)
+        self._seen: FloatArray = np.empty(0)  # [s] when last
+        self._next_id = 0
+        self._stamp: float | None = None  # of the last scan
+        self._map_to_odom = Pose2D()
+
+    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
+        """Take in a scan.
+
+        Args:
+            scan: taken later than the one before; an older one is left out.
+            in_map: believed pose of the robot when it was taken.
+            in_odom: the same in the odom frame.
+        """
+        if self._stamp is not None:
+            if scan.stamp <= self._stamp:
+                return
+            self._filter.predict(scan.stamp - self._stamp)
+        self._stamp = scan.stamp
+        self._map_to_odom = compose(in_map, relative_to(in_odom, Pose2D()))
+        places, variances = self._measure(scan, in_map, in_odom)
+        bodies, groups = self._assign(places, variances)
+        self._filter.update(bodies, places[groups], variances[groups])
+        self._hits[bodies] += 1
+        self._seen[bodies] = scan.stamp
+        is_new = np.ones(len(places), dtype=bool)
+        is_new[groups] = False
+        self._begin(places[is_new], variances[is_new], scan.stamp)
+        self._keep(scan.stamp - self._seen <= self._params.max_coasting)
+
+    def tracks(self, stamp: float) -> list[Track]:
+        """The bodies that are followed, at a time [s] no earlier than the last scan's."""
+        told = np.flatnonzero(self._hits >= self._params.min_hits)
+        if not len(told) or self._stamp is None:
+            return []
+        step, noise = motion_of(max(stamp - self._stamp, 0.0), self._params.acceleration_std**2)
+        frame = self._map_to_odom
+        states, covariances = turned(
+            self._filter.states[told] @ step.T, step @ self._filter.covariances[told] @ step.T + noise, frame.yaw
+        )
+        return [
+            Track(number, stamp, x + frame.x, y + frame.y, vx, vy, self._params.body_radius, covariance)
+            for number, (x, y, vx, vy), covariance in zip(
+                self._ids[told].tolist(), states.tolist(), covariances, strict=True
+            )
+        ]
+
+    def _measure(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> tuple[FloatArray, FloatArray]:
+        """Centres (M, 2) of the bodies in a scan, odom frame [m], and their variances (M,) along each axis [m2]."""
+        given, ranges = self._params, scan.ranges
+        foreground: BoolArray = np.empty(len(ranges), dtype=np.bool_)
+        found = np.empty((len(ranges), 3))
+        increment = scan.angle_increment
+        mark_foreground(
+            ranges,
+            scan.angle_min,
+            increment,
+            scan.range_min,
+            min(scan.range_max, given.max_range),
+            compose(in_map, scan.sensor_pose).as_array(),
+            self._background,
+            self._origin,
+            self._resolution,
+            foreground,
+        )
+        is_closed = abs(abs(increment) * len(ranges) - 2.0 * math.pi) < 0.5 * abs(increment)
+        count = find_bodies(
+            ranges,
+            foreground,
+            increment,
+            is_closed,
+            given.cluster_gap,
+            given.min_points,
+            given.max_width,
+            given.body_radius,
+            found,
+        )
+        sensor = compose(in_odom, scan.sensor_pose)
+        bearings = sensor.yaw + scan.angle_min + increment * found[:count, 0]
+        distances = found[:count, 1]
+        places = np.column_stack((sensor.x + distances * np.cos(bearings), sensor.y + distances * np.sin(bearings)))
+        deviations = np.where(found[:count, 2] > 0.0, given.occluded_std, given.position_std)
+        # The edges of a body are known to a beam's spacing: its middle has that of two uniform errors.
+        spacing = distances * abs(increment) / math.sqrt(24.0)
+        return places, deviations**2 + spacing**2
+
+    def _assign(self, places: FloatArray, variances: FloatArray) -> tuple[IntArray, IntArray]:
+        """Which bodies are seen again in which groups: indices (K,) and (K,)."""
+        squared = self._filter.distances(places, variances)
+        bodies, groups = linear_sum_assignment(np.where(squared <= self._params.gate, squared, _FAR))
+        is_near = squared[bodies, groups] <= self._params.gate
+        return bodies[is_near], groups[is_near]
+
+    def _begin(self, places: FloatArray, variances: FloatArray, stamp: float) -> None:
+        count = len(places)
+        self._filter.add(places, variances)
+        self._ids = np.concatenate((self._ids, np.arange(self._next_id, self._next_id + count)))
+        self._hits = np.concatenate((self._hits, np.ones(count, dtype=np.int64)))
+        self._seen = np.concatenate((self._seen, np.full(count, stamp)))
+        self._next_id += count
+
+    def _keep(self, chosen: BoolArray) -> None:
+        self._filter.keep(chosen)
+        self._ids, self._hits, self._seen = self._ids[chosen], self._hits[chosen], self._seen[chosen]
