@@ -5,7 +5,7 @@ import math
 import numpy as np
 from filterpy.common import Q_discrete_white_noise
 
-from navstack.types import FloatArray, IntArray
+from navstack.types import BoolArray, FloatArray, IntArray
 
 
 class TrackFilter:
@@ -65,7 +65,7 @@ class TrackFilter:
         self.states = np.concatenate((self.states, np.column_stack((places, np.zeros((count, 2))))))
         self.covariances = np.concatenate((self.covariances, new))
 
-    def keep(self, chosen: FloatArray) -> None:
+    def keep(self, chosen: BoolArray) -> None:
         """Forget all bodies but the ``chosen`` (N,) ones."""
         self.states, self.covariances = self.states[chosen], self.covariances[chosen]
 
