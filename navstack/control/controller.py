@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from navstack.control.decision import DecisionRecord
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
-from navstack.types import Path, RobotState, Twist2D
+from navstack.types import Path, RobotState, Track, Twist2D
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,6 +14,7 @@ class Surroundings:
     """What a controller may know of the robot's vicinity."""
 
     costmap: Costmap  # local, in the map frame
+    tracks: tuple[Track, ...] = ()  # of what moves about, now; none where nobody tracks
 
 
 class Controller(ABC):
