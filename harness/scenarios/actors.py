@@ -1,16 +1,14 @@
-"""What happens in a scenario: people who walk by a script, and satellites that fall silent."""
+"""What happens in a scenario: people who walk by a script."""
 
-import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from harness.scenarios.scenario import PersonScript
 from harness.world.body_state import BodyState
 from harness.world.pedestrians import ABSENT, PedestrianModel
-from harness.world.sensors import SensorSuite
-from navstack.types import FloatArray, Observation, Pose2D
+from navstack.types import FloatArray, Pose2D
 
 
 class ScriptedPedestrians(PedestrianModel):
@@ -74,23 +72,3 @@ class ScriptedPedestrians(PedestrianModel):
         x, y = (points[leg] + direction * (walked - distances[leg])).tolist()
         vx, vy = (direction * script.speed).tolist() if self._under_way[i] else (0.0, 0.0)
         return x, y, vx, vy
-
-
-class SilentSatellites:
-    """A sensor suite whose satellite receiver has no fix for some time."""
-
-    def __init__(self, suite: SensorSuite, outages: Sequence[tuple[float, float]]) -> None:
-        """Let no fix through from and to the times [s] of each outage."""
-        self._suite = suite
-        self._outages = outages
-
-    def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
-        """See :class:`SensorSuite`."""
-        self._suite.reset(body, generators)
-
-    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
-        """See :class:`SensorSuite`."""
-        observation = self._suite.measure(body, pedestrians, stamp)
-        if any(start <= stamp < end for start, end in self._outages):
-            return dataclasses.replace(observation, gps=None)
-        return observation

@@ -11,7 +11,7 @@ from harness.metrics.encounters import Body, in_base_frame, surface_distances
 from harness.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import ARRIVALS, Rules
 from harness.resources import resolve, shipped
-from harness.scenarios.actors import ScriptedPedestrians, SilentSatellites
+from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.checks import Drive, Finding, judge
 from harness.scenarios.drawing import draw_scene, with_things
 from harness.scenarios.scenario import Scenario, load_scenario
@@ -76,8 +76,10 @@ def _drive(scenario: Scenario, path: Path) -> Drive:
     check_pose_free(real.walkable, scenario.start, "start")
     check_footprint_free(real.geometry, scenario.start, robot.polygon)
     people = ScriptedPedestrians(scenario.people)
-    suite = SensorSuite(load_dataclass(SensorParams, Path(stack.sensors)), real.geometry, params.people.radius)
-    sensors = SilentSatellites(suite, scenario.gps_outages)
+    preset = load_dataclass(SensorParams, Path(stack.sensors))
+    outages = (*preset.gps.outages, *scenario.gps_outages)
+    preset = dataclasses.replace(preset, gps=dataclasses.replace(preset.gps, outages=outages))
+    sensors = SensorSuite(preset, real, params.people.radius)
     world = PyBulletWorld(real, robot, params, people, sensors, steps_per_tick(nav2, params.physics.rate))
     try:
         navigator = navigator_on(mapped, world, stack, nav2)

@@ -1,13 +1,16 @@
 """A planar lidar: rays on the occupancy grid of the geometry, people as circles."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from harness.world.body_state import BodyState
+from harness.world.glass import Glass
 from harness.world.lidar_kernels import cast_circles, cast_grid, clearance_field, finish_scan
-from harness.world.sensor import Sensor, check_deviations, check_rate
+from harness.world.scene import Obstacle
+from harness.world.sensor import Sensor, check_not_negative, check_shares, check_timing
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to
@@ -40,6 +43,10 @@ class LidarParams:
     noise_std: float  # [m] of one range, white
     mount: Pose2D  # of the sensor in the base frame
     self_filter: SelfFilter
+    dropout: float = 0.0  # [-] probability that a beam which meets something returns nothing
+    glass_transmission: float = 0.0  # [-] probability that a beam which meets glass obliquely passes through
+    glass_visible_angle: float = 0.0  # [rad] from the normal of a pane; nearer to it glass always returns
+    latency: float = 0.0  # [s] from measurement to delivery
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -47,8 +54,9 @@ class LidarParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_rate("lidar", self.rate)
-        check_deviations("lidar", noise_std=self.noise_std)
+        check_timing("lidar", self.rate, self.latency)
+        check_not_negative("lidar", noise_std=self.noise_std, glass_visible_angle=self.glass_visible_angle)
+        check_shares("lidar", dropout=self.dropout, glass_transmission=self.glass_transmission)
         if not 1 <= self.beams <= MAX_BEAMS or not 0.0 < self.field_of_view <= _FULL_TURN:
             raise ParameterError(
                 f"lidar: beams {self.beams} over field_of_view {self.field_of_view} rad; "
@@ -64,24 +72,32 @@ class LidarParams:
 class Lidar(Sensor):
     """Casts scans. The robot itself is in no map, so it never sees itself.
 
-    Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface reflects, and what
-    the scan plane does not cut is not seen. A sensor outside the grid sees people only.
+    Simplifications: the whole scan is taken at one instant (no distortion by motion), every surface but glass reflects,
+    and what the scan plane does not cut is not seen. A sensor outside the grid sees people only.
     """
 
-    def __init__(self, params: LidarParams, geometry: OccupancyGrid, pedestrian_radius: float) -> None:
+    def __init__(
+        self,
+        params: LidarParams,
+        geometry: OccupancyGrid,
+        pedestrian_radius: float,
+        obstacles: Sequence[Obstacle] = (),
+    ) -> None:
         """Prepare the clearance field of ``geometry``.
 
         Args:
             params: of the sensor.
             geometry: what the lidar can hit: cells of occupancy 100; unknown cells are transparent.
             pedestrian_radius: [m].
+            obstacles: the glass among them is found in ``geometry``, should the lidar see through any.
         """
         self._params = params
+        self._glass = Glass(geometry, obstacles) if params.glass_transmission else None
         self._origin = geometry.origin
         self._resolution = geometry.resolution
         self._radius = pedestrian_radius
         occupied = geometry.data >= OCCUPIED
-        self._field = clearance_field(occupied)  # 0.1 s for 4000 x 4000 cells: not worth a file
+        self._field = clearance_field(occupied)  # 0.03 s for 4000 x 4000 cells: not worth a file
         self._increment = params.field_of_view / params.beams
         self._angle_min = -0.5 * params.field_of_view
         angles = self._angle_min + self._increment * np.arange(params.beams)
@@ -93,6 +109,7 @@ class Lidar(Sensor):
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Start an episode whose noise comes from ``rng``."""
+        self._of_dropouts, self._of_glass = rng.spawn(2)
         self._rng = rng
         self._noise = np.empty((0, self._params.beams))
         self._next = 0
@@ -100,7 +117,21 @@ class Lidar(Sensor):
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> LaserScan:
         """One scan with noise and filters."""
         params = self._params
-        ranges = self.exact_ranges(Pose2D(body.x, body.y, body.yaw), pedestrians)
+        sensor = compose(Pose2D(body.x, body.y, body.yaw), params.mount)
+        ranges = self._meet_geometry(sensor)
+        if self._glass:
+            self._glass.see_through(
+                relative_to(self._origin, sensor),
+                self._directions,
+                ranges,
+                self._of_glass.random(params.beams),
+                params.glass_transmission,
+                params.glass_visible_angle,
+                params.range_max,
+            )
+        self._meet_people(sensor, pedestrians, ranges)
+        if params.dropout:
+            ranges[self._of_dropouts.random(params.beams) < params.dropout] = math.inf
         finish_scan(
             ranges,
             self._draw(),
@@ -116,19 +147,29 @@ class Lidar(Sensor):
         )
 
     def exact_ranges(self, base: Pose2D, pedestrians: FloatArray) -> FloatArray:
-        """Distances (n,) in [m] to what each beam meets first, without noise and filters; inf where nothing is.
+        """Distances (n,) in [m] to what each beam meets first, without errors and filters; inf where nothing is.
 
         Args:
             base: true pose of the robot, map frame.
             pedestrians: (n, >= 2) their x, y in the map frame, [m].
         """
         sensor = compose(base, self._params.mount)
+        ranges = self._meet_geometry(sensor)
+        self._meet_people(sensor, pedestrians, ranges)
+        return ranges
+
+    def _meet_geometry(self, sensor: Pose2D) -> FloatArray:
+        """Distances (n,) in [m] to what stands still; glass is solid."""
         on_grid = relative_to(self._origin, sensor)
         scale, reach = 1.0 / self._resolution, self._params.range_max
         ranges = np.empty(self._params.beams)
         cos, sin = math.cos(on_grid.yaw), math.sin(on_grid.yaw)
         cast_grid(self._field, on_grid.x * scale, on_grid.y * scale, cos, sin, self._directions, reach * scale, ranges)
         ranges *= self._resolution
+        return ranges
+
+    def _meet_people(self, sensor: Pose2D, pedestrians: FloatArray, ranges: FloatArray) -> None:
+        """Shorten the beams that meet somebody, in place."""
         if len(pedestrians):
             cast_circles(
                 pedestrians,
@@ -139,10 +180,9 @@ class Lidar(Sensor):
                 self._directions,
                 self._angle_min,
                 self._increment,
-                reach,
+                self._params.range_max,
                 ranges,
             )
-        return ranges
 
     def _draw(self) -> FloatArray:
         """The noise (n,) in [m] of the next scan, drawn in blocks."""

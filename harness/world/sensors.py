@@ -3,95 +3,25 @@
 Every sensor has a random generator of its own, so that a change of one leaves the noise of the others as it was.
 """
 
-import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from harness.world.body_state import BodyState
+from harness.world.gps_receiver import GpsParams, GpsReceiver
+from harness.world.inertial_unit import ImuParams, InertialUnit
 from harness.world.lidar import Lidar, LidarParams
-from harness.world.sensor import NoiseStore, Sensor, check_deviations, check_rate
+from harness.world.scene import Scene
+from harness.world.sensor import Measurement, Sensor
+from harness.world.shapes import Rect
+from harness.world.sky import Sky
+from harness.world.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.clock import Clock
-from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.geometry import compose, normalize_angle
-from navstack.types import FloatArray, GpsFix, Imu, Observation, Odometry, Pose2D, Twist2D
+from navstack.types import FloatArray, Observation
 
-
-@dataclass(frozen=True, slots=True)
-class OdometryParams:
-    """How well the wheels measure. Scale errors are drawn once per episode, the other noise is white."""
-
-    rate: float  # [Hz]
-    linear_scale_std: float  # [-] relative error of lengths, e.g. of the wheel radius
-    angular_scale_std: float  # [-] relative error of turns, e.g. of the track width
-    linear_noise: float  # [m / sqrt(m)] of the distance, grows with the distance driven
-    yaw_noise_per_distance: float  # [rad / sqrt(m)] of the heading
-    yaw_noise_per_turn: float  # [rad / sqrt(rad)] of the heading
-    velocity_std: float  # [m/s] of the reported forward velocity
-    yaw_rate_std: float  # [rad/s] of the reported yaw rate
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_rate("odometry", self.rate)
-        check_deviations(
-            "odometry",
-            linear_scale_std=self.linear_scale_std,
-            angular_scale_std=self.angular_scale_std,
-            linear_noise=self.linear_noise,
-            yaw_noise_per_distance=self.yaw_noise_per_distance,
-            yaw_noise_per_turn=self.yaw_noise_per_turn,
-            velocity_std=self.velocity_std,
-            yaw_rate_std=self.yaw_rate_std,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class ImuParams:
-    """How well the inertial unit measures. The bias is drawn once per episode, the other noise is white."""
-
-    rate: float  # [Hz]
-    yaw_std: float  # [rad] of the absolute heading
-    yaw_rate_std: float  # [rad/s]
-    yaw_rate_bias_std: float  # [rad/s]
-    acceleration_std: float  # [m/s2] per axis
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_rate("imu", self.rate)
-        check_deviations(
-            "imu",
-            yaw_std=self.yaw_std,
-            yaw_rate_std=self.yaw_rate_std,
-            yaw_rate_bias_std=self.yaw_rate_bias_std,
-            acceleration_std=self.acceleration_std,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class GpsParams:
-    """How well the satellite receiver measures: white noise, which its report states honestly."""
-
-    rate: float  # [Hz]
-    position_std: float  # [m] per axis
-
-    def __post_init__(self) -> None:
-        """Check what the types cannot.
-
-        Raises:
-            ParameterError: a value out of range.
-        """
-        check_rate("gps", self.rate)
-        check_deviations("gps", position_std=self.position_std)
+_ON_TIME = 1e-6  # [s] by which a message may be delivered early, so that rounding does not cost a tick
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,98 +34,64 @@ class SensorParams:
     gps: GpsParams
 
 
-class WheelOdometry(Sensor):
-    """Dead reckoning of a differential drive, starting at the origin of the odom frame.
+class _Channel:
+    """A sensor, when it measures, and its messages that are still under way."""
 
-    The wheels follow the ground forwards and do not feel what moves the robot sideways. Wheel spin while blocked is not
-    modelled: the wheels are taken to turn as the robot moves.
-    """
+    def __init__(self, field: str, generator: str, sensor: Sensor, rate: float, latency: float) -> None:
+        """Connect a sensor.
 
-    def __init__(self, params: OdometryParams) -> None:
-        self._params = params
-
-    def reset(self, body: BodyState, rng: np.random.Generator) -> None:
-        """Draw this episode's scale errors and start at the odom frame's origin."""
-        self._linear_scale = 1.0 + self._params.linear_scale_std * rng.standard_normal()
-        self._angular_scale = 1.0 + self._params.angular_scale_std * rng.standard_normal()
-        self._noise = NoiseStore(rng, 5)
-        self._body = body
-        self._pose = Pose2D()
-
-    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Odometry:
-        """The integrated pose and the velocity now."""
-        params, noise = self._params, self._noise.row()
-        distance, turn = wheel_motion(self._body, body)
-        self._body = body
-        yaw_deviation = params.yaw_noise_per_distance * math.sqrt(abs(distance))
-        distance = self._linear_scale * distance + params.linear_noise * math.sqrt(abs(distance)) * noise[0]
-        yaw_noise = yaw_deviation * noise[1] + params.yaw_noise_per_turn * math.sqrt(abs(turn)) * noise[2]
-        turn = self._angular_scale * turn + yaw_noise
-        self._pose = compose(self._pose, Pose2D(*along_arc(distance, turn), turn))
-        twist = Twist2D(
-            self._linear_scale * body.vx + params.velocity_std * noise[3],
-            0.0,
-            self._angular_scale * body.yaw_rate + params.yaw_rate_std * noise[4],
-        )
-        return Odometry(stamp, self._pose, twist)
-
-
-class InertialUnit(Sensor):
-    """Gyro and accelerometers in the base frame's origin, with an absolute heading."""
-
-    def __init__(self, params: ImuParams) -> None:
-        self._params = params
+        Args:
+            field: of the observation, which it fills.
+            generator: name of its generator.
+            sensor: what measures.
+            rate: [Hz].
+            latency: [s] from measurement to delivery.
+        """
+        self.field, self.generator = field, generator
+        self._sensor, self._clock, self._latency = sensor, Clock(rate), latency
+        self._under_way: deque[tuple[float, Measurement]] = deque()  # when [s] what is delivered
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
-        """Draw this episode's bias."""
-        self._bias = self._params.yaw_rate_bias_std * rng.standard_normal()
-        self._noise = NoiseStore(rng, 4)
+        """Start an episode with nothing under way."""
+        self._clock.reset()
+        self._under_way.clear()
+        self._sensor.reset(body, rng)
 
-    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Imu:
-        """Heading, yaw rate and accelerations now."""
-        params, noise = self._params, self._noise.row()
-        return Imu(
-            stamp,
-            normalize_angle(body.yaw + params.yaw_std * noise[0]),
-            body.yaw_rate + self._bias + params.yaw_rate_std * noise[1],
-            body.ax + params.acceleration_std * noise[2],
-            body.ay + params.acceleration_std * noise[3],
-        )
-
-
-class GpsReceiver(Sensor):
-    """Position fixes of the base origin (the antenna's lever arm is taken as corrected), without delay or outages."""
-
-    def __init__(self, params: GpsParams) -> None:
-        self._params = params
-
-    def reset(self, body: BodyState, rng: np.random.Generator) -> None:
-        """Start an episode."""
-        self._noise = NoiseStore(rng, 2)
-
-    def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> GpsFix:
-        """The position now."""
-        deviation, noise = self._params.position_std, self._noise.row()
-        return GpsFix(stamp, body.x + deviation * noise[0], body.y + deviation * noise[1], deviation)
+    def deliver(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Measurement | None:
+        """Measure if it is time to, and hand out the newest message that has arrived since the last call, if any."""
+        measured = self._sensor.measure(body, pedestrians, stamp) if self._clock.is_due(stamp) else None
+        if not self._latency:
+            return measured
+        if measured is not None:
+            self._under_way.append((stamp + self._latency, measured))
+        arrived = None
+        while self._under_way and self._under_way[0][0] <= stamp + _ON_TIME:
+            arrived = self._under_way.popleft()[1]
+        return arrived
 
 
 class SensorSuite:
-    """All sensors of the robot; what is due is measured, the rest of the observation stays None."""
+    """All sensors of the robot; what has arrived stands in the observation, the rest of it stays None.
 
-    def __init__(self, params: SensorParams, geometry: OccupancyGrid, pedestrian_radius: float) -> None:
+    A message carries the stamp of its measurement, which lies in the past where its sensor has a latency.
+    """
+
+    def __init__(self, params: SensorParams, scene: Scene, pedestrian_radius: float) -> None:
         """Mount the sensors.
 
         Args:
             params: of every sensor.
-            geometry: what the lidar can hit.
+            scene: what the lidar can hit and what hides satellites.
             pedestrian_radius: [m].
         """
-        # Per sensor: the field of the observation that it fills, the name of its generator, its clock.
-        self._sensors: tuple[tuple[str, str, Clock, Sensor], ...] = (
-            ("odometry", "odometry", Clock(params.odometry.rate), WheelOdometry(params.odometry)),
-            ("imu", "imu", Clock(params.imu.rate), InertialUnit(params.imu)),
-            ("gps", "gps", Clock(params.gps.rate), GpsReceiver(params.gps)),
-            ("scan", "lidar", Clock(params.lidar.rate), Lidar(params.lidar, geometry, pedestrian_radius)),
+        lidar, odometry, imu, gps = params.lidar, params.odometry, params.imu, params.gps
+        receiver = GpsReceiver(gps, sky_of(scene) if gps.depends_on_sky else None)
+        caster = Lidar(lidar, scene.geometry, pedestrian_radius, scene.obstacles)
+        self._channels = (
+            _Channel("odometry", "odometry", WheelOdometry(odometry), odometry.rate, odometry.latency),
+            _Channel("imu", "imu", InertialUnit(imu), imu.rate, imu.latency),
+            _Channel("gps", "gps", receiver, gps.rate, gps.latency),
+            _Channel("scan", "lidar", caster, lidar.rate, lidar.latency),
         )
 
     def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
@@ -205,37 +101,17 @@ class SensorSuite:
             body: true motion of the robot at the start.
             generators: one each under ``odometry``, ``imu``, ``gps`` and ``lidar``.
         """
-        for _, name, clock, sensor in self._sensors:
-            clock.reset()
-            sensor.reset(body, generators[name])
+        for channel in self._channels:
+            channel.reset(body, generators[channel.generator])
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
-        """What the sensors that are due deliver at ``stamp`` [s]; see :meth:`Sensor.measure`."""
-        delivered: dict[str, Any] = {
-            field: sensor.measure(body, pedestrians, stamp)
-            for field, _, clock, sensor in self._sensors
-            if clock.is_due(stamp)
-        }
-        return Observation(stamp, **delivered)
+        """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""
+        arrived = {channel.field: channel.deliver(body, pedestrians, stamp) for channel in self._channels}
+        return Observation(stamp, **arrived)  # type: ignore[arg-type]
 
 
-def wheel_motion(before: BodyState, after: BodyState) -> tuple[float, float]:
-    """How far [m] and by what angle [rad] the wheels rolled between two states, on an arc of constant curvature.
-
-    The chord is projected on the mean heading, which drops sideways motion, and stretched to the arc's length.
-    """
-    turn = normalize_angle(after.yaw - before.yaw)
-    middle = before.yaw + 0.5 * turn
-    chord = (after.x - before.x) * math.cos(middle) + (after.y - before.y) * math.sin(middle)
-    return chord / _chord_per_arc(turn), turn
-
-
-def along_arc(distance: float, turn: float) -> tuple[float, float]:
-    """The end x, y [m] of an arc of length ``distance`` [m] that turns by ``turn`` [rad], in the frame of its start."""
-    chord = distance * _chord_per_arc(turn)
-    return chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn)
-
-
-def _chord_per_arc(turn: float) -> float:
-    half = 0.5 * turn
-    return math.sin(half) / half if abs(half) > 1e-6 else 1.0
+def sky_of(scene: Scene) -> Sky:
+    """What hides the sky in a scene."""
+    grid = scene.geometry
+    x0, y0, r = grid.origin.x, grid.origin.y, grid.resolution
+    return Sky(scene.obstacles, Rect(x0, y0, x0 + grid.width * r, y0 + grid.height * r))

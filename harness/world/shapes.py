@@ -103,6 +103,31 @@ def fill_convex(mask: BoolArray, polygon: FloatArray, value: bool, resolution: f
         mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1][inside] = value
 
 
+def window_of(
+    polygon: FloatArray, shape: tuple[int, int], resolution: float, x0: float, y0: float
+) -> tuple[tuple[slice, slice], BoolArray]:
+    """The part of a grid around a convex counter-clockwise polygon, and which of its cells have their centres inside.
+
+    Args:
+        polygon: (N, 2) corners in [m].
+        shape: of the grid; row 0 = lowest y.
+        resolution: [m/cell].
+        x0: [m] of the grid's left edge.
+        y0: [m] of the grid's lower edge.
+    """
+    area = bounds(polygon)
+    columns = _span(area.x0 - x0, area.x1 - x0, resolution, shape[1])
+    rows = _span(area.y0 - y0, area.y1 - y0, resolution, shape[0])
+    mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=bool)
+    fill_convex(mask, polygon, True, resolution, x0 + columns.start * resolution, y0 + rows.start * resolution)
+    return (rows, columns), mask
+
+
+def _span(low: float, high: float, resolution: float, count: int) -> slice:
+    first = min(max(math.floor(low / resolution), 0), count)
+    return slice(first, max(min(math.ceil(high / resolution), count), first))
+
+
 def _cells(low: float, high: float, resolution: float, count: int) -> FloatArray:
-    first, last = math.floor(low / resolution), math.ceil(high / resolution)
-    return np.arange(max(first, 0), min(last, count))
+    span = _span(low, high, resolution, count)
+    return np.arange(span.start, span.stop)

@@ -69,3 +69,21 @@ def test_without_any_fix_the_first_update_starts_the_clock_and_reset_starts_it_a
     assert localizer.update(Observation(101.0 + LOST_AFTER)).health is Health.LOST
     localizer.reset(START, np.random.default_rng(0))
     assert localizer.update(Observation(0.0)).health is Health.TRACKING
+
+
+def test_a_stated_heading_deviation_replaces_the_assumed_one():
+    belief = started().update(Observation(0.2, imu=Imu(0.2, -1.0, 0.0, 0.0, 0.0, 0.1)))
+    assert math.isclose(belief.covariance[2, 2], 0.01)
+
+
+def test_without_an_absolute_heading_the_initial_one_stays_and_counts_as_unknown():
+    localizer = started()
+    belief = localizer.update(Observation(0.1, gps=fix(0.1, 3.0, 4.0), imu=imu(0.1, math.nan)))
+    assert belief.pose == Pose2D(3.0, 4.0, 0.5)
+    assert math.isclose(belief.covariance[2, 2], math.pi**2 / 3.0)
+    assert belief.health is Health.DEGRADED
+    assert localizer.update(Observation(20.0)).health is Health.LOST
+    assert localizer.update(Observation(20.1, gps=fix(20.1, 0.0, 0.0), imu=imu(20.1, 1.0))).health is Health.TRACKING
+    localizer.update(Observation(20.2, imu=imu(20.2, math.nan)))
+    localizer.reset(START, np.random.default_rng(0))
+    assert localizer.update(Observation(0.0)).health is Health.TRACKING

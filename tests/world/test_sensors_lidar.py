@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.ndimage import distance_transform_cdt
 
 from harness.world.body_state import BodyState
 from harness.world.lidar import Lidar, LidarParams, SelfFilter
@@ -57,26 +56,49 @@ def traverse(occupied, x0, y0, dx, dy, reach):
 
 
 @pytest.mark.parametrize("density", [0.0, 0.0005, 0.01, 0.3])
-def test_clearance_is_the_chessboard_distance(density):
-    occupied = np.random.default_rng(1).random((300, 420)) < density
-    occupied[0, 0] = True  # the reference needs one
-    expected = np.minimum(distance_transform_cdt(~occupied, "chessboard"), 255)
-    assert np.array_equal(clearance_field(occupied), expected)
+@pytest.mark.parametrize("shape", [(120, 168), (57, 43)])
+def test_squares_ahead_are_the_largest_free_ones(density, shape):
+    occupied = np.random.default_rng(1).random(shape) < density
+    rows, columns = -(-shape[0] // 4), -(-shape[1] // 4)
+    padded = np.ones((4 * rows, 4 * columns), dtype=np.bool_)
+    padded[: shape[0], : shape[1]] = occupied
+    blocked = padded.reshape(rows, 4, columns, 4).any(axis=(1, 3))
+    squares = clearance_field(occupied)[-1].reshape(4, rows + 2, columns + 2)[:, 1:-1, 1:-1]
+    for quadrant, (x, y) in enumerate(((1, 1), (-1, 1), (1, -1), (-1, -1))):
+        ahead, found = blocked[::y, ::x], squares[quadrant, ::y, ::x]
+        for row, column in np.ndindex(rows, columns):
+            side = int(found[row, column])
+            assert not ahead[row : row + side, column : column + side].any()
+            wider = ahead[row : row + side + 1, column : column + side + 1]
+            assert wider.any() or wider.shape != (side + 1, side + 1)
 
 
 @pytest.mark.parametrize("density", [0.0005, 0.005, 0.05, 0.4])
-def test_leaping_rays_equal_the_cell_by_cell_traversal(density):
+@pytest.mark.parametrize("on_corner", [False, True])
+def test_leaping_rays_equal_the_cell_by_cell_traversal(density, on_corner):
+    """From anywhere in a cell, and from cells' corners; the grid is no whole number of blocks."""
     rng = np.random.default_rng(7)
-    occupied = rng.random((200, 260)) < density
+    occupied = rng.random((201, 263)) < density
     field = clearance_field(occupied)
     angles = rng.uniform(0.0, 2.0 * math.pi, 200)
     directions = np.column_stack((np.cos(angles), np.sin(angles)))
     ranges = np.empty(len(angles))
-    for x0, y0 in rng.uniform((0.0, 0.0), (260.0, 200.0), (12, 2)):
+    places = rng.uniform((0.0, 0.0), (263.0, 201.0), (12, 2))
+    for x0, y0 in np.floor(places) if on_corner else places:
         cast_grid(field, x0, y0, 1.0, 0.0, directions, 150.0, ranges)
         exact = [traverse(occupied, x0, y0, dx, dy, 150.0) for dx, dy in directions]
         assert np.array_equal(np.isinf(ranges), np.isinf(exact))
         np.testing.assert_allclose(ranges, exact, atol=1e-9)
+
+
+def test_an_empty_grid_wider_than_the_widest_square_is_crossed():
+    """A square ends at 255 blocks, 1020 cells."""
+    occupied = np.zeros((1200, 1200), dtype=np.bool_)
+    occupied[1199, 1100] = True
+    ranges = np.empty(2)
+    directions = np.array([(0.0, 1.0), (1.0, 0.0)])
+    cast_grid(clearance_field(occupied), 1100.5, 0.5, 1.0, 0.0, directions, 5000.0, ranges)
+    assert ranges.tolist() == [1198.5, math.inf]
 
 
 def test_rays_along_the_axes_from_cell_borders_and_centres():

@@ -8,7 +8,10 @@ import pytest
 from harness.resources import shipped
 from harness.world.body_state import BodyState
 from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.sensors import SensorParams, SensorSuite, along_arc, wheel_motion
+from harness.world.scene import Obstacle, Scene
+from harness.world.sensors import SensorParams, SensorSuite
+from harness.world.shapes import Rect
+from harness.world.wheel_odometry import along_arc, wheel_motion
 from navstack.clock import Clock
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
@@ -17,7 +20,7 @@ from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Observation, Pose2D
 
 NOBODY = np.empty((0, 4))
-PRESETS = ("rtk_good", "white_noise", "published")
+PRESETS = ("rtk_good", "white_noise", "published", "rtk_urban", "consumer_gps")
 NAMES = ("odometry", "imu", "gps", "lidar")
 
 
@@ -33,10 +36,15 @@ def generators(seed=0):
 AT_REST = BodyState()
 
 
+def scene_of(data, obstacles=()):
+    grid = OccupancyGrid(data, 0.1, Pose2D(-10.0, -10.0))
+    return Scene("test", tuple(obstacles), (), grid, grid)
+
+
 def make_suite(params, seed=0, body=AT_REST):
     data = np.zeros((200, 200), dtype=np.int8)
     data[:, 190] = 100
-    suite = SensorSuite(params, OccupancyGrid(data, 0.1, Pose2D(-10.0, -10.0)), 0.3)
+    suite = SensorSuite(params, scene_of(data), 0.3)
     suite.reset(body, generators(seed))
     return suite
 
@@ -55,9 +63,10 @@ def circle_drive(n, speed=1.2, yaw_rate=0.5, dt=1 / 60):
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_load_and_measure(name):
-    observation = make_suite(preset(name)).measure(BodyState(), NOBODY, 0.0)
-    assert None not in (observation.odometry, observation.imu, observation.gps, observation.scan)
-    assert np.isfinite(observation.scan.ranges).any()
+    observations = run(preset(name), [BodyState()] * 60)
+    for field in ("odometry", "imu", "gps", "scan"):
+        assert any(getattr(observation, field) is not None for observation in observations), field
+    assert all(np.isfinite(o.scan.ranges).any() for o in observations if o.scan is not None)
 
 
 def test_every_preset_value_states_its_unit():
@@ -112,6 +121,49 @@ def test_between_measurements_the_fields_are_empty():
     }
     assert counts == {"odometry": 301, "imu": 301, "gps": 101, "scan": 101}
     assert all(o.gps.stamp == o.stamp for o in observations if o.gps is not None)
+
+
+def with_latencies(params, **latencies):
+    changes = {name: dataclasses.replace(getattr(params, name), latency=value) for name, value in latencies.items()}
+    return dataclasses.replace(params, **changes)
+
+
+def test_late_messages_are_those_of_the_past_with_their_own_stamps():
+    bodies = circle_drive(300)
+    prompt = run(preset("rtk_good"), bodies)
+    late = run(with_latencies(preset("rtk_good"), gps=0.25, imu=0.1, odometry=0.05, lidar=0.05), bodies)
+    for field, delay in (("gps", 15), ("imu", 6), ("odometry", 3), ("scan", 3)):
+        for now, before in zip(late[delay:], prompt[:-delay], strict=True):
+            given, expected = getattr(now, field), getattr(before, field)
+            assert (given is None) == (expected is None)
+            if given is not None:
+                assert given.stamp == expected.stamp == pytest.approx(now.stamp - delay / 60)
+                assert np.array_equal(given.ranges, expected.ranges) if field == "scan" else given == expected
+        assert all(getattr(o, field) is None for o in late[:delay])
+
+
+def test_of_messages_that_arrive_together_the_newest_counts_and_none_outlives_its_episode():
+    params = with_latencies(preset("rtk_good"), gps=0.3)
+    suite = make_suite(params)
+    for stamp in (0.0, 0.1, 0.2):
+        assert suite.measure(BodyState(), NOBODY, stamp).gps is None
+    assert suite.measure(BodyState(), NOBODY, 0.45).gps.stamp == 0.1  # that of 0.0 came at the same tick
+    assert suite.measure(BodyState(), NOBODY, 0.46).gps is None
+    suite.reset(BodyState(), generators())
+    assert suite.measure(BodyState(), NOBODY, 0.0).gps is None
+    assert suite.measure(BodyState(), NOBODY, 0.3).gps.stamp == 0.0
+
+
+def test_the_map_decides_where_satellites_are_hidden():
+    params = dataclasses.replace(preset("rtk_urban"), gps=dataclasses.replace(preset("rtk_urban").gps, latency=0.0))
+    walls = [Obstacle("building_glass", Rect(x, -60.0, x + 5.0, 60.0).polygon, 20.0) for x in (-6.5, 1.5)]
+    grid = np.zeros((200, 200), dtype=np.int8)
+    canyon = SensorSuite(params, scene_of(grid, walls), 0.3)
+    open_sky = SensorSuite(params, scene_of(grid), 0.3)
+    for suite, has_fix in ((canyon, False), (open_sky, True)):
+        suite.reset(BodyState(), generators())
+        fixes = [suite.measure(BodyState(), NOBODY, 0.1 * k).gps for k in range(50)]
+        assert all((fix is not None) == has_fix for fix in fixes)
 
 
 def test_noiseless_odometry_retraces_the_true_path():
