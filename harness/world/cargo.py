@@ -222,10 +222,10 @@ def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, s
     x, y, z = (SCALE * component for component in pull)
     origin = (0.0, 0.0, 0.0)
     against = (-x * dt, -y * dt, -z * dt)  # [m/s] makes up for what the pull does to the bucket within the step
-    bullet.setGravity(x, y, z, physicsClientId=client)
-    bullet.resetBasePositionAndOrientation(bucket, origin, orientation, physicsClientId=client)
-    bullet.resetBaseVelocity(bucket, against, spin, physicsClientId=client)
-    bullet.stepSimulation(physicsClientId=client)
+    bullet.setGravity(x, y, z, client)
+    bullet.resetBasePositionAndOrientation(bucket, origin, orientation, client)
+    bullet.resetBaseVelocity(bucket, against, spin, client)
+    bullet.stepSimulation(client)
 
 
 @lru_cache(maxsize=4 * _POURS)

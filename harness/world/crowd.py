@@ -8,6 +8,7 @@ from harness.truth import Partner
 from harness.world.bodies import add_person, person_shape
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
+from harness.world.pedestrian_kernels import count_near
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
@@ -55,9 +56,15 @@ class Crowd:
             states[person] = (x, y, vx, vy)
         return states
 
-    def follow(self, x: float, y: float) -> None:
-        """Choose who has a body, for a robot whose body centre is at (x, y)."""
+    def follow(self, x: float, y: float) -> bool:
+        """Choose who has a body, for a robot whose body centre is at (x, y).
+
+        Returns:
+            Whether anybody has one.
+        """
         states = self._model.states
+        if not self._bodies and not count_near(states, x, y, self.ACTIVE_RADIUS):
+            return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
         for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:
@@ -65,6 +72,7 @@ class Crowd:
         for person in wanted:
             if person not in self._bodies:
                 self._add(person)
+        return bool(self._bodies)
 
     def _add(self, person: int) -> None:
         body = add_person(self._client, self._shape, self._mass, self._params.pedestrian_bodies.friction)
@@ -81,8 +89,8 @@ class Crowd:
 
     def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
         client = self._client
-        bullet.resetBasePositionAndOrientation(body, (x, y, 0.0), _UPRIGHT, physicsClientId=client)
-        bullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+        bullet.resetBasePositionAndOrientation(body, (x, y, 0.0), _UPRIGHT, client)
+        bullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, 0.0), client)
 
     def _may_go(self, person: int) -> bool:
         if not self._is_dynamic or self._is_led:
@@ -111,6 +119,10 @@ class Crowd:
             self.motions[body] = Motion((px, py, 0.0), (vx, vy, 0.0))
             near = near or math.hypot(px - x, py - y) < reach
         return near
+
+    def walk_on(self, dt: float, times: int) -> None:
+        """Move everybody by ``times`` physics steps of ``dt`` [s], while nobody has a body."""
+        self._model.steps(dt, times)
 
     def after_step(self, dt: float) -> None:
         """Move everybody by the ``dt`` [s] of a physics step that is over."""
@@ -143,6 +155,6 @@ class Crowd:
         return bx, by, ux, uy
 
     def _body_state(self, body: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        position, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        velocity, _ = bullet.getBaseVelocity(body, physicsClientId=self._client)
+        position, _ = bullet.getBasePositionAndOrientation(body, self._client)
+        velocity, _ = bullet.getBaseVelocity(body, self._client)
         return position, velocity

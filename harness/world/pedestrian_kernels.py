@@ -89,11 +89,22 @@ def _least_length(a, b):
 
 
 @njit(cache=True)
-def walk(dt, points, counts, next_point, pauses, speeds, positions, states, restless):
-    """Move everybody by ``dt``.
+def count_near(states, x, y, radius):
+    """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
+    number = 0
+    for i in range(len(states)):
+        dx, dy = states[i, 0] - x, states[i, 1] - y
+        number += dx * dx + dy * dy < radius * radius
+    return number
+
+
+@njit(cache=True)
+def walk(dt, times, points, counts, next_point, pauses, speeds, positions, states, restless):
+    """Move everybody by ``dt``, at most ``times`` times: no more after a step in which somebody becomes restless.
 
     Args:
         dt: [s].
+        times: positive.
         points: (n, M, 2) corners of everybody's path, [m].
         counts: (n,) corners per path.
         next_point: (n,) index of the corner each one walks to; ``counts`` when standing. Changed in place.
@@ -104,8 +115,18 @@ def walk(dt, points, counts, next_point, pauses, speeds, positions, states, rest
         restless: (n,) output: who has stood long enough and needs a new path.
 
     Returns:
-        How many are restless.
+        How often they moved, and how many are restless.
     """
+    for moved in range(times):
+        number = _walk_once(dt, points, counts, next_point, pauses, speeds, positions, states, restless)
+        if number:
+            return moved + 1, number
+    return times, 0
+
+
+@njit(cache=True)
+def _walk_once(dt, points, counts, next_point, pauses, speeds, positions, states, restless):
+    """One step of :func:`walk`; returns how many are restless."""
     number = 0
     for i in range(len(speeds)):
         restless[i] = False

@@ -30,6 +30,11 @@ class PedestrianModel(ABC):
     def step(self, dt: float) -> None:
         """Move everybody by ``dt`` [s]."""
 
+    def steps(self, dt: float, times: int) -> None:
+        """Take ``times`` steps of ``dt`` [s]."""
+        for _ in range(times):
+            self.step(dt)
+
     @property
     @abstractmethod
     def states(self) -> FloatArray:
@@ -88,18 +93,26 @@ class RandomWalkPedestrians(PedestrianModel):
 
     def step(self, dt: float) -> None:
         """See :class:`PedestrianModel`."""
+        self.steps(dt, 1)
+
+    def steps(self, dt: float, times: int) -> None:
+        """See :class:`PedestrianModel`."""
         errands, states = self._errands, np.empty_like(self._states)
-        if walk(
-            dt,
-            errands.points,
-            errands.counts,
-            errands.next_point,
-            errands.pauses,
-            errands.speeds,
-            self._positions,
-            states,
-            self._restless,
-        ):
-            for i in np.flatnonzero(self._restless):
-                errands.set_out(int(i))
+        while times > 0:
+            moved, restless = walk(
+                dt,
+                times,
+                errands.points,
+                errands.counts,
+                errands.next_point,
+                errands.pauses,
+                errands.speeds,
+                self._positions,
+                states,
+                self._restless,
+            )
+            times -= moved
+            if restless:
+                for i in np.flatnonzero(self._restless):
+                    errands.set_out(int(i))
         self._states = states

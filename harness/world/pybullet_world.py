@@ -109,9 +109,11 @@ class PyBulletWorld(World):
         speed = min(max(command.linear_x, -robot.max_speed), robot.max_speed)
         yaw_rate = min(max(command.angular_z, -robot.max_yaw_rate), robot.max_yaw_rate)
         self._pedestrians.see_robot(self._state)
-        self._crowd.follow(self._position[0], self._position[1])
+        in_company = self._crowd.follow(self._position[0], self._position[1])
         for _ in range(self._steps_per_tick):
-            self._advance(speed, yaw_rate)
+            self._advance(speed, yaw_rate, in_company)
+        if not in_company:
+            self._crowd.walk_on(self._dt, self._steps_per_tick)
         self._state = self._base_state(self._state)
         self._truth = self._make_truth()
         return self._sensors.measure(self._state, self._truth.pedestrians, self.stamp)
@@ -179,15 +181,15 @@ class PyBulletWorld(World):
         orientation = (0.0, 0.0, math.sin(0.5 * start.yaw), math.cos(0.5 * start.yaw))
         bullet.resetBasePositionAndOrientation(self._body, position, orientation, physicsClientId=self._client)
 
-    def _advance(self, speed: float, yaw_rate: float) -> None:
-        """One physics step."""
+    def _advance(self, speed: float, yaw_rate: float, in_company: bool) -> None:
+        """One physics step; alone, the robot needs nobody moved before the tick's end."""
         x, y, _ = self._position
         at_step = self._has_steps and self._ground.follow(x, y, self._reach)
         near = self._obstacles.follow(x, y, self._reach)
-        near = self._crowd.before_step(x, y) or near
+        near = in_company and self._crowd.before_step(x, y) or near
         self._apply_forces(speed, yaw_rate)
         before = Motion(self._position, self._velocity, self._spin) if near else None
-        bullet.stepSimulation(physicsClientId=self._client)
+        bullet.stepSimulation(self._client)
         self._steps += 1
         self._read_robot()
         if before or at_step or self._is_tilted:
@@ -196,7 +198,8 @@ class PyBulletWorld(World):
             self._footing = ON_LEVEL_GROUND
         if self._book.is_waiting:
             self._book.close_old(self.stamp)
-        self._crowd.after_step(self._dt)
+        if in_company:
+            self._crowd.after_step(self._dt)
         if self._cargo:
             self._shake(self._cargo)
 
@@ -209,17 +212,17 @@ class PyBulletWorld(World):
         )
         self._work += power * self._dt
         world_frame = bullet.WORLD_FRAME
-        bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, physicsClientId=client)
-        bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, physicsClientId=client)
+        bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, client)  # faster than by keywords
+        bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, client)
         if footing.scrapes:
             body_motion = Motion(position, self._velocity, self._spin)
             for place, force in footing.friction(body_motion, self._robot.body_friction, self._robot.mass / self._dt):
-                bullet.applyExternalForce(body, -1, force, place, world_frame, physicsClientId=client)
+                bullet.applyExternalForce(body, -1, force, place, world_frame, client)
 
     def _read_robot(self) -> None:
         body, client = self._body, self._client
-        self._position, self._orientation = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
-        self._velocity, self._spin = bullet.getBaseVelocity(body, physicsClientId=client)
+        self._position, self._orientation = bullet.getBasePositionAndOrientation(body, client)
+        self._velocity, self._spin = bullet.getBaseVelocity(body, client)
 
     @property
     def _is_tilted(self) -> bool:

@@ -55,6 +55,18 @@ def record(crowd, seconds, seed=0, dt=DT, robot=AWAY):
     return np.array(states)
 
 
+def test_steps_taken_at_once_are_the_same_steps(crowd):
+    """To the last bit, although people arrive, stand and set out again in between."""
+    single = record(crowd, 60.0)[::7]
+    crowd.reset(np.random.default_rng(0), AWAY)
+    together = [crowd.states]
+    for _ in range(len(single) - 1):
+        crowd.steps(DT, 7)
+        together.append(crowd.states)
+    assert np.array_equal(single, together)
+    assert ((single[1:, :, 2] == 0.0) & (single[:-1, :, 2] != 0.0)).any()  # somebody arrived
+
+
 def test_paths_are_shortest_within_one_percent(network):
     rng = np.random.default_rng(2)
     free = network._free
