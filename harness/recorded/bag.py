@@ -1,0 +1,213 @@
+"""A recorded log as one: all its files together, their messages in the order in which they arrived."""
+
+import contextlib
+import shutil
+import tempfile
+from array import array
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from harness.recorded import mcap_file, ros1_file, sqlite_file
+from harness.recorded.bag_file import COLUMNS, MOST_TOPICS, BagError, BagFile, DamageError, Topic
+from harness.recorded.blocks import decompress_message
+from harness.recorded.mcap_file import McapFile
+from harness.recorded.ros1_file import Ros1File
+from harness.recorded.sqlite_file import SqliteFile
+from navstack.errors import ParameterError
+from navstack.files import check_regular
+from navstack.params.yaml_text import MAX_CHARACTERS, load_text
+
+KINDS: dict[bytes, type[BagFile]] = {
+    ros1_file.MAGIC: Ros1File,
+    mcap_file.MAGIC: McapFile,
+    sqlite_file.MAGIC: SqliteFile,
+}
+METADATA = "metadata.yaml"
+SUFFIXES = (".bag", ".mcap", ".db3")
+MOST_FILES = 1000
+LARGEST_FILE = 1 << 40  # [bytes]
+LARGEST_UNPACKED = 16 << 30  # [bytes] of a file that was compressed as a whole
+_ZSTD = b"\x28\xb5\x2f\xfd"
+_PIECE = 1 << 20  # [bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message as it stands in a bag."""
+
+    topic: Topic
+    arrival: float  # [s] when it was recorded
+    content: bytes
+
+
+class Bag:
+    """Files of one log; to be used as a context."""
+
+    def __init__(self, paths: Sequence[Path], types: frozenset[str]) -> None:
+        """Scan the files of a log: one or more files, or a folder of ROS 2.
+
+        Raises:
+            BagError: there is none, or it is no bag.
+        """
+        self._stack = contextlib.ExitStack()
+        self._compressed_messages = False
+        try:
+            self._files = [self._open(path, types) for given in paths for path in self._files_of(given)]
+        except BaseException:
+            self._stack.close()
+            raise
+        self._index = _joined(self._files)
+
+    def __enter__(self) -> "Bag":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    @property
+    def damage(self) -> str | None:
+        """Where the first damaged file breaks off; None: all are whole."""
+        return next((file.damage for file in self._files if file.damage), None)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """The type of every topic by name; the first one where a name has several."""
+        types: dict[str, str] = {}
+        for file in self._files:
+            for topic in file.topics:
+                types.setdefault(topic.name, topic.type)
+        return types
+
+    def counts(self) -> dict[str, int]:
+        """How many messages each topic has, of those whose type is read."""
+        counts = dict.fromkeys(self.topics, 0)
+        for key, count in zip(*np.unique(self._index[:, 0], return_counts=True), strict=True):
+            counts[self._topic(int(key)).name] += int(count)
+        return counts
+
+    def _topic(self, key: int) -> Topic:
+        """The topic that the first column of the index stands for."""
+        return self._files[key // MOST_TOPICS].topics[key % MOST_TOPICS]
+
+    def places(self, names: Collection[str]) -> np.ndarray:
+        """Rows of the index, one for each message of the topics, in the order of arrival; see :meth:`read`."""
+        types = self.topics
+        keys = [
+            number * MOST_TOPICS + topic
+            for number, file in enumerate(self._files)
+            for topic, about in enumerate(file.topics)
+            if about.name in names and about.type == types[about.name]
+        ]
+        return self._index[np.isin(self._index[:, 0], keys)]
+
+    def read(self, place: np.ndarray) -> Message:
+        """The message at a row of :meth:`places`.
+
+        Raises:
+            DamageError: it cannot be read.
+        """
+        key, time, *where = place.tolist()
+        content = self._files[key // MOST_TOPICS].read(*where)
+        if self._compressed_messages:
+            content = decompress_message(content)
+        return Message(self._topic(key), time * 1e-9, content)
+
+    def _open(self, path: Path, types: frozenset[str]) -> BagFile:
+        """A scanned file."""
+        with _clear_errors(path):
+            check_regular(path, LARGEST_FILE)
+            with path.open("rb") as stream:
+                start = stream.read(16)
+            if start.startswith(_ZSTD):
+                path = self._unpack(path)
+                with path.open("rb") as stream:
+                    start = stream.read(16)
+            kind = next((kind for magic, kind in KINDS.items() if start.startswith(magic)), None)
+            if kind is None:
+                what = "is empty" if not start else "is no bag"
+                raise BagError(f"bag '{path}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2")
+            file = kind(path, types)
+        self._stack.callback(file.close)
+        file.scan()
+        return file
+
+    def _unpack(self, path: Path) -> Path:
+        """A file that was compressed as a whole, decompressed into a folder that goes with this bag."""
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="navbench-"))
+        unpacked, done = Path(folder) / path.name, 0
+        with (
+            contextlib.suppress(pa.ArrowException),
+            pa.input_stream(str(path), compression="zstd") as stream,
+            unpacked.open("wb") as out,
+        ):
+            free = shutil.disk_usage(folder).free // 2
+            while piece := stream.read(_PIECE):
+                done += len(piece)
+                if done > min(LARGEST_UNPACKED, free):
+                    raise BagError(f"bag '{path}' decompresses to more than {min(LARGEST_UNPACKED, free)} bytes")
+                out.write(piece)
+        return unpacked
+
+    def _files_of(self, path: Path) -> list[Path]:
+        """The files of a log, in a folder as its ``metadata.yaml`` lists them, or as they are named without it."""
+        if path.name == METADATA:
+            path = path.parent
+        if not path.is_dir():
+            return [path]
+        about = _metadata(path / METADATA) if (path / METADATA).exists() else {}
+        mode = str(about.get("compression_mode") or "").lower()
+        self._compressed_messages = self._compressed_messages or mode == "message"
+        listed = about.get("relative_file_paths")
+        if listed is None:
+            found = sorted(file for file in path.iterdir() if file.name.removesuffix(".zstd").endswith(SUFFIXES))
+        elif isinstance(listed, list) and all(isinstance(name, str) for name in listed):
+            found = [path / PurePosixPath(name).name for name in listed]  # never a file outside the folder
+        else:
+            raise BagError(f"bag '{path / METADATA}': relative_file_paths is not a list of file names")
+        if not 0 < len(found) <= MOST_FILES:
+            raise BagError(f"bag '{path}' has {len(found)} bag files; 1 to {MOST_FILES} are read")
+        return found
+
+
+def _metadata(path: Path) -> dict[str, Any]:
+    """What ``metadata.yaml`` says of a bag of ROS 2."""
+    with _clear_errors(path):
+        check_regular(path, 4 * MAX_CHARACTERS)
+        text = path.read_text(errors="replace")
+    try:
+        content = load_text(text, f"bag '{path}'")
+    except ParameterError as error:
+        raise BagError(str(error)) from None
+    about = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
+    if not isinstance(about, dict):
+        raise BagError(f"bag '{path}' has no section rosbag2_bagfile_information")
+    return about
+
+
+@contextlib.contextmanager
+def _clear_errors(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise BagError(f"bag '{path}' cannot be read: {error.strerror or error}") from None
+    except DamageError as error:
+        raise BagError(f"bag '{path}' cannot be read: it {error}") from None
+
+
+def _joined(files: Sequence[BagFile]) -> np.ndarray:
+    """The indices of files as one, in the order of arrival; the topics' numbers count on from file to file."""
+    parts = []
+    for number, file in enumerate(files):
+        rows = np.array(file.index, dtype=np.int64).reshape(-1, COLUMNS)
+        file.index = array("q")  # it may be large
+        rows[:, 0] += number * MOST_TOPICS
+        parts.append(rows)
+    index = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    if (np.diff(index[:, 1]) < 0).any():
+        index = index[np.argsort(index[:, 1], kind="stable")]
+    return index

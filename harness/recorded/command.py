@@ -1,0 +1,229 @@
+"""``navbench localize``: a recorded log through a localizer, to a trajectory and its errors."""
+
+import json
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from harness.recorded.bag import Bag
+from harness.recorded.bag_file import BagError, DamageError
+from harness.recorded.mountings import Mountings, frame_name
+from harness.recorded.progress import shown
+from harness.recorded.receiver import Receiver
+from harness.recorded.replay import Replay
+from harness.recorded.ros_messages import ODOMETRY, TYPES
+from harness.recorded.sources import choose, odometry_frame, read_transforms
+from harness.recorded.start import local_frame, start_belief, static_map
+from harness.recorded.topics import Topics
+from harness.recorded.trajectory import (
+    Errors,
+    Trajectory,
+    absolute_errors,
+    align,
+    match,
+    read_tum,
+    relative_errors,
+    write_tum,
+)
+from harness.resources import resolve, shipped
+from navstack.build import LOCALIZERS, build_localizer
+from navstack.errors import InputError, UnknownNameError
+from navstack.localization.amcl import AmclLocalizer
+from navstack.localization.localizer import Localizer
+from navstack.params.nav2_file import Nav2File, load_nav2
+from navstack.types import Belief, Pose2D
+
+INTERRUPTED = 130
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the user asked for; see ``LOCALIZE_HELP``."""
+
+    bags: tuple[Path, ...]
+    params: str
+    localizer: str
+    out: Path
+    map_name: str | None = None
+    static_tf: tuple[str, ...] = ()
+    remap: tuple[str, ...] = ()
+    reference: str | None = None
+    alignment: str = "none"
+    interval: float = 1.0  # [s] of the RPE
+    initial_pose: str | None = None
+    is_global: bool = False
+    datum: str | None = None
+    base_frame: str | None = None
+    seed: int = 0
+    allow_unknown: bool = False
+    as_json: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Errors against a reference."""
+
+    ape: Errors
+    rpe: Errors | None
+
+
+def localize(request: Request) -> int:
+    """Replay, write the trajectory, print the result; returns the exit status.
+
+    Raises:
+        InputError: something given cannot be used, or the log breaks off; what was computed is written before.
+    """
+    _require_writable(request.out)
+    if request.localizer not in LOCALIZERS:
+        raise UnknownNameError("localizer", request.localizer, LOCALIZERS)
+    mountings = Mountings()
+    for text in request.static_tf:
+        mountings.give(text)
+    path = Path(request.params)
+    nav2 = load_nav2(
+        path if path.is_file() else resolve(request.params, shipped("params") / "nav2", "Nav2"), request.allow_unknown
+    )
+    frame = local_frame(request.datum)
+    start = start_belief(request.initial_pose, nav2, request.localizer)
+    with Bag(request.bags, TYPES) as bag:
+        topics = Topics(bag.topics, bag.counts(), request.remap)
+        reference = _reference(request.reference, topics)
+        choice = choose(request.localizer, topics, bag, reference if isinstance(reference, str) else None)
+        read_transforms(bag, topics, mountings)
+        if choice.edge is not None:
+            frames = " -> ".join(map(frame_name, choice.edge))
+            _warn(f"there is no topic of odometry: it is taken from {frames} in {choice.topics[ODOMETRY]}")
+        receiver = Receiver(mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge)
+        localizer = _localizer(request, nav2)
+        if start is None and not request.is_global:
+            _warn("nobody says where the robot starts: taken to be at 0,0,0; give --initial-pose or --global")
+        replay = Replay(bag, choice, receiver, localizer)
+        trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()))
+        trouble = trouble or bag.damage
+    return _finish(replay, request, reference, trouble, status)
+
+
+def _require_writable(out: Path) -> None:
+    """Check before the work that its result can be kept."""
+    folder = out.parent
+    if out.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        what = "is a folder" if out.is_dir() else f"cannot be written: no writable folder '{folder}'"
+        raise InputError(f"--out '{out}' {what}; give a file in an existing folder")
+
+
+def _reference(given: str | None, topics: Topics) -> Trajectory | str | None:
+    """What to compare with: a trajectory from a file, or the name of a topic."""
+    if given is None:
+        return None
+    if Path(given).is_file():
+        return read_tum(Path(given))
+    try:
+        return topics.require(given)
+    except InputError as error:
+        raise InputError(f"reference '{given}' is no file, and {error}") from None
+
+
+def _localizer(request: Request, nav2: Nav2File) -> Localizer:
+    localizer = build_localizer(request.localizer, nav2, static_map(request.map_name, request.localizer))
+    if request.is_global and not isinstance(localizer, AmclLocalizer):
+        raise InputError(f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps can")
+    return localizer
+
+
+def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief) -> tuple[str | None, int]:
+    """Replay to the end, the first damage or an interrupt; returns what went wrong and the exit status."""
+
+    def begin(belief: Belief) -> None:
+        localizer.reset(belief, np.random.default_rng(request.seed))
+        if request.is_global and isinstance(localizer, AmclLocalizer):
+            localizer.localize_globally()
+
+    share = 0.0
+    try:
+        with shown() as update:
+            for share in replay.run(start, begin, _warn):
+                update(share)
+    except KeyboardInterrupt:
+        return f"interrupted after {share:.0%} of the messages", INTERRUPTED
+    except (DamageError, InputError) as error:
+        return str(error), 1
+    return None, 0
+
+
+def _finish(
+    replay: Replay, request: Request, reference: Trajectory | str | None, trouble: str | None, status: int
+) -> int:
+    """Write and print what there is; then tell what went wrong."""
+    trajectory = replay.trajectory
+    kept = "no pose was computed"
+    comparison = None
+    if len(trajectory):
+        write_tum(request.out, trajectory)
+        kept = f"the {len(trajectory)} poses until then are kept in {request.out}"
+        try:
+            comparison = _compare(trajectory, replay.reference if isinstance(reference, str) else reference, request)
+        except InputError as error:
+            trouble, kept = trouble or str(error), f"the trajectory is kept in {request.out}"
+        _print(trajectory, comparison, request)
+    elif trouble is None:
+        trouble = f"no message of {', '.join(sorted(replay.topics))} holds anything usable"
+    if status == INTERRUPTED:
+        _say(f"{trouble}; {kept}")
+        return status
+    if trouble is not None:
+        raise BagError(f"{trouble}; {kept}")
+    return 0
+
+
+def _compare(trajectory: Trajectory, reference: Trajectory | None, request: Request) -> Comparison | None:
+    if reference is None:
+        return None
+    if not len(reference):
+        raise InputError(f"reference {request.reference} has no usable pose")
+    estimate, matched = match(trajectory, reference)
+    aligned = align(estimate, matched, request.alignment)
+    return Comparison(absolute_errors(aligned, matched), relative_errors(estimate, matched, request.interval))
+
+
+def _print(trajectory: Trajectory, comparison: Comparison | None, request: Request) -> None:
+    final = [float(value) for value in trajectory.poses[-1]]
+    if request.as_json:
+        document = {
+            "poses": len(trajectory),
+            "final": final,
+            "ape": comparison and {"alignment": request.alignment, **comparison.ape.as_json()},
+            "rpe": comparison and comparison.rpe and {"interval_s": request.interval, **comparison.rpe.as_json()},
+            "out": str(request.out),
+        }
+        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        return
+    lasted = trajectory.stamps[-1] - trajectory.stamps[0]
+    lines = [
+        f"{request.localizer}: {len(trajectory)} poses over {lasted:.1f} s in {request.out}",
+        f"final pose: x {final[0]:.3f} m, y {final[1]:.3f} m, yaw {final[2]:.4f} rad",
+    ]
+    if comparison is not None:
+        lines.append(f"APE against {request.reference}, alignment {request.alignment}: {_text(comparison.ape)}")
+        rpe = "none: the reference has no headings" if comparison.rpe is None else _text(comparison.rpe)
+        lines.append(f"RPE over {request.interval:g} s: {rpe}")
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
+
+
+def _text(errors: Errors) -> str:
+    values: dict[str, Any] = errors.as_json()
+    yaw = "" if errors.yaws is None else f"; heading median {values['yaw_median_rad']:.4f} rad"
+    metres = ", ".join(f"{name} {values[f'{name}_m']:.3f} m" for name in ("median", "rmse", "p95", "max"))
+    return f"{metres}, n {values['n']}{yaw}"
+
+
+def _warn(text: str) -> None:
+    _say(f"warning: {text}")
+
+
+def _say(line: str) -> None:
+    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)

@@ -1,0 +1,147 @@
+"""From ROS messages to the robot's own: planar, in the base frame, stamped with the time of measurement."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from harness.recorded.mountings import IDENTITY, Transform, from_quaternion
+from navstack.geometry import normalize_angle
+from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D, Twist2D
+
+MOST_BEAMS = 100_000
+_NO_FIX, _UNKNOWN_COVARIANCE = -1, 0  # of sensor_msgs/NavSatStatus and NavSatFix
+_FARTHEST, _FASTEST = 1e7, 1e4  # [m], [m/s] and [rad/s] beyond which a number is none of a robot's
+
+
+def stamp_of(message: Any) -> float:
+    """The header's stamp in [s]."""
+    return float(message.header.stamp.sec) + float(message.header.stamp.nanosec) * 1e-9
+
+
+def laser_scan(message: Any, stamp: float, mounting: Transform) -> LaserScan | None:
+    """A scan with beams counter-clockwise in the base frame; None: no beam can be used.
+
+    A sensor that hangs upside down sees its beams mirrored. What is no number stays so; zero, negative ranges and minus
+    infinity mean that the return was too near (REP 117) and stay below ``range_min``.
+    """
+    ranges = np.array(message.ranges, dtype=np.float64)
+    count = len(ranges)
+    start, step = float(message.angle_min), float(message.angle_increment)
+    if count > 1 and not (math.isfinite(step) and step != 0.0):
+        step = (float(message.angle_max) - start) / (count - 1)
+    shortest, longest = float(message.range_min), float(message.range_max)
+    if not math.isfinite(longest) or longest <= 0.0:
+        finite = ranges[np.isfinite(ranges)]
+        longest = float(finite.max(initial=0.0)) + 1.0
+    is_whole = 1 < count <= MOST_BEAMS and abs(start) < 100.0 and 0.0 < abs(step) < math.pi
+    if not is_whole or np.isnan(ranges).all():
+        return None
+    if mounting.rotation[2, 2] < 0.0:
+        start, step = -start, -step
+    if step < 0.0:
+        ranges, start, step = ranges[::-1].copy(), start + (count - 1) * step, -step
+    shortest = shortest if math.isfinite(shortest) and shortest > 0.0 else 0.0
+    pose = Pose2D(float(mounting.translation[0]), float(mounting.translation[1]), mounting.yaw)
+    return LaserScan(stamp, ranges, start, step, shortest, longest, pose)
+
+
+def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
+    """Wheel odometry of the base frame from that of a frame that stands at ``child`` in it; None: not numbers."""
+    pose, twist = message.pose.pose, message.twist.twist
+    turn = _turn(pose.orientation)
+    numbers = (pose.position.x, pose.position.y)
+    rates = (twist.linear.x, twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y, twist.angular.z)
+    if turn is None or not _within(_FARTHEST, *numbers) or not _within(_FASTEST, *rates):
+        return None
+    covariance = np.asarray(message.twist.covariance, dtype=np.float64)
+    speed_std, rate_std = _deviation(covariance[0]), _deviation(covariance[35])
+    if child is IDENTITY:
+        yaw = math.atan2(turn[1, 0], turn[0, 0])
+        planar = Twist2D(rates[0], rates[1], rates[5])
+        return Odometry(stamp, Pose2D(*numbers, yaw), planar, speed_std, rate_std)
+    base = Transform(turn, np.array((*numbers, 0.0))) @ child.inverse
+    angular = child.rotation @ rates[3:]
+    linear = child.rotation @ rates[:3] + np.cross(child.translation, angular)
+    planar = Twist2D(float(linear[0]), float(linear[1]), float(angular[2]))
+    x, y, _ = base.translation.tolist()
+    return Odometry(stamp, Pose2D(x, y, base.yaw), planar, speed_std, rate_std)
+
+
+def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -> Imu | None:
+    """An inertial measurement in the base frame; None: not numbers.
+
+    The yaw is that of the base's x axis in the frame in which the unit gives its orientation (x east, y north by REP
+    103), less ``heading`` in [rad], where the map's x axis points in that frame. It is nan where the unit says that it
+    has none (first covariance -1), or where the quaternion is none.
+    """
+    rate, force = message.angular_velocity, message.linear_acceleration
+    turns = mounting.rotation @ (rate.x, rate.y, rate.z)
+    pushes = mounting.rotation @ (force.x, force.y, force.z)
+    if not _within(_FASTEST, *turns.tolist()):
+        return None
+    if not _within(_FASTEST, *pushes.tolist()):
+        pushes = np.zeros(3)
+    yaw, yaw_std = math.nan, 0.0
+    turn = None if message.orientation_covariance[0] == -1.0 else _turn(message.orientation)
+    if turn is not None:
+        ahead = turn @ mounting.rotation[0]  # the base's x axis in the unit's frame is the first row
+        yaw = normalize_angle(math.atan2(ahead[1], ahead[0]) - heading)
+        yaw_std = _deviation_about_z(message.orientation_covariance, mounting)
+    rate_std = _deviation_about_z(message.angular_velocity_covariance, mounting)
+    return Imu(stamp, yaw, float(turns[2]), float(pushes[0]), float(pushes[1]), yaw_std, rate_std)
+
+
+def coordinates(message: Any) -> tuple[float, float] | None:
+    """Latitude and longitude in degrees; None: the receiver had no fix."""
+    latitude, longitude = float(message.latitude), float(message.longitude)
+    is_fix = message.status.status > _NO_FIX and abs(latitude) <= 90.0 and abs(longitude) <= 360.0
+    return (latitude, longitude) if is_fix and (latitude, longitude) != (0.0, 0.0) else None
+
+
+def gps_fix(message: Any, stamp: float, place: tuple[float, float], lever: FloatArray, yaw: float) -> GpsFix:
+    """A fix of the base frame's origin.
+
+    Args:
+        message: a ``sensor_msgs/NavSatFix``.
+        stamp: [s].
+        place: [m] of the antenna in the local frame.
+        lever: (3,) [m] of the antenna in the base frame.
+        yaw: [rad] of the base, as far as it is known.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    x = place[0] - cos * float(lever[0]) + sin * float(lever[1])
+    y = place[1] - sin * float(lever[0]) - cos * float(lever[1])
+    covariance = np.asarray(message.position_covariance, dtype=np.float64)
+    is_known = message.position_covariance_type != _UNKNOWN_COVARIANCE
+    return GpsFix(stamp, x, y, _deviation((covariance[0] + covariance[4]) / 2.0) if is_known else 0.0)
+
+
+def pose_of(message: Any) -> tuple[float, float, float] | None:
+    """x, y [m] and yaw [rad] of a PoseStamped, PoseWithCovarianceStamped or Odometry; None: not numbers."""
+    pose = message.pose.pose if hasattr(message.pose, "pose") else message.pose
+    turn = _turn(pose.orientation)
+    if turn is None or not _within(_FARTHEST, pose.position.x, pose.position.y):
+        return None
+    return float(pose.position.x), float(pose.position.y), math.atan2(turn[1, 0], turn[0, 0])
+
+
+def _turn(orientation: Any) -> FloatArray | None:
+    return from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w)
+
+
+def _within(limit: float, *numbers: float) -> bool:
+    return all(abs(number) <= limit for number in numbers)  # not so of what is no number
+
+
+def _deviation(variance: float) -> float:
+    """The standard deviation; 0, which means that none is stated, where the variance is none."""
+    return math.sqrt(variance) if math.isfinite(variance) and variance > 0.0 else 0.0
+
+
+def _deviation_about_z(covariance: FloatArray, mounting: Transform) -> float:
+    """The deviation about the base's z axis of a covariance (9,) that is given about the sensor's axes."""
+    if covariance[0] == -1.0:
+        return 0.0
+    up = mounting.rotation[2]
+    return _deviation(float(up @ np.reshape(covariance, (3, 3)) @ up))

@@ -1,0 +1,157 @@
+"""From what stands in a bag to what the robot's localizers receive, with the mountings of the sensors."""
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from harness.recorded import messages
+from harness.recorded.mountings import BASE_FRAMES, IDENTITY, Mountings, Transform, frame_name
+from harness.recorded.moving_frame import Edge, MovingFrame
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES
+from navstack.errors import InputError
+from navstack.geometry import transform_points
+from navstack.localization.geodesy import LocalFrame
+from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
+
+_SLANTED = math.radians(10.0)  # of a laser's plane, beyond which it is worth a word that it is taken as level
+_WEIGHED = 100  # messages of an inertial unit whose mean tells where is up
+_GRAVITY = (7.0, 12.5)  # [m/s2] norm of a mean that is gravity
+_UPRIGHT = math.radians(30.0)  # from the z axis at which gravity may be found
+
+Measured = GpsFix | Imu | LaserScan | Odometry
+
+
+class Receiver:
+    """Turns decoded ROS messages into the robot's own."""
+
+    def __init__(
+        self,
+        mountings: Mountings,
+        base_frame: str | None,
+        odometry_frame: str | None,
+        frame: LocalFrame | None,
+        heading: float,
+        say: Callable[[str], None],
+        edge: Edge | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            mountings: where the sensors are.
+            base_frame: that they are mounted on; None: the odometry's, or one with a usual name.
+            odometry_frame: whose motion the odometry tells; None: there is no odometry.
+            frame: for fixes; None: such that the first fix stands where the robot is believed to be.
+            heading: [rad] of the map's x axis, counter-clockwise from east.
+            say: takes warnings.
+            edge: frames between which transforms tell odometry.
+        """
+        self._mountings, self._say = mountings, say
+        named = [frame_name(name) for name in (base_frame, odometry_frame) if name]
+        self._bases = named[:1] if base_frame else [*named, *BASE_FRAMES]
+        self._frame, self._shift = frame, Pose2D()
+        self._heading, self._has_fix = heading, False
+        self._moving = None if edge is None else MovingFrame(edge)
+        self._mounted: dict[tuple[str, str], Transform] = {}
+        self._forces: list[np.ndarray] = []  # of the inertial unit, in the base frame
+        self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
+
+    def stamp_of(self, kind: str, message: Any) -> float | None:
+        """When a message was measured, by its header, in [s]; None: it is a transform of no interest."""
+        if kind in TRANSFORM_TYPES:
+            message = None if self._moving is None else self._moving.stamped(message)
+        return None if message is None else messages.stamp_of(message)
+
+    def convert(self, kind: str, message: Any, stamp: float, believed: Pose2D) -> Measured | None:
+        """The robot's own message; None: it holds nothing usable.
+
+        Args:
+            kind: the message's type.
+            message: decoded.
+            stamp: [s] when it was measured.
+            believed: where the robot is, as far as is known: for an antenna beside the base frame's origin.
+
+        Raises:
+            InputError: the first fix is too far from the local frame's origin.
+        """
+        measured: Measured | None
+        if kind == FIX:
+            measured = self._fix(message, stamp, believed)
+        elif kind in TRANSFORM_TYPES:
+            measured = None if self._moving is None else self._moving.convert(message, stamp)
+        elif kind == ODOMETRY:
+            measured = messages.odometry(message, stamp, self._mounting(kind, message.child_frame_id))
+        elif kind == IMU:
+            mounting = self._mounting(kind, message.header.frame_id)
+            measured = messages.imu(message, stamp, mounting, self._heading)
+            self._weigh(message, mounting)
+        else:
+            measured = messages.laser_scan(message, stamp, self._mounting(kind, message.header.frame_id))
+        if measured is None:
+            self.left_out[kind] += 1
+        return measured
+
+    def _fix(self, message: Any, stamp: float, believed: Pose2D) -> GpsFix | None:
+        coordinates = messages.coordinates(message)
+        if coordinates is None:
+            return None
+        lever = self._mounting(FIX, message.header.frame_id).translation
+        if self._frame is None:
+            self._frame = LocalFrame(*coordinates, self._heading)
+            antenna = transform_points(believed, lever[None, :2])[0]
+            self._shift = Pose2D(float(antenna[0]), float(antenna[1]))
+        try:
+            x, y = self._frame.to_local(*coordinates)
+        except InputError:
+            if not self._has_fix:
+                raise
+            return None  # one of a receiver that has lost its satellites
+        self._has_fix = True
+        place = (x + self._shift.x, y + self._shift.y)
+        return messages.gps_fix(message, stamp, place, lever, believed.yaw)
+
+    def _mounting(self, kind: str, frame: str) -> Transform:
+        """Where a sensor is on the robot."""
+        key = (kind, frame)
+        if key not in self._mounted:
+            self._mounted[key] = self._look_up(kind, frame_name(frame))
+        return self._mounted[key]
+
+    def _look_up(self, kind: str, frame: str) -> Transform:
+        if not frame and kind == ODOMETRY:
+            return IDENTITY  # many drivers leave it out
+        if frame == self._bases[0]:
+            return IDENTITY
+        found = self._mountings.find_from_any(self._bases, frame)
+        if found is None and frame in self._bases:
+            return IDENTITY
+        if found is None:
+            self._say(
+                f"nobody says where frame '{frame}' of {kind.rsplit('/', 1)[-1]} is on {self._bases[0]}: taken to be "
+                f"there, not turned; give --static-tf '{self._bases[0]} {frame or 'FRAME'} x y z roll pitch yaw'"
+            )
+            return IDENTITY
+        transform, moves = found
+        if moves:
+            self._say(f"frame '{frame}' moves on the robot; taken to stay where it was at first")
+        if kind == SCAN and _SLANTED < transform.tilt < math.pi - _SLANTED:
+            self._say(f"laser '{frame}' is tilted by {math.degrees(transform.tilt):.0f} degrees; taken as level")
+        return transform
+
+    def _weigh(self, message: Any, mounting: Transform) -> None:
+        """Warn of a mounting in which gravity does not point up."""
+        if len(self._forces) >= _WEIGHED:
+            return
+        force = message.linear_acceleration
+        self._forces.append(mounting.rotation @ (force.x, force.y, force.z))
+        if len(self._forces) < _WEIGHED:
+            return
+        mean = np.mean(self._forces, axis=0)
+        norm = float(np.linalg.norm(mean))
+        if _GRAVITY[0] < norm < _GRAVITY[1] and (angle := math.acos(mean[2] / norm)) > _UPRIGHT:
+            self._say(
+                f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame '{message.header.frame_id}': "
+                "its mounting is wrong or missing, and so will the headings be; see --static-tf"
+            )

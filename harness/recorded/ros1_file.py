@@ -1,0 +1,155 @@
+"""Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), read from the front: their index is not needed."""
+
+import struct
+from pathlib import Path
+
+from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, BagFile, DamageError, Topic, type_name
+from harness.recorded.blocks import WHOLE_FILE, Block, Blocks
+
+MAGIC = b"#ROSBAG V"
+_VERSION = b"#ROSBAG V2.0\n"
+_MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7  # op of a record
+_LONGEST_HEADER = 1_000_000  # [bytes] of a record; a connection's holds the definition of its type in its data
+_COMPRESSIONS = {b"none": "", b"bz2": "bz2", b"lz4": "lz4"}
+_LENGTH, _TIME = struct.Struct("<I"), struct.Struct("<II")
+
+Header = dict[bytes, bytes]
+
+
+class Ros1File(BagFile):
+    """A ``.bag`` file; also one that was not closed, or lost its end."""
+
+    def __init__(self, path: Path, types: frozenset[str]) -> None:
+        """Open the file."""
+        super().__init__(path, types)
+        self._blocks = Blocks(path)
+        self._wanted: dict[int, int | None] = {}  # connection -> its topic; None: of another type
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._blocks.close()
+
+    def read(self, *place: int) -> bytes:
+        """See :meth:`BagFile.read`."""
+        return self._blocks.message(*place)
+
+    def _scan(self) -> None:
+        if self._blocks.bytes_at(0, len(_VERSION)) != _VERSION:
+            raise BagError(
+                f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or 'rosbags-convert'"
+            )
+        position, size = len(_VERSION), self._blocks.size
+        ends_at = 0  # [bytes] where the index should begin; 0: the recorder never wrote it
+        while position < size:
+            header, data, data_size = self._record_at(position)
+            op = _op(header)
+            if op == _BAG:
+                ends_at = _number(header, b"index_pos", 8)
+                if header.get(b"encryptor"):
+                    raise BagError(f"bag '{self.path}' is encrypted, which is not supported")
+            elif op == _CHUNK:
+                self._take_chunk(header, data, data_size)
+            elif op == _CONNECTION:
+                self._take_connection(header, self._blocks.bytes_at(data, data_size))
+            elif op == _MESSAGE:
+                self._take_message(header, WHOLE_FILE, data, data_size)
+            if data + data_size > size:
+                raise DamageError(f"is cut off at byte {size}")
+            position = data + data_size
+        if not 0 < ends_at <= size:
+            raise DamageError(f"was never closed by its recorder, or is cut off at byte {size}")
+
+    def _record_at(self, position: int) -> tuple[Header, int, int]:
+        """A record's header, and where its data are: from which byte on, how many."""
+        length = self._blocks.bytes_at(position, 4)
+        if len(length) == 4 and _LENGTH.unpack(length)[0] > _LONGEST_HEADER:
+            raise DamageError(f"has a record of impossible size at byte {position}")
+        head = self._blocks.bytes_at(position, 8 + (_LENGTH.unpack(length)[0] if len(length) == 4 else 0))
+        return _record(head, 0, f"byte {position}", position)
+
+    def _take_chunk(self, header: Header, start: int, size: int) -> None:
+        name = header.get(b"compression", b"")
+        compression = _COMPRESSIONS.get(name, name.decode(errors="replace") or "?")
+        full_size = _number(header, b"size", 4)
+        number = self._blocks.add(Block(start, size, compression, full_size))
+        content, trouble = self._blocks.load(number)
+        try:
+            self._take_records(content, number, f"the block at byte {start}")
+        except DamageError as error:
+            raise DamageError(trouble or str(error)) from None
+        if trouble:
+            raise DamageError(trouble)
+
+    def _take_records(self, content: bytes, block: int, where: str) -> None:
+        """Take in the records of a block."""
+        position = 0
+        while position < len(content):
+            header, data, size = _record(content, position, f"byte {position} of {where}")
+            op = _op(header)
+            if data + size > len(content):
+                raise DamageError(f"has a record beyond the end of {where}")
+            if op == _CONNECTION:
+                self._take_connection(header, content[data : data + size])
+            elif op == _MESSAGE:
+                self._take_message(header, block, data, size)
+            position = data + size
+
+    def _take_connection(self, header: Header, data: bytes) -> None:
+        connection = _number(header, b"conn", 4)
+        if connection in self._wanted:
+            return
+        about = _fields(data)
+        name, kind = (
+            header.get(b"topic", b"").decode(errors="replace"),
+            about.get(b"type", b"").decode(errors="replace"),
+        )
+        kind, digest = type_name(kind), about.get(b"md5sum", b"").decode(errors="replace")
+        topic = self.add_topic(Topic(name, kind, "ros1", digest))
+        self._wanted[connection] = topic if kind in self.types else None
+
+    def _take_message(self, header: Header, block: int, start: int, size: int) -> None:
+        topic = self._wanted.get(_number(header, b"conn", 4))
+        if topic is None:
+            return
+        if size > LARGEST_MESSAGE:
+            raise DamageError(f"has a message of {size} bytes; at most {LARGEST_MESSAGE} are read")
+        time = header.get(b"time", b"")
+        if len(time) != _TIME.size:
+            raise DamageError("has a message without time")
+        seconds, nanoseconds = _TIME.unpack(time)
+        self.add_message(topic, seconds * 1_000_000_000 + nanoseconds, block, start, size)
+
+
+def _record(content: bytes, start: int, where: str, offset: int = 0) -> tuple[Header, int, int]:
+    """A record's header and where its data are in what ``content`` is a part of, from ``offset`` on."""
+    try:
+        (header_size,) = _LENGTH.unpack_from(content, start)
+        (data_size,) = _LENGTH.unpack_from(content, start + 4 + header_size)
+    except struct.error:
+        raise DamageError(f"is cut off at {where}") from None
+    header = _fields(content[start + 4 : start + 4 + header_size])
+    return header, offset + start + 8 + header_size, data_size
+
+
+def _fields(content: bytes) -> Header:
+    """The fields ``name=value`` of a header."""
+    fields, position = {}, 0
+    while position + 4 <= len(content):
+        (size,) = _LENGTH.unpack_from(content, position)
+        name, equals, value = content[position + 4 : position + 4 + size].partition(b"=")
+        if not equals or position + 4 + size > len(content):
+            raise DamageError("has a record whose header cannot be read")
+        fields[name] = value
+        position += 4 + size
+    return fields
+
+
+def _op(header: Header) -> int:
+    return _number(header, b"op", 1)
+
+
+def _number(header: Header, name: bytes, size: int) -> int:
+    value = header.get(name, b"")
+    if len(value) != size:
+        raise DamageError(f"has a record without the field '{name.decode()}'")
+    return int.from_bytes(value, "little")

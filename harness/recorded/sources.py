@@ -1,0 +1,107 @@
+"""What is read of a bag: the topics that a localizer needs, and where the sensors are."""
+
+from dataclasses import dataclass
+
+from harness.recorded.bag import Bag
+from harness.recorded.bag_file import BagError, DamageError
+from harness.recorded.mountings import Mountings
+from harness.recorded.moving_frame import Edge, odometry_edge
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, POSE_COVARIANCE, SCAN, decode
+from harness.recorded.topics import USUAL_NAMES, Topics
+from navstack.errors import InputError
+
+# What each localizer cannot do without, and what else it uses; others (plug-ins) get all that there is.
+NEEDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "gps": ((FIX,), (IMU,)),
+    "gps-ekf": ((ODOMETRY, FIX), (IMU,)),
+    "odom_imu": ((ODOMETRY, IMU), ()),
+    "amcl": ((ODOMETRY, SCAN), ()),
+    "amcl-gps": ((ODOMETRY, SCAN, FIX), (IMU,)),
+}
+REFERENCES = (POSE, POSE_COVARIANCE, ODOMETRY, FIX)
+MOST_TRANSFORMS = 3000  # messages of a topic of transforms that are looked at
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The topics that are read of a bag."""
+
+    topics: dict[str, str]  # by type of message: those that go to the localizer
+    reference: str | None = None  # of the poses to compare with
+    edge: Edge | None = None  # frames between which the odometry is told, where its topic is one of transforms
+
+    @property
+    def names(self) -> set[str]:
+        """All of them."""
+        return {*self.topics.values(), *filter(None, (self.reference,))}
+
+
+def needs_map(localizer: str) -> bool:
+    """Whether a localizer matches scans with a map."""
+    return SCAN in NEEDS.get(localizer, ((), ()))[0]
+
+
+def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> Choice:
+    """The topics that a localizer needs and can use.
+
+    Raises:
+        InputError: a needed one is missing, several could be meant, or the reference has no poses.
+    """
+    if reference is not None and topics.type_of(reference) not in REFERENCES:
+        known = ", ".join(REFERENCES)
+        raise InputError(f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of {known}")
+    needed, used = NEEDS.get(localizer, ((), tuple(USUAL_NAMES)))
+    counts, chosen, edge = bag.counts(), {}, None
+    for kind in (*needed, *used):
+        name = topics.find(kind, reference)
+        if name is not None and counts[name] > 0:
+            chosen[kind] = name
+        elif kind == ODOMETRY and (moving := _moving_frame(bag, topics)) is not None:
+            chosen[kind], edge = moving
+        elif kind in needed:
+            raise _missing(localizer, bag, kind, name)
+    if not chosen:
+        raise BagError(f"the bag has nothing that localizer {localizer} could use")
+    return Choice(chosen, reference, edge)
+
+
+def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
+    """A topic of transforms that tells odometry, and between which frames."""
+    for name, is_static in topics.transforms():
+        for place in () if is_static else bag.places({name})[:MOST_TRANSFORMS]:
+            try:
+                edge = odometry_edge(decode(bag.read(place)))
+            except DamageError:
+                break  # it is told when the other topics are read
+            if edge is not None:
+                return name, edge
+    return None
+
+
+def odometry_frame(bag: Bag, choice: Choice) -> str | None:
+    """The frame whose motion the odometry tells; None: there is no odometry."""
+    if choice.edge is not None:
+        return choice.edge[1]
+    places = bag.places({choice.topics[ODOMETRY]})[:1] if ODOMETRY in choice.topics else ()
+    try:
+        return next((decode(bag.read(place)).child_frame_id for place in places), None)
+    except DamageError:
+        return None  # it is met again
+
+
+def _missing(localizer: str, bag: Bag, kind: str, name: str | None) -> BagError:
+    usual = USUAL_NAMES[kind][0]
+    what = f"has no topic of {kind} (usually {usual})" if name is None else f"has no message of {name}"
+    where = f"{bag.damage}; what stands before that" if bag.damage else "the bag"
+    has = ", ".join(f"{topic} ({its})" for topic, its in sorted(bag.topics.items())[:20]) or "no topic"
+    return BagError(f"{where} {what}, which localizer {localizer} needs; it has: {has}")
+
+
+def read_transforms(bag: Bag, topics: Topics, mountings: Mountings) -> None:
+    """Enter the frames of a bag, static ones last so that they stand."""
+    for name, is_static in sorted(topics.transforms(), key=lambda topic: topic[1]):
+        for place in bag.places({name})[:MOST_TRANSFORMS]:
+            try:
+                mountings.take(decode(bag.read(place)), is_static)
+            except DamageError:
+                break  # it is told when the other topics are read

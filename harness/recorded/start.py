@@ -1,0 +1,93 @@
+"""Where a replay starts: the pose, the local frame of the fixes, the map."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from harness.recorded.sources import needs_map
+from harness.resources import resolve, shipped
+from harness.world.scene import Scene
+from harness.world.scene_io import align
+from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
+from navstack.errors import InputError, ParameterError
+from navstack.localization.geodesy import LocalFrame
+from navstack.params.nav2_file import Nav2File
+from navstack.types import Belief, Pose2D
+
+FARTHEST = 1e7  # [m]
+ANY_HEADING = np.diag((1.0, 1.0, math.pi**2 / 3.0))  # [m2, m2, rad2] of a start that nobody tells
+
+
+def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | None:
+    """Where the robot is believed to be before the first message.
+
+    Args:
+        given: ``x,y,yaw[,std_xy,std_yaw]`` by the user; None: as the file says for AMCL.
+        nav2: the parameter file.
+        localizer: its name; only those with a map start where the file says.
+
+    Returns:
+        The belief; without deviations its covariance is 0, for which each localizer has a default. None: nobody says.
+
+    Raises:
+        InputError: what the user or the file gives is no pose.
+    """
+    if given is not None:
+        values = numbers("--initial-pose", given, (3, 5), "x,y,yaw[,std_xy,std_yaw] in [m] and [rad]")
+        xy, yaw = values[3:] or (0.0, 0.0)
+        if xy < 0.0 or yaw < 0.0:
+            raise InputError(f"--initial-pose '{given}' has a negative standard deviation; give 0 or more")
+        return Belief(Pose2D(*values[:3]), np.diag((xy**2, xy**2, yaw**2)))
+    if not needs_map(localizer):
+        return Belief(Pose2D(), ANY_HEADING)
+    if nav2.value("amcl", "set_initial_pose") is not True:
+        return None
+    pose = [nav2.value("amcl", f"initial_pose.{name}", 0.0) for name in ("x", "y", "yaw")]
+    if not all(isinstance(value, int | float) and abs(value) <= FARTHEST for value in pose):
+        raise ParameterError(f"{nav2.path.name}: amcl: initial_pose {pose} is not x, y, yaw: three numbers")
+    return Belief(Pose2D(*map(float, pose)))
+
+
+def local_frame(datum: str | None) -> tuple[LocalFrame | None, float]:
+    """The frame of a datum ``latitude,longitude[,heading]`` that the user gave, and its heading in [rad] from east.
+
+    Raises:
+        InputError: it is none.
+    """
+    if datum is None:
+        return None, 0.0
+    what = "latitude,longitude[,heading] in [deg], [deg], [rad from east], e.g. 42.3758,-71.1474"
+    latitude, longitude, *more = numbers("--datum", datum, (2, 3), what)
+    heading = more[0] if more else 0.0
+    return LocalFrame(latitude, longitude, heading), heading
+
+
+def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
+    """What scans are matched with; a single unknown cell for localizers that need no map.
+
+    Raises:
+        InputError: the map is needed and not given, or cannot be used.
+    """
+    if name_or_file is None:
+        if needs_map(localizer):
+            raise InputError(f"localizer {localizer} needs a map; give --map with a map_server YAML file")
+        return OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 1.0, Pose2D())
+    grid = align(load_map(resolve(name_or_file, shipped("maps"), "map")))
+    return Scene(Path(name_or_file).stem, (), (), grid, grid).mapped_geometry
+
+
+def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[float]:
+    """Finite numbers separated by commas.
+
+    Raises:
+        InputError: there are not as many as one of ``counts``.
+    """
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in counts or not all(math.isfinite(value) and abs(value) <= FARTHEST for value in values):
+        raise InputError(f"{option} '{text}' is not {what}")
+    return values

@@ -1,0 +1,258 @@
+"""``navbench localize`` from the command line to the trajectory."""
+
+import contextlib
+import io
+import json
+import math
+import os
+import sqlite3
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.cli import main
+from harness.recorded.replay import Replay
+from harness.recorded.trajectory import Trajectory, read_tum, write_tum
+from navstack.localization.amcl import AmclLocalizer
+from navstack.types import Pose2D
+
+from .writing import FROM, START, Entry, fix, imu, odometry, sidewalk_drive, transforms, write
+
+DATA = os.environ.get("NAVSTACK_DATA")
+HUSKY_MOUNTING = ("--static-tf", "base_link imu_link 0 -0.3 0.52 1.570796327 0 -1.570796327")
+ON_SIDEWALK = ("--map", "sidewalk", "--params", "amcl", "--localizer", "amcl")
+AT_THE_START = ("--initial-pose", f"{FROM.x + 0.2},{FROM.y},{FROM.yaw},0.3,0.1")
+
+
+def localize(*arguments: object) -> int:
+    """The exit status."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["localize", *map(str, arguments)])
+    return int(leaving.value.code or 0)
+
+
+def complaint(capsys, *arguments: object) -> str:
+    """What a command that must fail with status 1 says in its last line."""
+    assert localize(*arguments) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert said[-1].startswith("navbench: ") and all(line.startswith("warning: ") for line in said[:-1])
+    return said[-1]
+
+
+def replay(bag: Path, localizer: str, *more: object) -> dict:
+    """The document of a replay beside the bag, without a map."""
+    out = bag.parent / "out.tum"
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        assert localize("--bag", bag, "--params", "stock", "--localizer", localizer, "--out", out, "--json", *more) == 0
+    return json.loads(said.getvalue())
+
+
+def straight(count: int = 500, **of_imu: str) -> list[Entry]:
+    """1 m/s to the east with odometry that is 10 % short, exact headings and fixes with 0.2 m of noise."""
+    rng = np.random.default_rng(0)
+    entries = []
+    for i in range(count):
+        t = 0.02 * i
+        entries.append(odometry(START + t, Pose2D(0.9 * t, 0.0, 0.0), 0.9, 0.0))
+        entries.append(imu(START + t, 0.0, 0.0, **of_imu))
+        if i % 10 == 0:
+            entries.append(fix(START + t, *((t, 0.0) + 0.2 * rng.standard_normal(2)), std=0.2))
+    return entries
+
+
+@pytest.mark.parametrize("form", ["ros1-lz4", "sqlite3", "mcap-zstd"])
+def test_amcl_finds_a_drive_through_the_sidewalk(tmp_path, capsys, form):
+    bag = write(tmp_path / "drive", sidewalk_drive().entries, form)
+    out = tmp_path / "out.tum"
+    status = localize(
+        "--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json"
+    )  # fmt: skip
+    captured = capsys.readouterr()
+    assert status == 0 and captured.err == ""
+    document = json.loads(captured.out)
+    assert set(document) == {"poses", "final", "ape", "rpe", "out"} and document["out"] == str(out)
+    assert document["ape"]["n"] == 100 and document["ape"]["median_m"] < 0.1 and document["ape"]["max_m"] < 0.3
+    assert document["rpe"]["median_m"] < 0.05  # of 1.5 m in an interval; the odometry alone: 0.03
+    written = read_tum(out)
+    assert len(written) == document["poses"] and written.poses[-1] == pytest.approx(document["final"], abs=1e-5)
+    _, last = sidewalk_drive().truth[-1]
+    assert math.hypot(document["final"][0] - last.x, document["final"][1] - last.y) < 0.6  # 0.2 s later
+
+
+def test_odometry_may_stand_in_tf_alone(tmp_path, capsys):
+    entries = []
+    for entry in sidewalk_drive().entries[:800]:
+        if entry.topic == "/odom":
+            at = entry.fields["pose"]["pose"]
+            place, turn = at["position"], at["orientation"]
+            numbers = (place["x"], place["y"], 0.0, 0.0, 0.0, turn["z"], turn["w"])
+            entry = transforms(entry.stamp, ("/odom", "/base_link", numbers), topic="/tf")
+        elif entry.topic == "/tf_static":
+            entry = Entry("/tf", entry.type, entry.stamp, entry.fields)
+        entries.append(entry)
+    bag, out = write(tmp_path / "drive", entries, "ros1"), tmp_path / "out.tum"
+    assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json") == 0
+    captured = capsys.readouterr()
+    assert captured.err.splitlines() == [
+        "warning: there is no topic of odometry: it is taken from odom -> base_link in /tf"
+    ]
+    assert json.loads(captured.out)["ape"]["median_m"] < 0.1
+
+
+def test_a_seed_gives_the_same_bytes(tmp_path):
+    bag = write(tmp_path / "drive", sidewalk_drive().entries[:400], "mcap")
+    texts = []
+    for seed in (3, 3, 4):
+        localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", tmp_path / "out.tum", "--seed", seed)
+        texts.append((tmp_path / "out.tum").read_bytes())
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_a_laser_upside_down_is_understood(tmp_path, capsys):
+    entries = []
+    for entry in sidewalk_drive().entries[:800]:
+        if entry.topic == "/tf_static":  # rolled by pi, then turned by 0.2 rad
+            turned = (0.3, 0.0, 0.4, math.cos(0.1), math.sin(0.1), 0.0, 0.0)
+            entry = transforms(START, ("base_link", "laser", turned))
+        elif entry.topic == "/scan":  # the beam at -pi stays the first one
+            ranges = entry.fields["ranges"]
+            fields = {**entry.fields, "ranges": ranges[:1] + ranges[:0:-1]}
+            entry = Entry(entry.topic, entry.type, entry.stamp, fields, entry.frame)
+        entries.append(entry)
+    bag, out = write(tmp_path / "drive", entries, "ros1"), tmp_path / "out.tum"
+    assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out, "--reference", "/truth", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["ape"]["median_m"] < 0.1
+
+
+def test_fixes_take_away_the_error_of_the_wheels(tmp_path):
+    bag = write(tmp_path / "straight", straight(1500), "sqlite3")
+    by_wheels, with_fixes = (replay(bag, localizer)["final"][0] for localizer in ("odom_imu", "gps-ekf"))
+    assert by_wheels == pytest.approx(0.9 * 29.98, abs=0.1)
+    assert with_fixes == pytest.approx(29.98, abs=1.0)
+
+
+def test_the_datum_is_the_origin(tmp_path):
+    bag = write(tmp_path / "straight", straight(100), "mcap")
+    east, north = (
+        replay(bag, "gps", "--datum", datum)["final"] for datum in ("37.4,-122.1", "37.4,-122.1,1.5707963267948966")
+    )
+    assert east[0] == pytest.approx(1.8, abs=0.8) and east[2] == pytest.approx(0.0, abs=1e-6)
+    assert north == pytest.approx((east[1], -east[0], -math.pi / 2), abs=1e-6)
+
+
+def test_a_reference_from_a_file(tmp_path, capsys):
+    bag = write(tmp_path / "straight", straight(200), "ros1")
+    stamps = START + np.arange(0.0, 4.0, 0.1)
+    poses = np.column_stack((0.9 * (stamps - START), np.zeros(40), np.zeros(40)))
+    write_tum(tmp_path / "ref.tum", Trajectory(stamps, poses))
+    base = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", tmp_path / "o.tum")
+    assert localize(*base, "--reference", tmp_path / "ref.tum") == 0
+    said = capsys.readouterr().out
+    assert "APE against" in said and "n 40" in said and "RPE over 1 s: median 0.00" in said
+    line = complaint(capsys, *base, "--reference", "/nowhere")
+    assert "reference '/nowhere' is no file, and topic '/nowhere' is not in the bag" in line
+
+
+def test_a_damaged_bag_keeps_what_was_computed(tmp_path, capsys):
+    bag = write(tmp_path / "straight", straight(5000), "ros1-lz4")
+    content = bag.read_bytes()
+    bag.write_bytes(content[: len(content) // 2])
+    out = tmp_path / "out.tum"
+    line = complaint(capsys, "--bag", bag, "--params", "stock", "--localizer", "gps-ekf", "--out", out)
+    kept = len(read_tum(out))
+    assert f"is cut off at byte {len(content) // 2}; the {kept} poses until then are kept in {out}" in line
+    assert kept > 1000
+
+
+def test_a_message_of_garbage_ends_the_replay_there(tmp_path, capsys):
+    folder = write(tmp_path / "straight", straight(100), "sqlite3")
+    with sqlite3.connect(next(folder.glob("*.db3"))) as database:
+        database.execute("UPDATE messages SET data = x'0001' WHERE id IN (150, 151)")
+    out = tmp_path / "out.tum"
+    line = complaint(capsys, "--bag", folder, "--params", "stock", "--localizer", "odom_imu", "--out", out)
+    assert "a message of /" in line and " is no " in line and "poses until then are kept" in line
+    assert 60 < len(read_tum(out)) < 80
+
+
+def test_a_log_without_a_usable_message_leaves_no_file(tmp_path, capsys):
+    entries = [fix(START + i, 0.0, 0.0) for i in range(5)]
+    for entry in entries:
+        entry.fields["latitude"] = math.nan
+    bag, out = write(tmp_path / "log", entries, "mcap"), tmp_path / "out.tum"
+    line = complaint(capsys, "--bag", bag, "--params", "stock", "--localizer", "gps", "--out", out)
+    assert "no message of /fix holds anything usable; no pose was computed" in line
+    assert not out.exists()
+
+
+def test_global_localization_is_asked_of_amcl(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(AmclLocalizer, "localize_globally", lambda self: asked.append(self))
+    bag = write(tmp_path / "drive", sidewalk_drive().entries[:60], "mcap")
+    assert localize("--bag", bag, *ON_SIDEWALK, "--out", tmp_path / "out.tum", "--global") == 0
+    assert len(asked) == 1
+
+
+def test_an_interrupt_keeps_what_was_computed(tmp_path, capsys, monkeypatch):
+    take = Replay._take
+
+    def interrupted(self, message, decoded, stamp, now, belief):
+        if stamp > START + 5.0:
+            raise KeyboardInterrupt
+        return take(self, message, decoded, stamp, now, belief)
+
+    monkeypatch.setattr(Replay, "_take", interrupted)
+    bag = write(tmp_path / "straight", straight(), "mcap")
+    out = tmp_path / "out.tum"
+    assert localize("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", out) == 130
+    assert "interrupted after 50% of the messages" in capsys.readouterr().err
+    assert read_tum(out).stamps[-1] == pytest.approx(START + 5.0, abs=0.03)
+
+
+def test_what_is_missing_is_one_line(tmp_path, capsys):
+    bag = write(tmp_path / "straight", straight(20), "ros1")
+    base = ("--bag", bag, "--params", "stock", "--out", tmp_path / "o.tum", "--localizer")
+    assert "has no topic of sensor_msgs/msg/LaserScan (usually /scan), which localizer amcl needs" in complaint(
+        capsys, *base, "amcl", "--map", "sidewalk"
+    )
+    assert "unknown localizer 'ground_truth'" in complaint(capsys, *base, "ground_truth")
+    assert "--global: localizer gps cannot" in complaint(capsys, *base, "gps", "--global")
+    assert "the type sensor_msgs/msg/Imu, not sensor_msgs/msg/NavSatFix" in complaint(
+        capsys, *base, "gps", "--remap", "/fix:=/imu/data"
+    )
+    assert "--initial-pose '1,2' is not x,y,yaw" in complaint(capsys, *base, "gps", "--initial-pose", "1,2")
+    assert "reference /imu/data is of the type" in complaint(capsys, *base, "gps", "--reference", "/imu/data")
+    drive = write(tmp_path / "drive", sidewalk_drive().entries[:30], "ros1")
+    assert "needs a map; give --map" in complaint(
+        capsys, "--bag", drive, "--params", "stock", "--out", tmp_path / "o.tum", "--localizer", "amcl"
+    )
+    line = complaint(
+        capsys, "--bag", bag, "--params", "stock", "--localizer", "gps", "--out", tmp_path / "no" / "o.tum"
+    )
+    assert "--out" in line and "no writable folder" in line
+    assert not (tmp_path / "o.tum").exists()
+    assert "more than 100 km from the datum" in complaint(capsys, *base, "gps", "--datum", "10,10")
+
+
+@pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no real bag")
+class TestTheHusky:
+    """A real robot on a parking lot, 395 s."""
+
+    bag = Path(str(DATA)) / "robot_localization" / "test1.bag"
+
+    def test_it_ends_where_robot_localization_says(self, tmp_path):
+        """Final position and tolerance: test_ekf_localization_node_bag1.test of robot_localization."""
+        began = time.monotonic()
+        x, y, _ = self._replay(tmp_path, "odom_imu")["final"]
+        assert math.hypot(x + 40.0454, y + 76.9988) < 1.0452
+        assert time.monotonic() - began < 60.0  # 4 s on an idle machine, with compiled kernels
+
+    def test_it_stays_near_its_fixes(self, tmp_path):
+        ape = self._replay(tmp_path, "gps-ekf", "--reference", "/fix", "--align", "start")["ape"]
+        assert ape["n"] == 989 and ape["median_m"] <= 1.5 and ape["p95_m"] <= 4.0
+
+    def _replay(self, folder: Path, localizer: str, *more: str) -> dict:
+        link = folder / "test1.bag"
+        link.symlink_to(self.bag)
+        return replay(link, localizer, *HUSKY_MOUNTING, *more)

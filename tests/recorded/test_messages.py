@@ -1,0 +1,214 @@
+"""ROS messages as the robot's own."""
+
+import math
+from types import SimpleNamespace as Plain
+
+import numpy as np
+import pytest
+
+from harness.recorded import messages
+from harness.recorded.bag import Message
+from harness.recorded.bag_file import DamageError, Topic
+from harness.recorded.clock import Clock
+from harness.recorded.mountings import IDENTITY, Mountings, Transform, from_angles
+from harness.recorded.receiver import Receiver
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, decode
+from navstack.localization.geodesy import LocalFrame
+from navstack.types import Pose2D
+
+from . import writing
+
+
+def ros(entry: writing.Entry, encoding: str = "cdr") -> Plain:
+    """The message as it comes out of a bag."""
+    topic = Topic(entry.topic, entry.type, encoding)
+    return decode(Message(topic, entry.stamp, writing.content(entry, encoding == "ros1")))
+
+
+def ends(scan) -> np.ndarray:
+    """Where the beams end (n, 2) in the base frame."""
+    angles = scan.sensor_pose.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    return (scan.sensor_pose.x, scan.sensor_pose.y) + scan.ranges[:, None] * np.column_stack(
+        (np.cos(angles), np.sin(angles))
+    )
+
+
+@pytest.mark.parametrize("step", [0.1, -0.1])
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.7), (math.pi, 0.0, 0.7), (0.0, math.pi, -2.0), (math.pi, 0.0, 0.0)])
+def test_beams_end_where_the_mounted_sensor_sees_them(step, angles):
+    ranges = np.linspace(1.0, 5.0, 20)
+    mounting = Transform(from_angles(*angles), np.array((0.3, -0.1, 0.5)))
+    scan = messages.laser_scan(ros(writing.scan(5.0, ranges, -0.4, step)), 5.0, mounting)
+    bearings = -0.4 + step * np.arange(20)
+    in_sensor = np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings), np.zeros(20)))
+    expected = (in_sensor @ mounting.rotation.T + mounting.translation)[:, :2]
+    ours = ends(scan)
+    assert scan.angle_increment > 0.0 and scan.stamp == 5.0
+    order = np.argsort(scan.ranges)
+    assert ours[order] == pytest.approx(expected, abs=1e-5)
+
+
+def test_ranges_that_are_no_distances_keep_their_meaning():
+    ranges = [1.0, math.nan, math.inf, 0.0, -math.inf, -1.0, 40.0]
+    scan = messages.laser_scan(ros(writing.scan(0.0, ranges, 0.0, 0.1)), 0.0, IDENTITY)
+    assert np.isnan(scan.ranges[1]) and scan.ranges[2] == math.inf
+    assert (scan.ranges[[3, 4, 5]] <= scan.range_min).all() and scan.ranges[6] > scan.range_max
+
+
+def test_a_scan_without_increment_or_range_max_is_read_all_the_same():
+    scan = ros(writing.scan(0.0, [1.0] * 11, -1.0, 0.2, angle_increment=0.0, range_max=0.0))
+    read = messages.laser_scan(scan, 0.0, IDENTITY)
+    assert read.angle_increment == pytest.approx(0.2) and read.range_max > 1.0
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"angle_min": math.nan},
+        {"ranges": []},
+        {"ranges": [math.nan] * 5},
+        {"angle_increment": 0.0, "angle_max": math.inf},
+        {"ranges": [1.0] * 100_001},
+    ],
+)
+def test_a_scan_that_tells_nothing_is_left_out(changes):
+    fields = {"ranges": [1.0] * 5, **changes}
+    scan = writing.scan(0.0, fields.pop("ranges"), 0.0, 0.1, **fields)
+    assert messages.laser_scan(ros(scan), 0.0, IDENTITY) is None
+
+
+def test_the_heading_is_that_of_the_base_however_the_unit_is_mounted():
+    mounting = Transform(from_angles(math.pi / 2, 0.0, -math.pi / 2), np.zeros(3))
+    base = from_angles(0.0, 0.0, 1.2)
+    x, y, z, w = _quaternion(base @ mounting.rotation)
+    entry = writing.imu(0.0, 0.0, 0.0)
+    rates, forces = mounting.rotation.T @ (0.0, 0.0, 0.3), mounting.rotation.T @ (0.5, -0.2, 9.81)
+    entry.fields |= {
+        "orientation": {"x": x, "y": y, "z": z, "w": w},
+        "angular_velocity": dict(zip("xyz", rates, strict=True)),
+        "linear_acceleration": dict(zip("xyz", forces, strict=True)),
+        "orientation_covariance": np.diag((1.0, 4.0, 9.0)).ravel(),
+    }
+    imu = messages.imu(ros(entry), 7.0, mounting)
+    assert imu.yaw == pytest.approx(1.2) and imu.angular_velocity_z == pytest.approx(0.3)
+    assert (imu.linear_acceleration_x, imu.linear_acceleration_y) == pytest.approx((0.5, -0.2))
+    assert imu.yaw_std == pytest.approx(2.0)  # the unit's y axis points up
+    assert imu.yaw_rate_std == pytest.approx(0.002)
+    assert messages.imu(ros(entry), 7.0, mounting, 0.2).yaw == pytest.approx(1.0)
+
+
+def test_a_unit_without_orientation_has_no_heading():
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields["orientation_covariance"] = [-1.0] + [0.0] * 8
+    assert math.isnan(messages.imu(ros(entry), 0.0, IDENTITY).yaw)
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields["orientation"] = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}
+    imu = messages.imu(ros(entry), 0.0, IDENTITY)
+    assert math.isnan(imu.yaw) and imu.angular_velocity_z == pytest.approx(0.1)
+
+
+def test_covariances_that_are_not_stated_are_no_deviation():
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields |= {"orientation_covariance": [0.0] * 9, "angular_velocity_covariance": [math.nan] * 9}
+    imu = messages.imu(ros(entry), 0.0, IDENTITY)
+    assert (imu.yaw_std, imu.yaw_rate_std) == (0.0, 0.0)
+
+
+def test_odometry_of_another_frame_is_taken_to_the_base():
+    child = Transform(from_angles(0.0, 0.0, math.pi / 2), np.array((0.5, 0.2, 0.0)))
+    # The base stands at (1, 2), turned by 0.3 rad, and drives 1 m/s while turning 0.4 rad/s.
+    c, s = math.cos(0.3), math.sin(0.3)
+    at = Pose2D(1.0 + c * 0.5 - s * 0.2, 2.0 + s * 0.5 + c * 0.2, 0.3 + math.pi / 2)
+    in_base = np.array((1.0 - 0.4 * 0.2, 0.4 * 0.5, 0.0))
+    entry = writing.odometry(0.0, at, 0.0, 0.4)
+    entry.fields["twist"]["twist"]["linear"] = dict(zip("xyz", child.rotation.T @ in_base, strict=True))
+    odometry = messages.odometry(ros(entry), 3.0, child)
+    assert odometry.pose.as_array() == pytest.approx((1.0, 2.0, 0.3))
+    assert (odometry.twist.linear_x, odometry.twist.linear_y) == pytest.approx((1.0, 0.0))
+    assert odometry.twist.angular_z == pytest.approx(0.4)
+    assert (odometry.velocity_std, odometry.yaw_rate_std) == pytest.approx((0.1, 0.1))
+
+
+def test_fixes_are_metres_of_the_base_from_the_antenna():
+    said: list[str] = []
+    mountings = Mountings()
+    mountings.give("base_link gps 1.0 0 0")
+    frame = LocalFrame(*writing.DATUM)
+    receiver = Receiver(mountings, None, "base_link", frame, 0.0, said.append)
+    fix = receiver.convert(FIX, ros(writing.fix(1.0, 30.0, -10.0, std=0.7)), 1.0, Pose2D(0.0, 0.0, math.pi / 2))
+    assert (fix.x, fix.y) == pytest.approx((30.0, -11.0), abs=0.2)  # a sphere's metres against the ellipsoid's
+    assert fix.position_std == pytest.approx(0.7) and not said
+
+
+def test_the_first_fix_stands_where_the_robot_starts():
+    receiver = Receiver(Mountings(), None, None, None, 0.0, lambda _: None)
+    first = receiver.convert(FIX, ros(writing.fix(0.0, 500.0, 900.0)), 0.0, Pose2D(3.0, 4.0, 1.0))
+    assert (first.x, first.y) == pytest.approx((3.0, 4.0), abs=1e-6)
+    second = receiver.convert(FIX, ros(writing.fix(1.0, 510.0, 900.0)), 1.0, Pose2D(3.0, 4.0, 1.0))
+    assert (second.x, second.y) == pytest.approx((13.0, 4.0), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"status": {"status": -1}}, {"latitude": math.nan}, {"latitude": 0.0, "longitude": 0.0},
+                {"latitude": 91.0}]
+)  # fmt: skip
+def test_no_fix_is_left_out(changes):
+    entry = writing.fix(0.0, 1.0, 2.0)
+    entry.fields |= changes
+    assert messages.coordinates(ros(entry)) is None
+
+
+def test_an_unknown_covariance_is_no_deviation():
+    entry = writing.fix(0.0, 1.0, 2.0)
+    entry.fields["position_covariance_type"] = 0
+    assert messages.gps_fix(ros(entry), 0.0, (1.0, 2.0), np.zeros(3), 0.0).position_std == 0.0
+
+
+def test_an_unknown_mounting_is_said_once_and_gravity_tells_a_wrong_one():
+    said: list[str] = []
+    mountings = Mountings()
+    receiver = Receiver(mountings, None, "base_link", None, 0.0, said.append)
+    entry = writing.imu(0.0, 0.0, 0.0)
+    entry.fields["linear_acceleration"] = {"y": 9.8}
+    for _ in range(150):
+        receiver.convert(IMU, ros(entry), 0.0, Pose2D())
+    assert len(said) == 2 and "'imu_link'" in said[0] and "base_link imu_link x y z roll" in said[0]
+    assert "gravity is 90 degrees off" in said[1]
+
+
+def test_a_base_frame_with_another_usual_name_is_found():
+    said: list[str] = []
+    mountings = Mountings()
+    mountings.give("base_link laser 0.3 0 0")
+    receiver = Receiver(mountings, None, "base_footprint", None, 0.0, said.append)
+    scan = receiver.convert(SCAN, ros(writing.scan(0.0, [1.0] * 5, 0.0, 0.1)), 0.0, Pose2D())
+    assert scan.sensor_pose == Pose2D(0.3, 0.0, 0.0)
+    odometry = receiver.convert(ODOMETRY, ros(writing.odometry(0.0, Pose2D(), 1.0, 0.0, "")), 0.0, Pose2D())
+    assert odometry.pose == Pose2D() and not said
+
+
+def test_bytes_of_another_type_are_one_line():
+    content = writing.content(writing.imu(0.0, 0.0, 0.0), False)
+    for cut in (0, 3, 10, len(content) // 2):
+        with pytest.raises(DamageError, match="a message of /scan is no sensor_msgs/msg/LaserScan") as caught:
+            decode(Message(Topic("/scan", SCAN, "cdr"), 0.0, content[:cut]))
+        assert "\n" not in str(caught.value)
+
+
+def test_the_clock_follows_the_stamps_and_not_the_recording():
+    clock = Clock(offset=-1000.0)
+    assert clock.take("/a", 1000.0, 0.5) == 0.5
+    assert clock.take("/b", 1000.1, 0.6) == 0.6 and clock.now == 0.6
+    assert clock.take("/a", 1000.2, 0.3) == 0.3 and clock.now == 0.6  # late: keeps its stamp, time does not go back
+    assert clock.take("/c", 1000.3, 1e9) == pytest.approx(0.7)  # of another clock
+    assert clock.take("/c", 1000.4, math.nan) == pytest.approx(0.8)
+    assert clock.take("/a", 1030.4, 30.8) == 30.8  # a gap in the recording
+    assert clock.take("/b", 9e8, 30.9) == 30.9  # recorded at a corrupt time
+    assert clock.replaced == {"/c": 2}
+
+
+def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+    """x, y, z, w of a rotation whose trace is not -1."""
+    w = math.sqrt(1.0 + np.trace(rotation)) / 2.0
+    x, y, z = (rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
+    return x / (4 * w), y / (4 * w), z / (4 * w), w

@@ -1,0 +1,67 @@
+"""Where a replay starts, and what is said meanwhile."""
+
+import numpy as np
+import pytest
+
+from harness.recorded import progress
+from harness.recorded.start import local_frame, start_belief, static_map
+from harness.resources import shipped
+from navstack.costmap.occupancy_grid import UNKNOWN
+from navstack.errors import InputError
+from navstack.params.nav2_file import load_nav2
+from navstack.types import Pose2D
+
+STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
+
+
+def nav2(folder, more: str = ""):
+    """The stock file with more parameters of AMCL."""
+    path = folder / "nav2.yaml"
+    path.write_text(STOCK.replace("    laser_model_type:", f"{more}    laser_model_type:", 1))
+    return load_nav2(path)
+
+
+def test_amcl_starts_where_the_file_says_if_it_says_so(tmp_path):
+    pose = "    initial_pose: {x: 1.5, y: -2.0, z: 0.0, yaw: 0.7}\n"
+    said = nav2(tmp_path, "    set_initial_pose: true\n" + pose)
+    assert start_belief(None, said, "amcl").pose == Pose2D(1.5, -2.0, 0.7)
+    assert start_belief(None, said, "gps-ekf").pose == Pose2D()
+    assert start_belief("3,4,0.1", said, "amcl").pose == Pose2D(3.0, 4.0, 0.1)
+    assert start_belief(None, nav2(tmp_path, pose), "amcl") is None
+    assert start_belief(None, nav2(tmp_path), "odom_imu").pose == Pose2D()
+
+
+def test_deviations_of_the_start_become_its_covariance(tmp_path):
+    belief = start_belief("1,2,3,0.5,0.2", nav2(tmp_path), "amcl")
+    assert belief.covariance == pytest.approx(np.diag((0.25, 0.25, 0.04)))
+    assert not start_belief("1,2,3", nav2(tmp_path), "amcl").covariance.any()
+
+
+@pytest.mark.parametrize("text", ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,3,-1,1", "1,2,1e300"])
+def test_another_start_is_an_error(tmp_path, text):
+    with pytest.raises(InputError, match="--initial-pose"):
+        start_belief(text, nav2(tmp_path), "amcl")
+
+
+@pytest.mark.parametrize("text", ["91,0", "1", "1,2,3,4", "a,b", "0,400"])
+def test_another_datum_is_an_error(text):
+    with pytest.raises(InputError):
+        local_frame(text)
+
+
+def test_localizers_without_scans_need_no_map():
+    assert local_frame(None) == (None, 0.0)
+    assert (static_map(None, "gps-ekf").data == UNKNOWN).all()
+    with pytest.raises(InputError, match="localizer amcl-gps needs a map"):
+        static_map(None, "amcl-gps")
+
+
+def test_lines_tell_how_far_it_is_where_there_is_no_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "LINE_PERIOD", 0.0)
+    with progress.shown() as update:
+        update(0.25)
+        update(0.5)
+    assert [line.split(",")[0] for line in capsys.readouterr().err.splitlines()] == [
+        "25% of the messages",
+        "50% of the messages",
+    ]
