@@ -7,8 +7,8 @@ from types import FrameType
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
+from harness.cli_ablate import ablate
 from harness.cli_help import (
     COMPARE_HELP,
     HELP,
@@ -21,24 +21,19 @@ from harness.cli_help import (
     SENSITIVITY_HELP,
     SUITE_HELP,
 )
-from harness.execution import TIME_LIMIT
+from harness.cli_localize import localize
+from harness.cli_options import EPISODE_TIMEOUT, JSON, PRICES, WORKERS, refuse_others, study_options
+from harness.cli_plan import plan
 from harness.resources import keep_compiled_code
 from navstack.errors import InputError, NavstackError
 
-PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
 OTHER_PRICES = click.option("--prices", help="Prices: a name of params/prices or a file; default: the run's own.")
 SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
                         help="Another value of one price, e.g. delivery_fee=4.99; repeatable.")  # fmt: skip
 TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
                      help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
                      "on_site_assistance, battery_wear.")  # fmt: skip
-WORKERS = click.option("--workers", type=int, help="Processes; default: one per core.")
-EPISODE_TIMEOUT = click.option(
-    "--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=TIME_LIMIT, show_default=True,
-    help="Wall time in [s] after which a delivery counts as hung; it is tried twice.")  # fmt: skip
 LONGEST_LINE = 1000  # [characters] of a complaint
-BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json")  # they change no row
-JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
 
 
 @click.group(help=HELP, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -60,32 +55,11 @@ def paper(prices: str, as_json: bool) -> None:
 @app.command(help=RUN_HELP, short_help="Drive deliveries; print what they did and what they cost.")
 @click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
               help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
-@click.option("--episodes", type=int, default=20, show_default=True, help="Deliveries per stack, at least 1.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same deliveries; 0 or more.")
-@click.option("--map", "map_name", default="sidewalk", show_default=True,
-              help="A built-in map or a map_server YAML file.")  # fmt: skip
-@click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20).")
-@click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
-              "id, t, x, y; obsmat.txt); default: the world's own.")  # fmt: skip
-@click.option("--world", default="costnav", show_default=True, help="A name of params/worlds or a YAML file.")
-@click.option("--rules", default="costnav", show_default=True,
-              help="How deliveries end: a name of params/rules or a YAML file.")  # fmt: skip
-@click.option("--missions", default="published", show_default=True,
-              help="How they are drawn: published (nearer goals more often) or uniform.")  # fmt: skip
-@click.option("--localizer", help="ground_truth, gps or amcl, instead of the stack's own.")
-@click.option("--robot", help="A name of params/robots or a file, instead of the stack's own.")
-@click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones.")
-@click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones.")
-@WORKERS
-@EPISODE_TIMEOUT
+@click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
+@study_options
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with a run that was cut off, from its folder alone.")  # fmt: skip
-@PRICES
-@click.option("--record", default="events", show_default=True, help="events; decisions: also why each command was "
-              "given; full: trajectories too.")  # fmt: skip
-@click.option("--allow-unknown", is_flag=True, help="Unknown keys in a Nav2 file are warnings, not errors.")
-@JSON
 @click.pass_context
 def run(
     context: click.Context, out: Path | None, resume: Path | None, episode_timeout: float, as_json: bool, **choices: Any
@@ -95,7 +69,7 @@ def run(
     from harness.study import make_study
 
     if resume is not None:
-        _refuse_others(context)
+        refuse_others(context)
         sys.exit(resume_command(resume, choices["workers"], episode_timeout, as_json))
     sys.exit(run_command(make_study(**choices), out, episode_timeout, as_json))
 
@@ -122,23 +96,11 @@ def suite(
     from harness.cli_suite import resume_suite_command, suite_command
 
     if resume is not None:
-        _refuse_others(context)
+        refuse_others(context)
         sys.exit(resume_suite_command(resume, workers, episode_timeout, as_json))
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")
     sys.exit(suite_command(file, workers, episode_timeout, out, as_json))
-
-
-def _refuse_others(context: click.Context) -> None:
-    """Check that nothing was given beside --resume that would make another study of it."""
-    given = [
-        parameter.opts[0]
-        for parameter in context.command.params
-        if parameter.name not in BESIDE_RESUME
-        and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
-    ]
-    if given:
-        raise InputError(f"--resume takes the study from its folder; leave out {', '.join(given)}")
 
 
 @app.command(help=COMPARE_HELP, short_help="Compare two runs mission by mission.")
@@ -254,6 +216,11 @@ def map_show(map_name: str, out: Path | None, view: str, samples: int, seed: int
     from harness.cli_map import show_command
 
     show_command(map_name, out, view, samples, seed, as_json)
+
+
+app.add_command(ablate)
+app.add_command(localize)
+app.add_command(plan)
 
 
 def main(arguments: list[str] | None = None) -> None:

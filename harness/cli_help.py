@@ -34,6 +34,21 @@ Examples:
   navbench suite my_suite.yaml --out results/my_suite
   navbench suite --resume results/my_suite
 """
+ABLATE_HELP = """Drive one stack with one localizer after the other on the same missions, people and noise.
+
+The report tells what each knows of its position, what that earns, what its sensors cost, and which differences are
+more than chance.
+
+docs/ablation.md tells how to read the report and where its formulas are from.
+
+\b
+Examples:
+  navbench ablate --localizers ground_truth,gps,amcl --episodes 200
+  navbench ablate --localizers ground_truth,amcl,amcl@navigation_mesh --against amcl
+  navbench ablate --inject position=0.1,0.3,1.0 heading=2,5 --episodes 100
+  navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
+  navbench ablate --resume results/latest
+"""
 COMPARE_HELP = """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
 
 A and B are run folders, or FOLDER:stack where a folder has several stacks.
@@ -103,4 +118,31 @@ Examples:
   navbench map new --seed 7 --name my_town --out my_maps
   navbench map show my_maps/my_town.yaml --out town.png
   navbench map show sidewalk --view navmesh --out mesh.png --json
+"""
+LOCALIZE_HELP = """Run one of the robot's localizers over a recorded ROS 1 or ROS 2 bag, without ROS.
+
+Reads LaserScan, Imu, NavSatFix, Odometry and the frames of tf_static; writes the believed poses; prints the errors
+(APE, RPE) against a reference. docs/recorded_logs.md describes it.
+
+\b
+Examples:
+  navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum --reference /fix --align start
+  navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml --localizer amcl --out drive.tum
+  navbench localize --bag drive.mcap --params stock --localizer odom_imu --out drive.tum \\
+      --static-tf "base_link imu_link 0 0 0.5 1.5708 0 -1.5708" --remap /imu/data:=/xsens/imu
+
+Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is kept); 130 interrupted (likewise).
+"""
+PLAN_HELP = """Ask several planners for a path from one pose to another, and compare what they find.
+
+Clearance is the least distance between the robot's body, turns on the way included, and what it must not touch; cost
+counts a path through costs as longer, as NavFn does. docs/planning.md describes planners and smoothers.
+
+\b
+Examples:
+  navbench plan --planner NavFn,RRTstar,InformedRRTstar --seed 3 --time 1 --picture plan.png
+  navbench plan --start=-67.9,-71.9,0 --goal=-89.7,-63.5,0 --planner NavFn --smoother ConstrainedSmoother
+  navbench plan --map my_map.yaml --params my_nav2.yaml --start 1,2,0 --goal 9,4,1.57 --planner PRMstar,FMT --json
+
+Exit status: 0 a planner found a path; 1 none did, or bad input.
 """

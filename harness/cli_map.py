@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from harness.mission import SAMPLINGS, MissionSampler
 from harness.report.map_picture import VIEWS, draw_map
-from harness.report.tables import report_console
+from harness.report.tables import report_console, report_table
 from harness.statistics import bootstrap_mean
 from harness.world.map_statistics import (
     GAP_PERCENTILES,
@@ -131,7 +130,7 @@ def _lengths(scene: Scene, sampling: str, samples: int, seed: int) -> Row | None
 
 
 def _measures_table(document: Row) -> Table:
-    table = _table(f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m")
+    table = report_table(f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m")
     for heading in ("Measure", "This map", "The paper's"):
         table.add_column(heading, justify="left" if heading == "Measure" else "right")
     for label, key, form in (
@@ -160,7 +159,7 @@ def _add_rows(table: Table, label: str, ours: Any, theirs: Any, form: str) -> No
 def _missions_table(document: Row) -> Table:
     missions = document["missions"]
     n = next((m["mean_shortest_path_m"]["n"] for m in missions.values() if m), 0)
-    table = _table(f"Shortest path of {n} missions [m]" if n else "No room for missions")
+    table = report_table(f"Shortest path of {n} missions [m]" if n else "No room for missions")
     table.add_column("Missions")
     for heading in ("Mean", "95 % interval", *(f"{p} %" for p in LENGTH_PERCENTILES), "The paper's mean"):
         table.add_column(heading, justify="right")
@@ -173,10 +172,6 @@ def _missions_table(document: Row) -> Table:
                 sampling, f"{mean['value']:.0f}", interval, *percentiles, f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}"
             )
     return table
-
-
-def _table(title: str) -> Table:
-    return Table(title=title, title_style="bold", title_justify="left", box=box.HORIZONTALS, show_edge=False)
 
 
 def _number(value: float | None, form: str) -> str:

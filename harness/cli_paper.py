@@ -5,7 +5,6 @@ import json
 import sys
 from typing import Any
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -14,7 +13,7 @@ from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
 from harness.report.published import PublishedMethod, load_published, published_columns
-from harness.report.tables import render_tables, report_console
+from harness.report.tables import render_tables, report_console, report_table
 
 
 def run_paper(prices: str, as_json: bool) -> None:
@@ -67,15 +66,7 @@ def _threshold_table(limits: Thresholds) -> Table:
         ("Property contact", _percent(limits.property_contact_rate), "fee / mean damage of the four published types"),
         ("Physical assistance", _percent(limits.physical_assistance_rate), "fee / repair per event"),
     )
-    table = Table(
-        title="Per-component break-even thresholds: more than this, alone, eats up the delivery fee",
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = report_table("Per-component break-even thresholds: more than this, alone, eats up the delivery fee")
     table.add_column("Component")
     table.add_column("Above", justify="right", no_wrap=True)
     table.add_column("Formula")

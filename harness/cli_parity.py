@@ -6,14 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.parity.certificate import PartResult, certify, document, passes
 from harness.parity.golden import GoldenError, read_folder
-from harness.report.tables import report_console
+from harness.report.tables import report_console, report_table
 
 DEFAULT_FOLDER = Path("tests/golden")
 FAILED = 1
@@ -47,20 +45,12 @@ def golden_folder() -> Path:
 
 def print_certificate(results: Sequence[PartResult], console: Console) -> None:
     """Print one line per part, then every deviation with its reason."""
-    table = Table(
-        title="Parity with Nav2's own C++: recorded inputs, run through navstack",
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = report_table("Parity with Nav2's own C++: recorded inputs, run through navstack")
     for name in ("Part", "Cases", "Equal", "Explained", "Unexplained", "Largest deviation"):
         table.add_column(name, justify="left" if name == "Part" else "right", no_wrap=True)
     for result in results:
         explained = sum(deviation.is_explained for deviation in result.deviations)
-        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e}"
+        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e} {result.unit}".rstrip()
         counts = (result.cases, result.equal, explained, len(result.deviations) - explained)
         table.add_row(result.part, *map(str, counts), largest)
     console.print(table)

@@ -142,6 +142,19 @@ def resume_command(path: Path, workers: int | None, time_limit: float, as_json: 
 
 
 def _drive(study: Study, path: Path, time_limit: float, as_json: bool) -> int:
+    results, interrupted = drive_run(study, path, time_limit)
+    _print(results, study, path, as_json)
+    return exit_status(results, interrupted)
+
+
+def drive_run(study: Study, path: Path, time_limit: float) -> tuple[list[StackResult], bool]:
+    """Drive what a run folder lacks, show progress on stderr; returns the results and whether it was interrupted.
+
+    Args:
+        study: as its folder tells it.
+        path: of the folder.
+        time_limit: [s] of wall time per delivery.
+    """
     with RunFolder(path, TABLES, study.total) as folder, Workers(study.workers, time_limit=time_limit) as workers:
         require_own(study, folder)
         say_what_is_done(folder, study)
@@ -152,7 +165,11 @@ def _drive(study: Study, path: Path, time_limit: float, as_json: bool) -> int:
     say_what_failed(folder.records)
     if interrupted:
         say_interrupted(tally, path)
-    _print(results, study, path, as_json)
+    return results, interrupted
+
+
+def exit_status(results: Sequence[StackResult], interrupted: bool) -> int:
+    """What the program leaves with."""
     if interrupted:
         return INTERRUPTED
     return SOME_ERRORS if any(result.errors for result in results) else 0

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from harness.report.tables import report_console
+from harness.report.tables import report_console, report_table
 from harness.scenarios.runner import Result, run_scenario
 from navstack.errors import InputError
 
@@ -67,7 +65,7 @@ def document(results: Sequence[Result]) -> dict[str, Any]:
 
 def print_results(results: Sequence[Result], console: Console) -> None:
     """Print a table of every check."""
-    table = Table(box=box.HORIZONTALS, padding=(0, 1, 0, 0), show_edge=False, pad_edge=False)
+    table = report_table()
     for name in ("Scenario", "Check", "Holds", "Measured"):
         table.add_column(name, ratio={"Scenario": 5, "Check": 3, "Measured": 5}.get(name), overflow="fold")
     for result in results:

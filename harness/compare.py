@@ -11,7 +11,7 @@ from harness.metrics import EPISODE_METRICS, RUN_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import PairedDifference, compare_pairs, holm, number_clusters
 from harness.stored_run import CONDITIONS, StoredRun, StoredStack
-from harness.valuation import DOLLARS, MISSION, OUTCOMES, deliveries
+from harness.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
@@ -166,7 +166,8 @@ def _compare(
     if not both.any():
         return None
     own = number_clusters(clusters[both].tolist())
-    paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES)
+    resolution = CENT if key in DOLLARS else 0.0
+    paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution)
     return float(first[both].mean()), float(second[both].mean()), paired
 
 

@@ -15,6 +15,7 @@ from harness.outcome import Rules
 from harness.stack import Stack
 from harness.study import EpisodeTask, is_recording
 from harness.world.ground_truth import GroundTruthLocalizer
+from harness.world.injected_error import InjectedErrorLocalizer
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
@@ -180,7 +181,7 @@ def _world(
         robot_of(robot),
         params,
         make_pedestrians(params.people, scene.navigation_mesh, robot_of(robot)),
-        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene.geometry, params.people.radius),
+        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene, params.people.radius),
         steps_per_tick,
     )
 
@@ -269,12 +270,15 @@ def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Na
     """
     if stack.localizer == "ground_truth":
         localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
+        if not stack.injected.is_zero:
+            localizer = InjectedErrorLocalizer(localizer, stack.injected)
     else:
         on_mesh = (stack.localization_map or stack.planning_map) == "navigation_mesh"
         localizer = build_localizer(stack.localizer, nav2, scene.navigation_mesh if on_mesh else scene.mapped_geometry)
+    stops = stack.when_lost == "stop"
     if stack.planning_map == "navigation_mesh":
-        return build_navigator(nav2, localizer, scene.navigation_mesh, None)
-    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE)
+        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops)
+    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops)
 
 
 def nav2_of(task: EpisodeTask) -> Nav2File:

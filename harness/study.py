@@ -101,6 +101,7 @@ def make_study(
     missions: str = "published",
     localizer: str | None = None,
     robot: str | None = None,
+    sensors: str | None = None,
     start: str | None = None,
     goal: str | None = None,
     workers: int | None = None,
@@ -120,7 +121,7 @@ def make_study(
     if record not in RECORDS:
         raise UnknownNameError("--record", record, RECORDS)
     params = shipped("params")
-    loaded = _unique_names(tuple(load_stack(name, localizer, robot) for name in stacks))
+    loaded = _unique_names(tuple(load_stack(name, localizer, robot, sensors) for name in stacks))
     template = EpisodeTask(
         stack=loaded[0],
         stack_number=0,

@@ -146,7 +146,16 @@ def create_suite(path: Path, suite: Suite, command: Sequence[str]) -> None:
 
 def write_overview(path: Path, document: Row) -> None:
     """Write ``suite.json``."""
-    _write(path / "suite.json", json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
+    write_document(path / "suite.json", document)
+
+
+def write_document(path: Path, document: Row) -> None:
+    """Write a JSON document.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    _write(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
 
 
 def _write(path: Path, text: str) -> None:

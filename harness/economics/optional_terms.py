@@ -11,7 +11,7 @@ from harness.resources import shipped
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_dataclass
 
-MAP_BASED_LOCALIZERS = ("amcl", "amcl_gps")  # those that look up the scan in a map that somebody has to survey
+MAP_BASED_LOCALIZERS = ("amcl", "amcl-gps")  # those that look up the scan in a map that somebody has to survey
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,11 @@
 """The printed result of ``navbench compare``."""
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.compare import Compared, Comparison
 from harness.metrics.metric import Better
+from harness.report.tables import report_table
 
 SURE = 0.05  # adjusted p below which a side is called better
 
@@ -14,15 +13,7 @@ SURE = 0.05  # adjusted p below which a side is called better
 def print_comparison(comparison: Comparison, console: Console) -> None:
     """Print the differences, what they rest on, and what stands against comparing."""
     first, second = comparison.first, comparison.second
-    table = Table(
-        title=f"B minus A over {comparison.pairs} common missions",
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = report_table(f"B minus A over {comparison.pairs} common missions")
     table.add_column("Metric", no_wrap=True)
     for title in ("A", "B", "B - A", "95 % interval", "p", "p Holm", "n", "needed"):
         table.add_column(title, justify="right", no_wrap=True)

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from harness.economics.cost_model import Measured
-from harness.report.tables import Column, render_tables
+from harness.report.tables import Column, render_tables, report_table
 from harness.repricing import VARIED, Accounting, Choices, Repriced
 from harness.statistics import Interval
 from harness.stored_run import StoredRun
@@ -73,15 +72,7 @@ def risk_text(risk: Risk) -> str:
 
 
 def _accounting_table(result: Repriced) -> Table:
-    table = Table(
-        title=f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)",
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = report_table(f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)")
     table.add_column("Accounting")
     for heading in (*HEADINGS, "BEP (runs)"):
         table.add_column(heading, justify="right", no_wrap=True)

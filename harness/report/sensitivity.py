@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from harness.economics.sensitivity import STATED
+from harness.report.tables import report_table
 from harness.sensitivity import Sensitivity, quantiles
 
 
@@ -30,14 +30,8 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
 
 
 def _tornado(result: Sensitivity) -> Table:
-    table = Table(
-        title=f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range",
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
+    table = report_table(
+        f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range"
     )
     table.add_column("Price", no_wrap=True)
     for heading in ("low", "value", "high", "profit at low", "at high", "swing"):

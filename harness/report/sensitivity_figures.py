@@ -1,6 +1,5 @@
 """Figures of a sensitivity study, fit for a paper's column: tornado, two-way maps, break-even."""
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,17 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.economics.sensitivity import Axis, TwoWay
+from harness.report.figures import save_figure
 from harness.sensitivity import Sensitivity
-from navstack.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-WIDTH_INCH, DPI = 5.2, 200
-FONT = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "pdf.fonttype": 42}
 BARS = 12  # widest ones that the tornado shows
 BAR_INCH = 0.24
-SUFFIXES = (".pdf", ".png")
 AT_LOW, AT_HIGH, LINE, NEVER = "#4575b4", "#d73027", "#222222", "#9a9a9a"
 COLOURED = 0.97  # share of a map that its colours resolve
 LARGE = 1000.0  # from which prices stand without decimals
@@ -33,30 +29,13 @@ def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
     """
     name = result.stack.name
     shown = max(1, min(BARS, sum(bar.swing >= LEGIBLE_SWING for bar in result.bars)))
-    paths = _save(folder / f"{name}-tornado", 1.1 + BAR_INCH * shown, partial(_tornado, result=result, shown=shown))
+    paths = save_figure(
+        folder / f"{name}-tornado", 1.1 + BAR_INCH * shown, partial(_tornado, result=result, shown=shown)
+    )
     for each in result.maps:
         stem = folder / f"{name}-map-{each.x.key}-{each.y.key}"
-        paths += _save(stem, 3.6, partial(_two_way, study=each, name=name))
-    return paths + _save(folder / f"{name}-break-even", 3.0, partial(_break_even, result=result))
-
-
-def _save(stem: Path, height: float, draw: "Callable[[Axes], None]") -> list[Path]:
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with rc_context(FONT):
-        figure = Figure(figsize=(WIDTH_INCH, height), layout="constrained")
-        FigureCanvasAgg(figure)
-        draw(figure.add_subplot())
-        paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
-        try:
-            stem.parent.mkdir(parents=True, exist_ok=True)
-            for path in paths:
-                figure.savefig(path, dpi=DPI)
-        except OSError as error:
-            raise InputError(f"'{stem.parent}' cannot be written ({error.strerror}); give --out another") from None
-    return paths
+        paths += save_figure(stem, 3.6, partial(_two_way, study=each, name=name))
+    return paths + save_figure(folder / f"{name}-break-even", 3.0, partial(_break_even, result=result))
 
 
 def _tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:

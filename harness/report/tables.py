@@ -67,6 +67,19 @@ def report_console(stream: TextIO) -> Console:
     return QuietConsole(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
 
 
+def report_table(title: str | None = None) -> Table:
+    """An empty table as all reports have them: lines above and below its head, none around it."""
+    return Table(
+        title=title,
+        title_style="bold",
+        title_justify="left",
+        box=box.HORIZONTALS,
+        padding=(0, GAP - 1, 0, 0),  # the box's divider is the other space
+        show_edge=False,
+        pad_edge=False,
+    )
+
+
 def render_tables(columns: Sequence[Column], console: Console) -> None:
     """Print both tables and what is to be known about their entries."""
     for layout in LAYOUTS:
@@ -145,15 +158,7 @@ def _blocks(columns: Sequence[_ColumnText], label_width: int, width: int) -> lis
 
 
 def _table(layout: Layout, columns: Sequence[_ColumnText], label_width: int) -> Table:
-    table = Table(
-        title=layout.title,
-        title_style="bold",
-        title_justify="left",
-        box=box.HORIZONTALS,
-        padding=(0, GAP - 1, 0, 0),  # the box's divider is the other space
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = report_table(layout.title)
     table.add_column("Metric", no_wrap=True, min_width=label_width, vertical="bottom")
     for column in columns:
         table.add_column(Text(column.header), no_wrap=True, vertical="bottom")

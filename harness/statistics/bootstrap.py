@@ -135,6 +135,39 @@ def bootstrap_cvar(
     return percentile_interval(value, np.concatenate(tails), sample.size, confidence)
 
 
+def bootstrap_quantile(
+    values: npt.ArrayLike,
+    level: float,
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    confidence: float = 0.95,
+    clusters: IntArray | None = None,
+) -> Interval:
+    """The smallest value that at least the share ``level`` of the values does not exceed, with its bootstrap interval.
+
+    That is the inverse of the empirical distribution function (Hyndman and Fan 1996, definition 1). Where fewer than
+    five values are on either side there is no interval. Other arguments and errors as in :func:`bootstrap_mean`.
+    """
+    check_confidence(level)
+    sample, numbers = _checked(values, clusters, confidence)
+    if sample.size == 0:
+        return Interval(None, None, None, 0)
+    order = np.argsort(sample, kind="stable")
+    value = float(_quantiles(np.ones((1, sample.size)), sample[order], level)[0])
+    if numbers.max() == 0 or sample.size * min(level, 1.0 - level) < LEAST_TAIL - 1e-9:
+        return Interval(value, None, None, sample.size)
+    weights = _weights(int(numbers.max()) + 1, rng, draws)
+    resampled = [_quantiles(w[:, numbers[order]], sample[order], level) for w in weights]
+    return percentile_interval(value, np.concatenate(resampled), sample.size, confidence)
+
+
+def _quantiles(weights: FloatArray, rising: FloatArray, level: float) -> FloatArray:
+    """Where the weight (b, n) of values (n,) in rising order first reaches its share ``level``, shape (b,)."""
+    reached = np.cumsum(weights, axis=1)
+    quantiles: FloatArray = rising[(reached >= level * reached[:, -1:] - 1e-9).argmax(axis=1)]
+    return quantiles
+
+
 def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> FloatArray:
     """Means over the first ``share`` of the weight (b, n) of values (n,) in falling order, shape (b,)."""
     reached = np.cumsum(weights, axis=1)

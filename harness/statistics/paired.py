@@ -22,16 +22,23 @@ class PairedDifference:
 
     difference: Interval
     p: float  # probability of a difference at least as large if there were none
-    needed: int | None  # pairs that would resolve the observed difference; None: it is zero, or there is one pair
+    needed: int | None  # pairs that would resolve the observed difference; None: it is zero, or all differ alike
+    detectable: float | None  # smallest difference that these pairs resolve; None: all differ alike
     differs: bool  # whether any pair does; where none does, no test can find a difference (Tarone 1990)
 
 
 def compare_pairs(
-    first: FloatArray, second: FloatArray, clusters: IntArray, rng: np.random.Generator, is_share: bool = False
+    first: FloatArray,
+    second: FloatArray,
+    clusters: IntArray,
+    rng: np.random.Generator,
+    is_share: bool = False,
+    resolution: float = 0.0,
 ) -> PairedDifference:
     """Compare paired values, second minus first.
 
-    The interval is the cluster bootstrap's; it has no bounds where all pairs differ alike. The test is the paired
+    The interval is the cluster bootstrap's; it has no bounds where all pairs differ alike, and nothing is said then of
+    how many it takes: what is rare has not been seen. The test is the paired
     sign-flip permutation test; for shares of pairs that stand for themselves it is McNemar's exact test.
 
     Args:
@@ -40,17 +47,25 @@ def compare_pairs(
         clusters: number of each pair's mission, shape (n,).
         rng: source of resamples and of flipped signs.
         is_share: whether the values are 0 or 1.
+        resolution: differences that are no farther apart are alike.
     """
     differences = second - first
     interval = Interval(float(differences.mean()), None, None, differences.size)
-    if np.ptp(differences) > 0.0:
+    vary = bool(np.ptp(differences) > resolution)
+    if vary:
         interval = bootstrap_mean(differences, rng, clusters=clusters)
     stand_alone = len(np.unique(clusters)) == clusters.size
     if is_share and stand_alone:
         p = mcnemar_p(int((differences < 0.0).sum()), int((differences > 0.0).sum()))
     else:
         p = sign_flip_p(differences, rng, clusters)
-    return PairedDifference(interval, p, pairs_needed(differences, clusters), bool(differences.any()))
+    return PairedDifference(
+        difference=interval,
+        p=p,
+        needed=pairs_needed(differences, clusters) if vary else None,
+        detectable=smallest_detectable(differences, clusters) if vary else None,
+        differs=bool(differences.any()),
+    )
 
 
 def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: IntArray | None = None) -> float:
@@ -92,16 +107,39 @@ def pairs_needed(differences: FloatArray, clusters: IntArray | None = None, conf
     That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the variance that of
     clusters where missions repeat. For one comparison alone, without correction for a family.
     """
-    n, mean = differences.size, float(differences.mean())
-    numbers = np.arange(n) if clusters is None else clusters
+    mean, variance = float(differences.mean()), _pair_variance(differences, clusters)
+    if variance is None or mean == 0.0:
+        return None
+    z = _z_of_test(confidence)
+    return max(2, math.ceil(z * z * variance / (mean * mean)))
+
+
+def smallest_detectable(
+    differences: FloatArray, clusters: IntArray | None = None, confidence: float = 0.95
+) -> float | None:
+    """The smallest true mean difference that as many pairs, as variable as these, find with a power of 0.8.
+
+    That is (z_confidence + z_power) * sqrt(variance / n), :func:`pairs_needed` solved for the difference (e.g. Bloom
+    1995, Evaluation Review 19(5), "minimum detectable effects"). None where the pairs tell nothing of their variance.
+    """
+    variance = _pair_variance(differences, clusters)
+    return math.sqrt(variance / differences.size) * _z_of_test(confidence) if variance else None
+
+
+def _z_of_test(confidence: float) -> float:
+    """How many standard errors a difference must measure to be found with the power."""
+    return normal_quantile(confidence) + NormalDist().inv_cdf(POWER)
+
+
+def _pair_variance(differences: FloatArray, clusters: IntArray | None) -> float | None:
+    """Variance of one pair's worth of information; None where there is one mission only."""
+    numbers = np.arange(differences.size) if clusters is None else clusters
     missions = int(numbers.max()) + 1
-    if missions < 2 or mean == 0.0:
+    if missions < 2:
         return None
     deviations = np.zeros(missions)
-    np.add.at(deviations, numbers, differences - mean)
-    variance = float((deviations**2).sum()) / n * missions / (missions - 1)  # of one pair's worth of information
-    z = normal_quantile(confidence) + NormalDist().inv_cdf(POWER)
-    return max(2, math.ceil(z * z * variance / (mean * mean)))
+    np.add.at(deviations, numbers, differences - differences.mean())
+    return float((deviations**2).sum()) / differences.size * missions / (missions - 1)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

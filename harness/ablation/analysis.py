@@ -1,0 +1,253 @@
+"""What the arms of an ablation did, how they differ, and what an injected error costs."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from harness.ablation.arms import KINDS, TRUTH, injected_kind, injected_level, is_buildable
+from harness.benchmark import StackResult
+from harness.compare import Compared, Side, compare
+from harness.economics.break_even import break_even_runs
+from harness.economics.cost_model import running
+from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
+from harness.economics.prices import Prices
+from harness.metrics import Row
+from harness.stack import PLANNING_MAPS, Stack
+from harness.statistics import Interval, bootstrap_quantile, holm, paired_slope
+from harness.stored_run import StoredRun
+from harness.valuation import CENT, deliveries, missions
+from navstack.errors import UnknownNameError
+from navstack.types import FloatArray
+
+GEOMETRY, NAVIGATION_MESH = PLANNING_MAPS
+MARGIN = "contribution_margin"
+COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.compare
+SURE = 0.05  # adjusted p below which a difference is called significant
+# Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor on the column.
+ERRORS = (
+    ("localization_error_median_m", "localization_error_median_m", 0.5, 1.0),
+    ("localization_error_p95_m", "localization_error_p95_m", 0.95, 1.0),
+    ("heading_error_median_deg", "heading_error_median_rad", 0.5, 180.0 / np.pi),
+    ("heading_error_p95_deg", "heading_error_p95_rad", 0.95, 180.0 / np.pi),
+)
+NO_INTERVAL = Interval(None, None, None, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What of an ablation its run folder does not know otherwise."""
+
+    stack: str  # of which all arms are made
+    against: str  # arm to which the others are compared
+
+    def check(self, arms: Sequence[Stack]) -> None:
+        """Check that there is such an arm.
+
+        Raises:
+            UnknownNameError: there is not.
+        """
+        names = [arm.name for arm in arms]
+        if self.against not in names:
+            raise UnknownNameError("arm", self.against, names)
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """What one arm did, and what it costs."""
+
+    stack: Stack
+    result: StackResult
+    errors: dict[str, Interval]  # by key of ERRORS
+    margin: Interval  # [USD/run]
+    capex_usd: float | None  # [USD] with the sensors that it needs; None: it cannot be built, or nothing is known
+    break_even: Interval  # [run]; None as the upper end: never
+
+    @property
+    def name(self) -> str:
+        """Of the arm."""
+        return self.stack.name
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One metric of one arm less that of another."""
+
+    arm: str
+    against: str
+    metric: str
+    compared: Compared
+    p_holm: float  # adjusted for all comparisons of this metric
+
+    @property
+    def is_alike_to_a_cent(self) -> bool:
+        """Whether both earn the same on every mission, but for less than a cent."""
+        difference = self.compared.paired.difference
+        return self.metric == MARGIN and difference.low is None and abs(difference.value or 0.0) < CENT
+
+    @property
+    def is_significant(self) -> bool:
+        """Whether it can hardly be chance, and is more than a cent."""
+        return self.compared.differs and self.p_holm < SURE and not self.is_alike_to_a_cent
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorPrice:
+    """What an error costs: minus the slope of the margin over the injected error."""
+
+    kind: str  # of harness.ablation.arms.KINDS
+    levels: tuple[float, ...]  # in the kind's unit, 0 included
+    price: Interval  # [USD/run] per unit
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """The whole result."""
+
+    declaration: Declaration
+    episodes: int  # asked for, per arm
+    arms: tuple[Arm, ...]
+    differences: tuple[Difference, ...]
+    prices: tuple[ErrorPrice, ...]
+
+    def of(self, metric: str) -> list[Difference]:
+        """The differences in one metric."""
+        return [difference for difference in self.differences if difference.metric == metric]
+
+
+def analyse(
+    declaration: Declaration, results: Sequence[StackResult], run: StoredRun, prices: Prices, episodes: int
+) -> Ablation:
+    """Work out everything that the report tells.
+
+    Args:
+        declaration: which arm the others are compared to.
+        results: one per arm, in their order.
+        run: the same deliveries, as their folder has them.
+        prices: at which they were priced.
+        episodes: deliveries asked for per arm.
+    """
+    rows = {stored.name: stored.rows for stored in run.stacks}
+    arms = tuple(_arm(result, rows[result.stack.name], run.seed) for result in results)
+    return Ablation(
+        declaration,
+        episodes,
+        arms,
+        tuple(_differences(arms, declaration.against, run)),
+        tuple(_prices(arms, rows, prices, run.seed)),
+    )
+
+
+def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
+    valuation = result.valuation
+    margin = result.intervals.get(MARGIN, NO_INTERVAL)
+    capex = None if valuation is None or not is_buildable(result.stack) else valuation.economics.capex_usd
+    return Arm(
+        stack=result.stack,
+        result=result,
+        errors={key: _quantile(rows, column, level, factor, seed) for key, column, level, factor in ERRORS},
+        margin=margin,
+        capex_usd=capex,
+        break_even=NO_INTERVAL if capex is None else break_even_interval(capex, margin),
+    )
+
+
+def _quantile(rows: Sequence[Row], column: str, level: float, factor: float, seed: int) -> Interval:
+    """Quantile over the deliveries in which the column is defined."""
+    known = [row for row in rows if row[column] is not None]
+    values = factor * np.array([row[column] for row in known])
+    return bootstrap_quantile(values, level, np.random.default_rng(seed), clusters=missions(known))
+
+
+def break_even_interval(capex_usd: float, margin: Interval) -> Interval:
+    """Break-even point [run] over the interval of the margin [USD/run]; an end is None where the margin is a loss.
+
+    An upper end that is None beside a lower one means that break-even may never come.
+    """
+    low, high = break_even_runs(capex_usd, margin.high), break_even_runs(capex_usd, margin.low)
+    return Interval(break_even_runs(capex_usd, margin.value), low, high, margin.n)
+
+
+def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[Difference]:
+    """Every arm against the one chosen, and one on the navigation mesh also against the same on the geometry map."""
+    sides = {stack.name: Side(run, stack) for stack in run.stacks}
+    pairs = [(arm.name, against) for arm in arms if arm.name != against]
+    pairs += [pair for pair in wrong_maps(arms) if pair not in pairs]
+    known = {
+        pair: compare(sides[pair[1]], sides[pair[0]], metrics).differences
+        for pair in pairs
+        if (metrics := _common(*(next(arm for arm in arms if arm.name == name) for name in pair)))
+        and _have_missions_in_common(sides[pair[0]], sides[pair[1]])
+    }
+    for metric in COMPARED:
+        family = {pair: found[metric] for pair, found in known.items() if metric in found}
+        differ = [pair for pair, compared in family.items() if compared.differs]
+        adjusted = dict(zip(differ, holm([family[pair].paired.p for pair in differ]), strict=True))
+        for pair, compared in family.items():
+            yield Difference(*pair, metric, compared, adjusted.get(pair, 1.0))
+
+
+def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
+    """Names of arms on the navigation mesh, each with that of the same localizer's arm on the geometry map."""
+    localizer_on = {(arm.stack.localizer, arm.stack.localization_map): arm.name for arm in arms}
+    return [
+        (name, localizer_on[localizer, GEOMETRY])
+        for (localizer, map_name), name in localizer_on.items()
+        if map_name == NAVIGATION_MESH and localizer in MAP_BASED_LOCALIZERS and (localizer, GEOMETRY) in localizer_on
+    ]
+
+
+def _common(first: Arm, second: Arm) -> list[str]:
+    """The metrics that both arms have."""
+    return [key for key in COMPARED if all(key in arm.result.intervals for arm in (first, second))]
+
+
+def _have_missions_in_common(first: Side, second: Side) -> bool:
+    episodes = ({row["episode"] for row in side.stack.rows} for side in (first, second))
+    return bool(set.intersection(*episodes))
+
+
+def _prices(arms: Sequence[Arm], rows: dict[str, tuple[Row, ...]], prices: Prices, seed: int) -> Iterator[ErrorPrice]:
+    """The price of each kind of error that was injected, over the missions that every level finished."""
+    truth = next((arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None), None)
+    for kind in KINDS:
+        injected = [arm for arm in arms if injected_kind(arm.stack) == kind]
+        if truth is None or not injected:
+            continue
+        levels = np.array([0.0, *(injected_level(arm.stack, kind) for arm in injected)])
+        own = _paired([rows[arm.name] for arm in (truth, *injected)])
+        margins = [_margins(each, prices) for each in own]
+        if not own[0] or any(margin is None for margin in margins):
+            yield ErrorPrice(kind, tuple(levels.tolist()), NO_INTERVAL)
+            continue
+        costs = -np.column_stack([margin for margin in margins if margin is not None])
+        slope = paired_slope(levels, costs, missions(own[0]), np.random.default_rng(seed))
+        if np.ptp(costs, axis=1).max() < CENT:  # what is rare has not been seen
+            slope = Interval(slope.value, None, None, slope.n)
+        yield ErrorPrice(kind, tuple(levels.tolist()), slope)
+
+
+def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:
+    """The rows of the episodes that all have, in the same order."""
+    by_episode = [{row["episode"]: row for row in own} for own in rows]
+    common = sorted(set.intersection(*(set(own) for own in by_episode)))
+    return [[own[episode] for episode in common] for own in by_episode]
+
+
+def _margins(rows: Sequence[Row], prices: Prices) -> FloatArray | None:
+    """Each delivery's margin [USD]; None where the cargo is not modelled."""
+    margin: FloatArray | None = running(deliveries(rows, prices.rolling_resistance_force), prices).contribution_margin
+    return margin
+
+
+def figure_stem(folder: Path) -> Path:
+    """Where the figure of an ablation is, without its suffix."""
+    return folder / "ablation"
+
+
+def points(ablation: Ablation) -> list[tuple[Arm, Interval, Interval]]:
+    """The arms that a figure of error against margin can show, with both."""
+    shown = ((arm, arm.errors["localization_error_median_m"], arm.margin) for arm in ablation.arms)
+    return list(itertools.filterfalse(lambda each: None in (each[1].value, each[2].value), shown))

@@ -1,0 +1,74 @@
+"""The JSON document of an ablation."""
+
+from pathlib import Path
+
+from harness.ablation.analysis import Ablation, Arm, Difference, ErrorPrice
+from harness.ablation.arms import KINDS, is_buildable
+from harness.economics.break_even import break_even_days
+from harness.economics.prices import Prices
+from harness.metrics import Row
+from harness.statistics import Interval
+from harness.study import Study
+from harness.valuation import OUTCOMES
+
+
+def document(ablation: Ablation, study: Study, prices: Prices) -> Row:
+    """Everything that the report tells; see docs/ablation.md for the keys."""
+    return {
+        "schema": 1,
+        "stack": ablation.declaration.stack,
+        "against": ablation.declaration.against,
+        "map": Path(study.template.map_name).stem,
+        "seed": study.template.seed,
+        "episodes": ablation.episodes,
+        "arms": [_arm(arm, prices) for arm in ablation.arms],
+        "differences": [_difference(difference) for difference in ablation.differences],
+        "price_of_error": {price.kind: _price(price) for price in ablation.prices},
+    }
+
+
+def _arm(arm: Arm, prices: Prices) -> Row:
+    stack, intervals, runs = arm.stack, arm.result.intervals, arm.break_even
+    days, low, high = (break_even_days(end, prices) for end in (runs.value, runs.low, runs.high))
+    return {
+        "arm": arm.name,
+        "localizer": stack.localizer,
+        "localization_map": stack.localization_map,
+        "injected": {
+            "position_m": stack.injected.position_rms,
+            "heading_deg": stack.injected.heading_rms,
+            "correlation_time_s": stack.injected.correlation_time,
+        }
+        if not stack.injected.is_zero
+        else None,
+        "episodes": arm.result.episodes,
+        "errors": arm.result.errors,
+        "outcomes": {name: intervals[name].as_json() if name in intervals else None for name in OUTCOMES},
+        **{key: error.as_json() for key, error in arm.errors.items()},
+        "contribution_margin_usd": arm.margin.as_json(),
+        "sensors": list(stack.carries),
+        "is_buildable": is_buildable(stack),
+        "capex_usd": arm.capex_usd,
+        "break_even_runs": runs.as_json(),
+        "break_even_days": Interval(days, low, high, runs.n).as_json(),
+    }
+
+
+def _difference(difference: Difference) -> Row:
+    compared = difference.compared
+    return {
+        "arm": difference.arm,
+        "against": difference.against,
+        "metric": difference.metric,
+        **compared.paired.difference.as_json(),
+        "p": compared.paired.p,
+        "p_holm": difference.p_holm,
+        "is_significant": difference.is_significant,
+        "smallest_detectable": compared.paired.detectable,
+        "pairs_needed": compared.paired.needed,
+    }
+
+
+def _price(price: ErrorPrice) -> Row:
+    unit = KINDS[price.kind].unit
+    return {f"usd_per_run_per_{unit}": price.price.as_json(), f"levels_{unit}": list(price.levels)}

@@ -1,0 +1,67 @@
+"""Options that several commands have."""
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from harness.execution import TIME_LIMIT
+from navstack.errors import InputError
+
+PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
+WORKERS = click.option("--workers", type=int, help="Processes; default: one per core.")
+EPISODE_TIMEOUT = click.option(
+    "--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=TIME_LIMIT, show_default=True,
+    help="Wall time in [s] after which a delivery counts as hung; it is tried twice.")  # fmt: skip
+JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
+BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json", "against")  # they change no row
+
+_STUDY = (
+    click.option("--episodes", type=int, default=20, show_default=True, help="Deliveries per stack, at least 1."),
+    click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same deliveries; 0 or more."),
+    click.option("--map", "map_name", default="sidewalk", show_default=True,
+                 help="A built-in map or a map_server YAML file."),
+    click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20)."),
+    click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
+                 "id, t, x, y; obsmat.txt); default: the world's own."),
+    click.option("--world", default="costnav", show_default=True, help="A name of params/worlds or a YAML file."),
+    click.option("--rules", default="costnav", show_default=True,
+                 help="How deliveries end: a name of params/rules or a YAML file."),
+    click.option("--missions", default="published", show_default=True,
+                 help="How they are drawn: published (nearer goals more often) or uniform."),
+    click.option("--robot", help="A name of params/robots or a file, instead of the stack's own."),
+    click.option("--sensors", help="A name of params/sensors or a file, instead of the stack's own."),
+    click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones."),
+    click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones."),
+    WORKERS,
+    EPISODE_TIMEOUT,
+    PRICES,
+    click.option("--record", default="events", show_default=True, help="events; decisions: also why each command was "
+                 "given; full: trajectories too."),
+    click.option("--allow-unknown", is_flag=True, help="Unknown keys in a Nav2 file are warnings, not errors."),
+    JSON,
+)  # fmt: skip
+
+
+def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that decide which deliveries are driven, and how."""
+    for option in reversed(_STUDY):
+        command = option(command)
+    return command
+
+
+def refuse_others(context: click.Context) -> None:
+    """Check that nothing was given beside --resume that would make another study of it.
+
+    Raises:
+        InputError: something was.
+    """
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in BESIDE_RESUME
+        and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
+    ]
+    if given:
+        raise InputError(f"--resume takes the study from its folder; leave out {', '.join(given)}")

@@ -1,0 +1,181 @@
+"""The printed result of ``navbench ablate``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, ErrorPrice, wrong_maps
+from harness.ablation.arms import KINDS, injected_kind, is_buildable
+from harness.report.tables import report_table
+from harness.statistics import Interval
+from harness.valuation import OUTCOMES
+
+OUTCOME_TITLES = ("SLA compliance", "Spoiled", "Timeout", "Phys. assistance")
+METRICS = {
+    MARGIN: "margin [USD/run]",
+    "sla": "SLA compliance",
+    "avg_localization_error_median_m": "localization error [m]",
+}
+NOT_BUILDABLE = "not buildable"
+NOTES = (
+    "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over missions for the rest.",
+    "error: the median over the deliveries of each delivery's median over time; 95 %: the 95th percentile over the "
+    "deliveries of each one's 95th percentile (in 95 % of deliveries the error was no larger for 95 % of the time).",
+    "sensors: those with a price that the arm cannot do without; CAPEX and BEP (break-even point) count these alone.",
+    "p Holm: paired sign-flip test (McNemar's for shares), adjusted for all comparisons of one metric. detectable: "
+    "the smallest difference that as many missions find with a power of 80 % at 5 % (one comparison, normal "
+    "approximation). needed: missions that would so find a difference as large as the one observed.",
+)
+
+
+def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, console: Console) -> None:
+    """Print what the arms did, how they differ, what that says, and where it is."""
+    for table in (_outcomes(ablation), _money(ablation), _differences(ablation)):
+        if table.row_count:
+            console.print(table)
+            console.print()
+    for difference in ablation.differences:
+        console.print(Text(sentence(difference)))
+    console.print()
+    for line in [*_wrong_maps(ablation), *map(price_sentence, ablation.prices)]:
+        console.print(Text(line))
+    for note in NOTES:
+        console.print(Text(note, style="dim"))
+    for figure in figures:
+        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+    console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
+
+
+def _outcomes(ablation: Ablation) -> Table:
+    table = report_table(f"{ablation.declaration.stack}, another localizer in each arm: how deliveries ended")
+    table.add_column("Arm", no_wrap=True)
+    for title in ("n", "Errors", *OUTCOME_TITLES):
+        table.add_column(title, justify="right", no_wrap=True)
+    for arm in ablation.arms:
+        rates = [_span(arm.result.intervals.get(name), 2, "not modelled") for name in OUTCOMES]
+        table.add_row(*map(Text, (arm.name, str(arm.result.episodes), str(arm.result.errors), *rates)))
+    return table
+
+
+def _money(ablation: Ablation) -> Table:
+    table = report_table("What they knew of their position, and what that earned")
+    table.add_column("Arm", no_wrap=True)
+    for title in ("Error [m]", "95 % [m]", "Error [deg]", "Margin [USD/run]"):
+        table.add_column(Text(title), justify="right", no_wrap=True)  # [m] as it is, not as markup
+    table.add_column("Sensors", no_wrap=True)
+    for title in ("CAPEX [USD]", "BEP [runs]"):
+        table.add_column(Text(title), justify="right", no_wrap=True)
+    for arm in ablation.arms:
+        errors = arm.errors
+        position = _span(errors["localization_error_median_m"], 3)
+        tail, heading = (_value(errors[key], 2) for key in ("localization_error_p95_m", "heading_error_median_deg"))
+        money = (_span(arm.margin, 2, "undefined"), *_investment(arm))
+        table.add_row(*map(Text, (arm.name, position, tail, heading, *money)))
+    return table
+
+
+def _investment(arm: Arm) -> tuple[str, str, str]:
+    """Sensors, capital expenditure and break-even point in words."""
+    if not is_buildable(arm.stack):
+        return "none exists", NOT_BUILDABLE, "--"
+    capex = "--" if arm.capex_usd is None else f"{arm.capex_usd:,.0f}"
+    return " + ".join(arm.stack.carries) or "none", capex, _break_even(arm.break_even, arm.margin)
+
+
+def _break_even(runs: Interval, margin: Interval) -> str:
+    if margin.value is None:
+        return "--"
+    value = "never" if runs.value is None else f"{runs.value:,.0f}"
+    if margin.low is None or runs.low is None:
+        return value
+    return f"{value} [{runs.low:,.0f}, {'never' if runs.high is None else f'{runs.high:,.0f}'}]"
+
+
+def _differences(ablation: Ablation) -> Table:
+    table = report_table("Differences on the same missions: arm minus the one that it is held against")
+    for title in ("Arm", "Against", "Metric"):
+        table.add_column(title, no_wrap=True)
+    for title in ("Difference", "p Holm", "n", "Detectable", "Needed"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for difference in ablation.differences:
+        paired = difference.compared.paired
+        cells = (
+            _span(paired.difference),
+            "<.001" if difference.p_holm < 0.001 else f"{difference.p_holm:.3f}",
+            str(paired.difference.n),
+            "--" if paired.detectable is None else f"{paired.detectable:.3g}",
+            "--" if paired.needed is None else f"{paired.needed:,d}",
+        )
+        table.add_row(*map(Text, (difference.arm, difference.against, METRICS[difference.metric], *cells)))
+    return table
+
+
+def sentence(difference: Difference) -> str:
+    """What one comparison says, and what it does not."""
+    paired, span = difference.compared.paired, _span(difference.compared.paired.difference)
+    subject = f"{difference.arm} against {difference.against}, {METRICS[difference.metric]}:"
+    n = paired.difference.n
+    if not paired.differs:
+        return f"{subject} alike on all {n} missions."
+    if difference.is_alike_to_a_cent:
+        return f"{subject} alike to a cent on all {n} missions, which says nothing of what is rare."
+    if difference.is_significant:
+        return f"{subject} {span}, significant at n = {n} (p Holm {difference.p_holm:.2g})."
+    text = f"{subject} {span}, not significant at n = {n} (p Holm {difference.p_holm:.2g})"
+    if paired.needed is not None and paired.needed > n:
+        text += f"; a difference as large as this one would take about {paired.needed:,d} missions"
+    elif difference.compared.paired.p < SURE:
+        text += f"; alone it would be (p {paired.p:.2g}), among several comparisons it may be chance"
+    if paired.detectable is not None:
+        text += f"; with {n}, differences from {paired.detectable:.3g} on are found"
+    return f"{text}."
+
+
+def price_sentence(price: ErrorPrice) -> str:
+    """What an error costs."""
+    unit = {"m": "metre", "deg": "degree"}[KINDS[price.kind].unit]
+    levels = ", ".join(f"{level:g}" for level in price.levels)
+    subject = f"price of {price.kind} error (RMS of {levels} {KINDS[price.kind].unit}):"
+    if price.price.value is None:
+        return f"{subject} undefined, no mission with a margin was finished at every level."
+    verdict = ""
+    if price.price.low is None or price.price.high is None:
+        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing of what is rare"
+    elif price.price.low <= 0.0 <= price.price.high:
+        verdict = ", not told apart from nothing"
+    return f"{subject} {_span(price.price)} USD per run per {unit}, n = {price.price.n}{verdict}."
+
+
+def _wrong_maps(ablation: Ablation) -> list[str]:
+    """What each wrong map costs."""
+    pairs = wrong_maps(ablation.arms)
+    found = [each for each in ablation.of(MARGIN) if (each.arm, each.against) in pairs]
+    return [f"what the wrong map costs: {sentence(each)}" for each in found]
+
+
+def _span(interval: Interval | None, decimals: int | None = None, absent: str = "--") -> str:
+    """A value with its interval; without ``decimals``, to three significant digits."""
+    if interval is None or interval.value is None:
+        return absent
+    bounds = (interval.low, interval.high)
+    value, *ends = (_number(number, decimals) for number in (interval.value, *bounds) if number is not None)
+    return f"{value} [{', '.join(ends)}]" if len(ends) == len(bounds) else value
+
+
+def _number(number: float, decimals: int | None) -> str:
+    if decimals is None:
+        return f"{round(number, 6) + 0.0:.3g}"
+    return f"{round(number, decimals) + 0.0:.{decimals}f}"  # + 0.0: no minus sign before a rounded zero
+
+
+def _value(interval: Interval, decimals: int) -> str:
+    return "--" if interval.value is None else f"{interval.value:.{decimals}f}"
+
+
+def label(arm: Arm) -> str:
+    """An arm's name in a figure, with the unit of its error."""
+    kind = injected_kind(arm.stack)
+    return arm.name if kind is None else f"{arm.name} {KINDS[kind].unit}"

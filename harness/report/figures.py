@@ -1,0 +1,43 @@
+"""What all figures have in common: size, type, and the files that they become."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from navstack.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH_INCH, DPI = 5.2, 200  # fit for a paper's column
+FONT = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "pdf.fonttype": 42}
+SUFFIXES = (".pdf", ".png")
+
+
+def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> list[Path]:
+    """Draw a figure and write it as PDF and PNG; returns their paths.
+
+    Args:
+        stem: path without suffix; its folder is made where it is missing.
+        height: [inch].
+        draw: draws into the figure's only axes.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with rc_context(FONT):
+        figure = Figure(figsize=(WIDTH_INCH, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure.add_subplot())
+        paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
+        try:
+            stem.parent.mkdir(parents=True, exist_ok=True)
+            for path in paths:
+                figure.savefig(path, dpi=DPI)
+        except OSError as error:
+            raise InputError(f"'{stem.parent}' cannot be written ({error.strerror}); give --out another") from None
+    return paths

@@ -1,0 +1,129 @@
+"""A picture of the paths that planners found for one query, on the costmap."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harness.planning import Answer
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.errors import MapError
+from navstack.geometry import transform_points
+from navstack.types import FloatArray, IntArray, Pose2D
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MARGIN = 5.0  # [m] around paths and poses
+WIDTH_INCH, DPI = 8.0, 110
+ASPECT = (0.4, 1.0)  # height over width, at the least and at the most
+ROW_INCH, LEGEND_COLUMNS = 0.19, 4  # of the legend
+COLOURS = ("#1f5fa8", "#c2410c", "#0b6e4f", "#a21caf", "#d4a017", "#0f9b8e", "#4b3f72", "#7c2d12")
+STYLES = ("-", (0, (5, 1.2)), (0, (2, 1)), (0, (6, 1.5, 1, 1.5)))
+START, GOAL = "#0b6e4f", "#d1242f"
+GROUND = {"lethal": "#4a4e57", "contact": "#9aa1ad", "unknown": "#d9cfe3"}
+
+
+def draw_plan(
+    costmap: Costmap, ends: Sequence[Pose2D], answers: Sequence[Answer], footprint: FloatArray, picture: Path
+) -> None:
+    """Draw start, goal and every path found.
+
+    Args:
+        costmap: the background.
+        ends: start and goal.
+        answers: whose paths are drawn, in this order.
+        footprint: (N, 2) polygon [m] of the robot, drawn at start and goal.
+        picture: the file; its suffix says the format.
+
+    Raises:
+        MapError: the picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    points = [np.array([(pose.x, pose.y) for pose in ends])]
+    points += [answer.path.poses[:, :2] for answer in answers if answer.path is not None]
+    low, high = _bounds(np.vstack(points))
+    height = WIDTH_INCH * (high[1] - low[1]) / (high[0] - low[0])
+    found = sum(answer.path is not None for answer in answers)
+    legend = ROW_INCH * (math.ceil((found + 2) / LEGEND_COLUMNS) + 0.7)
+    total = height + legend
+    figure = Figure(figsize=(WIDTH_INCH, total), dpi=DPI)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, legend / total, 1.0, height / total))
+    _draw_costmap(axes, costmap, low, high)
+    for number, answer in enumerate(answers):
+        if answer.path is not None:
+            label = f"{answer.planner}, {answer.path.length:.1f} m"
+            colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
+            axes.plot(*answer.path.poses[:, :2].T, color=colour, ls=style, lw=2.0, label=label, zorder=3)
+    _draw_ends(axes, ends, footprint)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
+    _draw_scale(axes, low, high)
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower left", ncols=LEGEND_COLUMNS, fontsize=8, frameon=False)
+    try:
+        figure.savefig(picture, facecolor="white")
+    except (OSError, ValueError) as error:  # matplotlib knows not every suffix
+        raise MapError(f"picture {picture}: cannot be written ({error}); give an existing folder and .png") from None
+
+
+def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower left and upper right corner [m] of what is shown, in a pleasant shape."""
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    width, depth = high - low
+    more = np.array((max(depth / ASPECT[1] - width, 0.0), max(ASPECT[0] * width - depth, 0.0))) / 2.0
+    return low - more, high + more
+
+
+def _draw_costmap(axes: "Axes", costmap: Costmap, low: FloatArray, high: FloatArray) -> None:
+    from matplotlib.colors import to_rgb
+
+    first, last = (_cell(costmap, corner) for corner in (low, high))
+    costs = costmap.data[first[1] : last[1] + 1, first[0] : last[0] + 1]
+    shades = (1.0 - 0.22 * np.clip(costs, 0, 252) / 252.0)[..., None] * np.ones(3)
+    shades[costs == INSCRIBED_INFLATED_OBSTACLE] = to_rgb(GROUND["contact"])
+    shades[costs == LETHAL_OBSTACLE] = to_rgb(GROUND["lethal"])
+    shades[costs == NO_INFORMATION] = to_rgb(GROUND["unknown"])
+    origin = np.array((costmap.origin_x, costmap.origin_y))
+    x0, y0 = origin + np.array(first) * costmap.resolution
+    x1, y1 = origin + (np.array(last) + 1) * costmap.resolution
+    axes.imshow(shades, origin="lower", extent=(x0, x1, y0, y1), interpolation="nearest", zorder=1)
+    axes.set_facecolor(GROUND["unknown"])
+
+
+def _cell(costmap: Costmap, point: FloatArray) -> IntArray:
+    """The cell of the map nearest to a point."""
+    column, row = costmap.world_to_map(float(point[0]), float(point[1]))
+    return np.array((min(max(column, 0), costmap.size_x - 1), min(max(row, 0), costmap.size_y - 1)))
+
+
+def _draw_ends(axes: "Axes", ends: Sequence[Pose2D], footprint: FloatArray) -> None:
+    from matplotlib.patches import Polygon
+
+    for name, pose, colour, marker, size in zip(
+        ("start", "goal"), ends, (START, GOAL), ("o", "*"), (7, 13), strict=True
+    ):
+        axes.add_patch(Polygon(transform_points(pose, footprint), closed=True, fill=False, ec=colour, lw=1.2, zorder=4))
+        axes.plot(pose.x, pose.y, marker=marker, ms=size, color=colour, mec="white", ls="none", label=name, zorder=5)
+
+
+def _draw_scale(axes: "Axes", low: FloatArray, high: FloatArray) -> None:
+    """A bar of a round length in the lower right corner."""
+    width = high[0] - low[0]
+    length = 10.0 ** math.floor(math.log10(width / 4.0))
+    length *= max(step for step in (1, 2, 5) if step * length <= width / 4.0)
+    right, bottom = high[0] - 0.03 * width, low[1] + 0.03 * width
+    axes.plot((right - length, right), (bottom, bottom), color="black", lw=3.0, solid_capstyle="butt", zorder=6)
+    axes.text(
+        right - length / 2.0,
+        bottom + 0.008 * width,
+        f"{length:g} m",
+        ha="center",
+        va="bottom",
+        fontsize=8,
+        zorder=6,
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
+    )

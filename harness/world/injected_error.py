@@ -1,0 +1,52 @@
+"""A localizer with a set error: what a metre or a degree costs can only be asked of an error that one sets."""
+
+import math
+
+import numpy as np
+
+from harness.stack import InjectedError
+from navstack.geometry import normalize_angle
+from navstack.localization.localizer import Localizer
+from navstack.types import Belief, Observation, Pose2D
+
+COORDINATES = 3  # x, y, yaw
+
+
+class InjectedErrorLocalizer(Localizer):
+    """Adds a slowly varying error to what another localizer believes.
+
+    Each coordinate's error in the map frame is a first-order Gauss-Markov process (e.g. Gelb 1974, Applied Optimal
+    Estimation): stationary from the first update on, with correlation exp(-t / correlation time). The
+    process is drawn with unit variance and then scaled, so that all sizes of error meet the same drift. Two axes with a
+    standard deviation of position_rms / sqrt(2) each have the root mean square distance position_rms.
+
+    The covariance of the belief is the other localizer's and that of the error; health is the other localizer's.
+    """
+
+    def __init__(self, localizer: Localizer, error: InjectedError) -> None:
+        axis = error.position_rms / math.sqrt(2.0)  # [m]
+        self._localizer = localizer
+        self._deviations = np.array([axis, axis, math.radians(error.heading_rms)])  # [m, m, rad]
+        self._correlation_time = error.correlation_time  # [s]
+
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+        """Start over; the drift of this delivery is drawn from ``rng``."""
+        self._localizer.reset(belief, rng)
+        self._rng = rng
+        self._drift = rng.standard_normal(COORDINATES)  # of unit variance
+        self._stamp: float | None = None
+
+    def update(self, observation: Observation) -> Belief:
+        """The other localizer's belief with the error of this moment."""
+        belief = self._localizer.update(observation)
+        self._advance(belief.stamp)
+        x, y, yaw = self._deviations * self._drift
+        pose = Pose2D(belief.pose.x + x, belief.pose.y + y, normalize_angle(belief.pose.yaw + yaw))
+        return Belief(pose, belief.covariance + np.diag(self._deviations**2), belief.health, belief.stamp)
+
+    def _advance(self, stamp: float) -> None:
+        """Let the drift go on to ``stamp`` [s]."""
+        if self._stamp is not None and stamp > self._stamp:
+            kept = math.exp(-(stamp - self._stamp) / self._correlation_time)
+            self._drift = kept * self._drift + math.sqrt(1.0 - kept * kept) * self._rng.standard_normal(COORDINATES)
+        self._stamp = stamp

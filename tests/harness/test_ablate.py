@@ -1,0 +1,135 @@
+"""``navbench ablate`` from end to end on deliveries of a few seconds."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from harness.benchmark import TABLES
+from harness.cli import main
+from harness.report.figures import SUFFIXES
+from harness.resources import shipped
+from harness.runs import JOURNAL, RunFolder
+from harness.world.sensors import SensorParams
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.params.strict import load_dataclass
+from navstack.types import Pose2D
+
+RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+ARMS = ["ground_truth", "gps", "position=0.5"]
+SAME = ("episodes.parquet", "events.parquet", "summary.json", "ablation.json")  # whatever the machine does
+
+
+def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as leaving:
+        main(["ablate", *arguments])
+    said = capsys.readouterr()
+    return int(leaving.value.code or 0), said.out, said.err
+
+
+@pytest.fixture
+def given(tmp_path: Path) -> list[str]:
+    (tmp_path / "short.yaml").write_text(RULES)
+    cells = np.zeros((400, 400), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    save_map(OccupancyGrid(cells, 0.1, Pose2D()), tmp_path / "hall.yaml")
+    chosen = ["--localizers", "ground_truth,gps", "--inject", "position=0.5", "--rules", str(tmp_path / "short.yaml")]
+    return [
+        *chosen,
+        "--map",
+        str(tmp_path / "hall.yaml"),
+        "--episodes",
+        "2",
+        "--pedestrians",
+        "2",
+        "--seed",
+        "5",
+        "--workers",
+        "1",
+    ]
+
+
+def cut_off(path: Path) -> None:
+    """Put a finished ablation back to after its first delivery."""
+    with RunFolder(path, TABLES, len(ARMS) * 2) as folder:
+        record = {**folder.records[0], "events": []}
+    for file in [*path.glob("*.parquet"), path / "summary.json", *path.glob("ablation.*")]:
+        file.unlink()
+    (path / JOURNAL).write_text(json.dumps(record) + "\n")
+
+
+def test_an_ablation_is_driven_cut_off_and_driven_on(
+    tmp_path: Path, given: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    status, text, _ = navbench(capsys, *given, "--out", str(out), "--json")
+    assert status == 0
+    document = json.loads(text)
+    assert (document["stack"], document["against"], document["episodes"]) == ("nav2-amcl", "ground_truth", 2)
+    by_arm = {arm["arm"]: arm for arm in document["arms"]}
+    assert list(by_arm) == ARMS
+    assert by_arm["ground_truth"]["localization_error_median_m"]["value"] == 0.0
+    assert by_arm["position=0.5"]["localization_error_median_m"]["value"] > 0.05
+    assert by_arm["position=0.5"]["injected"] == {"position_m": 0.5, "heading_deg": 0.0, "correlation_time_s": 10.0}
+    assert (by_arm["gps"]["capex_usd"], by_arm["gps"]["sensors"]) == (13_000.0, ["lidar", "gps"])
+    assert (by_arm["position=0.5"]["capex_usd"], by_arm["position=0.5"]["is_buildable"]) == (None, False)
+    assert by_arm["gps"]["outcomes"]["timeout"]["value"] == 1.0
+    assert by_arm["gps"]["contribution_margin_usd"]["value"] == pytest.approx(-3.49, abs=0.01)
+    assert {(each["arm"], each["metric"]) for each in document["differences"]} >= {("gps", "contribution_margin")}
+    assert document["price_of_error"]["position"]["levels_m"] == [0.0, 0.5]
+    assert document["price_of_error"]["position"]["usd_per_run_per_m"]["n"] == 2
+    figures = [out / f"ablation{suffix}" for suffix in SUFFIXES]
+    assert document["figures"] == [str(figure) for figure in figures]
+    assert all(figure.stat().st_size > 5000 for figure in figures)
+
+    rows = pq.read_table(out / "episodes.parquet").to_pylist()
+    missions = {name: [r["shortest_path_m"] for r in rows if r["stack"] == name] for name in ARMS}
+    assert missions["gps"] == missions["ground_truth"] == missions["position=0.5"]
+
+    kept = {name: (out / name).read_bytes() for name in SAME}
+    cut_off(out)
+    (tmp_path / "short.yaml").unlink()
+    status, again, said = navbench(capsys, "--resume", str(out), "--workers", "1", "--json")
+    assert status == 0 and "going on after 1 of 6 deliveries" in said
+    assert json.loads(again) == document
+    assert {name: (out / name).read_bytes() for name in SAME} == kept
+
+    status, report, _ = navbench(capsys, "--resume", str(out), "--against", "gps")
+    assert status == 0 and "not buildable" in report and "Error [m]" in report
+    assert "ground_truth against gps, localization error [m]:" in report
+    assert "price of position error" in report and "ablation.png" in report
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--localizers", "gps,amlc"), ("'amlc'", "did you mean 'amcl'")),
+        (("--localizers", "gps,amcl", "--against", "gsp"), ("arm 'gsp'", "did you mean 'gps'")),
+        (("--localizers", "gps,amcl", "heading=2"), ("heading=2", "--inject")),
+        (("--inject", "position=0.1", "heading=-2"), ("heading: '-2'",)),
+        (("--inject", "heading=2", "--correlation-time", "0"), ("correlation_time 0.0", "more than 0")),
+        (("--localizers", "gps,amcl", "--sensors", "rtk_god"), ("rtk_god", "did you mean 'rtk_good'")),
+        (("--localizers", "gps,amcl", "--episodes", "0"), ("--episodes 0",)),
+    ],
+)
+def test_what_cannot_be_ablated_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    status, out, line = navbench(capsys, *arguments, "--out", str(tmp_path / "out"))
+    assert status == 1 and out == "" and line.count("\n") == 1
+    assert all(word in line for word in words), line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_is_no_ablation(given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--stack", "parked", "--sensors", "white_noise", *given[4:], "--out", str(tmp_path / "run")])
+    used = tmp_path / "run" / "params" / "parked-sensors.yaml"
+    wanted = shipped("params") / "sensors" / "white_noise.yaml"
+    assert load_dataclass(SensorParams, used) == load_dataclass(SensorParams, wanted)
+    capsys.readouterr()
+    status, out, line = navbench(capsys, "--resume", str(tmp_path / "run"))
+    assert status == 1 and out == "" and "is no ablation" in line and line.count("\n") == 1

@@ -1,0 +1,227 @@
+"""Arms and what is worked out of them, on deliveries whose answers are known."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.ablation.analysis import Ablation, Declaration, analyse, break_even_interval, points
+from harness.ablation.arms import SENSORS_OF, arms_of, drives_by_scan
+from harness.benchmark import StackResult
+from harness.economics.prices import load_prices
+from harness.report.ablation import price_sentence, sentence
+from harness.resources import shipped
+from harness.setup import nav2_parameters
+from harness.stack import LOCALIZERS, Stack, load_stack
+from harness.statistics import Interval
+from harness.stored_run import load_run
+from harness.valuation import value
+from navstack.errors import InputError
+
+WriteRun = Callable[..., Path]
+LEVELS = {"ground_truth": 0.0, "position=0.5": 0.5, "position=2": 2.0}
+PRICE = 0.7  # [USD/run] per metre of what `costly` charges
+
+
+def arms(*localizers: str, errors: tuple[str, ...] = (), stack: str = "nav2-amcl") -> tuple[Stack, ...]:
+    return arms_of(load_stack(stack), localizers, errors)
+
+
+def analysed(folder: Path, stacks: tuple[Stack, ...], against: str | None = None) -> Ablation:
+    """What a run folder of arms says."""
+    run, prices = load_run(str(folder)), load_prices("costnav")
+    rows = {stored.name: stored.rows for stored in run.stacks}
+    results = [
+        StackResult(each, len(rows[each.name]), 0, value(rows[each.name], each, prices, run.seed), 1.0, 1.0)
+        if rows[each.name]
+        else StackResult(each, 0, 3, None, None, 0.0)
+        for each in stacks
+    ]
+    return analyse(Declaration("nav2-amcl", against or stacks[0].name), results, run, prices, 40)
+
+
+def costly(row: dict[str, Any]) -> None:
+    """Every delivery earns its fee and costs an amount of its own, and 0.7 USD per metre of injected error."""
+    row["outcome"] = "sla"
+    own = np.random.default_rng(row["episode"]).uniform(0.0, 2.0)
+    row["pedestrian_injury_usd"] = own + PRICE * LEVELS[row["stack"]]
+    row["distance_m"], row["duration_s"], row["average_speed_mps"] = 50.0, 100.0, 0.5
+    for key in [key for key in row if key.endswith("_contacts")]:
+        row[key] = 0
+    row["localization_error_median_m"] = LEVELS[row["stack"]] + 0.001 * row["episode"]
+    row["localization_error_p95_m"] = 2.0 * row["localization_error_median_m"]
+
+
+def test_every_localizer_says_which_sensors_it_needs() -> None:
+    assert set(LOCALIZERS) <= set(SENSORS_OF)
+
+
+def test_arms_are_named_by_what_differs_and_carry_what_they_need() -> None:
+    made = arms("gps", "amcl", "amcl@navigation_mesh", errors=("position=0.1,1 heading=2",))
+    assert [arm.name for arm in made] == [
+        *("ground_truth", "gps", "amcl", "amcl@navigation_mesh"),
+        *("position=0.1", "position=1", "heading=2"),
+    ]
+    carried = {arm.name: arm.carries for arm in made}
+    assert carried["ground_truth"] == carried["amcl"] == carried["heading=2"] == ("lidar",)  # to see obstacles
+    assert carried["gps"] == ("lidar", "gps")
+    assert [arm.localization_map for arm in made[2:4]] == ["geometry", "navigation_mesh"]
+    assert [arm.injected.position_rms for arm in made[-3:]] == [0.1, 1.0, 0.0]
+    assert made[-1].injected.heading_rms == 2.0 and made[-1].localizer == "ground_truth"
+    assert {arm.nav2_file for arm in made} == {load_stack("nav2-amcl").nav2_file}
+
+
+def test_without_a_choice_all_localizers_are_arms() -> None:
+    assert tuple(arm.name for arm in arms()) == LOCALIZERS
+
+
+def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
+    text = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
+    blind = tmp_path / "blind.yaml"
+    blind.write_text(text.replace("observation_sources: scan", 'observation_sources: ""'))
+    assert drives_by_scan(nav2_parameters(str(shipped("params") / "nav2" / "tuned.yaml"), False))
+    seen = drives_by_scan(nav2_parameters(str(blind), True))
+    assert seen == ("polygons:" in text)  # the collision monitor looks at the scan too
+
+
+@pytest.mark.parametrize(
+    ("names", "errors", "words"),
+    [
+        (("gps", "amlc"), (), ("'amlc'", "did you mean 'amcl'", "ground_truth")),
+        (("gps", "gps"), (), ("arm 'gps'", "more than once")),
+        (("gps",), (), ("'gps' alone", "at least two")),
+        (("amcl", "amcl@geometry"), (), ("'amcl' and 'amcl@geometry'", "the same")),
+        (("gps", "amcl@mesh"), (), ("'mesh'", "navigation_mesh", "geometry")),
+        (("gps@geometry", "amcl"), (), ("gps uses no map", "amcl")),
+        ((), ("position=-1",), ("position: '-1'", "above 0")),
+        ((), ("heading=abc",), ("heading: 'abc'", "a number above 0")),
+        ((), ("heading=nan",), ("heading: 'nan'", "180 deg")),
+        ((), ("position=0",), ("position: '0'", "ground_truth")),
+        ((), ("position=1e9",), ("position: '1e9'", "100 m")),
+        ((), ("postion=1",), ("'postion'", "did you mean 'position'")),
+        ((), ("position",), ("'position' is not KIND=SIZE",)),
+        ((), ("position=0.1,0.10",), ("'position=0.1'", "more than once")),
+    ],
+)
+def test_what_is_no_arm_is_refused(names: tuple[str, ...], errors: tuple[str, ...], words: tuple[str, ...]) -> None:
+    with pytest.raises(InputError) as complaint:
+        arms(*names, errors=errors)
+    assert all(word in str(complaint.value) for word in words), str(complaint.value)
+
+
+def test_who_does_not_drive_has_no_arms() -> None:
+    with pytest.raises(InputError, match="does not drive"):
+        arms("gps", "amcl", stack="parked")
+
+
+def test_the_price_of_an_error_is_recovered(write_run: WriteRun) -> None:
+    ablation = analysed(write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",)))
+    (price,) = ablation.prices
+    assert (price.kind, price.levels) == ("position", (0.0, 0.5, 2.0))
+    assert price.price.value == pytest.approx(PRICE, abs=1e-9) and price.price.n == 40
+    by_arm = {each.arm: each for each in ablation.of("contribution_margin")}
+    assert by_arm["position=2"].compared.paired.difference.value == pytest.approx(-2.0 * PRICE)
+    assert by_arm["position=2"].is_significant
+    assert "significant at n = 40" in sentence(by_arm["position=2"])
+    assert "0.7" in price_sentence(price) and "USD per run per metre" in price_sentence(price)
+
+
+def test_a_level_that_lost_missions_leaves_them_out_everywhere(write_run: WriteRun) -> None:
+    def some_fail(row: dict[str, Any]) -> None:
+        costly(row)
+        if row["stack"] == "position=2" and row["episode"] % 2:
+            row["error"] = "it broke"
+
+    ablation = analysed(write_run("run", tuple(LEVELS), change=some_fail), arms(errors=("position=0.5,2",)))
+    assert ablation.prices[0].price.value == pytest.approx(PRICE, abs=1e-9)
+    assert ablation.prices[0].price.n == 20
+
+
+def test_errors_are_quantiles_over_the_deliveries(write_run: WriteRun) -> None:
+    ablation = analysed(write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",)))
+    errors = ablation.arms[1].errors
+    assert errors["localization_error_median_m"].value == pytest.approx(0.519)  # 20th of 0.500, 0.501 ...
+    assert errors["localization_error_p95_m"].value == pytest.approx(2.0 * 0.537)  # 38th of 40
+    assert errors["localization_error_median_m"].low is not None and errors["localization_error_p95_m"].low is None
+
+
+def test_money_is_that_of_the_sensors_each_arm_needs(write_run: WriteRun) -> None:
+    names = ("ground_truth", "gps", "amcl")
+    ablation = analysed(write_run("run", names, change=lambda row: row.update(outcome="sla")), arms(*names))
+    assert [arm.capex_usd for arm in ablation.arms] == [None, 13_000.0, 11_000.0]
+    amcl = ablation.arms[2]
+    assert ablation.arms[0].break_even == Interval(None, None, None, 0)
+    if amcl.margin.value is not None and amcl.margin.value > 0.0:
+        assert amcl.break_even.value == pytest.approx(11_000.0 / amcl.margin.value)
+
+
+def test_break_even_of_an_interval() -> None:
+    assert break_even_interval(100.0, Interval(2.0, 1.0, 4.0, 9)) == Interval(50.0, 25.0, 100.0, 9)
+    assert break_even_interval(100.0, Interval(2.0, -1.0, 4.0, 9)) == Interval(50.0, 25.0, None, 9)
+    assert break_even_interval(100.0, Interval(-1.0, -2.0, -0.5, 9)) == Interval(None, None, None, 9)
+
+
+def test_the_wrong_map_is_held_against_the_right_one_too(write_run: WriteRun) -> None:
+    names = ("gps", "amcl", "amcl@navigation_mesh")
+    ablation = analysed(write_run("run", names), arms(*names))
+    pairs = [(each.arm, each.against) for each in ablation.of("contribution_margin")]
+    assert pairs == [("amcl", "gps"), ("amcl@navigation_mesh", "gps"), ("amcl@navigation_mesh", "amcl")]
+    other = analysed(load_run(str(write_run("other", names))).folder, arms(*names), "amcl")
+    pairs = [(each.arm, each.against) for each in other.of("contribution_margin")]
+    assert pairs == [("gps", "amcl"), ("amcl@navigation_mesh", "amcl")]
+
+
+def test_p_values_are_adjusted_for_all_comparisons_of_a_metric(write_run: WriteRun) -> None:
+    names = ("ground_truth", "gps", "amcl")
+    found = analysed(write_run("run", names), arms(*names)).of("contribution_margin")
+    plain = sorted(each.compared.paired.p for each in found)
+    adjusted = sorted(each.p_holm for each in found)
+    assert adjusted[0] == pytest.approx(min(1.0, 2.0 * plain[0]))
+    assert adjusted[1] == pytest.approx(max(adjusted[0], plain[1]))
+    for each in found:
+        words = "significant at" if each.is_significant else "not significant at"
+        assert words in sentence(each)
+        assert each.is_significant or "are found" in sentence(each)
+
+
+def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) -> None:
+    def cheap(row: dict[str, Any]) -> None:
+        costly(row)
+        row["pedestrian_injury_usd"] = 1.0 + 0.001 * LEVELS[row["stack"]] * (row["episode"] % 3)
+
+    ablation = analysed(write_run("run", tuple(LEVELS), change=cheap), arms(errors=("position=0.5,2",)))
+    for each in ablation.of("contribution_margin"):
+        assert each.compared.differs and each.p_holm < 0.05  # always the same sign, but nothing to speak of
+        assert not each.is_significant and each.compared.paired.detectable is None
+        assert "alike to a cent on all 40 missions" in sentence(each)
+    assert ablation.prices[0].price.low is None and "nothing of what is rare" in price_sentence(ablation.prices[0])
+
+
+def test_a_constant_difference_is_significant(write_run: WriteRun) -> None:
+    def dear(row: dict[str, Any]) -> None:
+        costly(row)
+        row["pedestrian_injury_usd"] = 1.0 + LEVELS[row["stack"]]
+
+    ablation = analysed(write_run("run", tuple(LEVELS), change=dear), arms(errors=("position=0.5,2",)))
+    assert all(each.is_significant for each in ablation.of("contribution_margin"))
+
+
+def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:
+    stacks = arms("ground_truth", "gps", errors=("heading=2",))
+    names = tuple(stack.name for stack in stacks)
+    ablation = analysed(write_run("run", names, episodes=0), stacks)
+    assert ablation.differences == () and points(ablation) == []
+    assert "undefined" in price_sentence(ablation.prices[0])
+
+
+def test_an_arm_without_a_delivery_is_told_as_such(write_run: WriteRun) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        row["error"] = "it broke" if row["stack"] == "amcl" else None
+
+    names = ("ground_truth", "gps", "amcl")
+    ablation = analysed(write_run("run", names, episodes=3, change=fail), arms(*names))
+    lost = ablation.arms[2]
+    assert lost.margin.value is None and lost.capex_usd is None and lost.break_even.value is None
+    assert {each.arm for each in ablation.differences} == {"gps"}

@@ -1,0 +1,234 @@
+"""``navbench plan`` on a small map, and the independent check of paths."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from harness.cli import main
+from harness.path_check import REACH, Obstacles, placements_along
+from harness.planning import NAMES, SMOOTHER_NAMES, cost_of, make_planner, make_smoother
+from harness.resources import shipped
+from navstack.costmap.costmap import Costmap
+from navstack.errors import UnknownNameError
+from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import read_planners, read_smoothers
+from navstack.planning.planner import RobotShape
+from navstack.planning.smoothers.constrained_smoother import ConstrainedSmoother
+from navstack.types import Path as Plan
+from navstack.types import Pose2D
+
+TUNED = shipped("params") / "nav2" / "tuned.yaml"
+MAP = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n"
+WIDTH, HEIGHT = 280, 200  # [cells] 14 x 10 m
+START, GOAL = "2.5,2.5,0", "11.5,2.5,0"
+BODY = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A map with a wall that leaves a way at the top."""
+    pixels = np.full((HEIGHT, WIDTH), 254, dtype=np.uint8)
+    pixels[70:, 136:144] = 0  # row 0 is the top
+    folder = tmp_path_factory.mktemp("room")
+    (folder / "map.pgm").write_bytes(f"P5 {WIDTH} {HEIGHT} 255\n".encode() + pixels.tobytes())
+    (folder / "map.yaml").write_text(MAP, encoding="utf-8")
+    return folder / "map.yaml"
+
+
+def plan(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as leaving:
+        main(["plan", *arguments])
+    return int(leaving.value.code or 0)
+
+
+def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
+    assert plan(*arguments, "--json") == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_every_planner_answers_with_a_path_that_touches_nothing(
+    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
+) -> None:
+    params = tmp_path / "nav2.yaml"
+    text = TUNED.read_text(encoding="utf-8")
+    params.write_text(
+        text.replace('planner_plugins: ["GridBased"]', 'planner_plugins: ["GridBased", "Sampled"]').replace(
+            "    GridBased:\n",
+            "    Sampled:\n      plugin: navstack::OmplPlanner\n      max_iterations: 1500\n    GridBased:\n",
+        ),
+        encoding="utf-8",
+    )
+    arguments = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", ",".join(NAMES))
+    arguments = (*arguments, "--params", str(params))
+    answer = document(capsys, *arguments)
+    assert answer["start"] == [2.5, 2.5, 0.0]
+    assert answer["goal"] == [11.5, 2.5, 0.0]
+    assert [row["planner"] for row in answer["planners"]] == list(NAMES)
+    shortest = 2.0 * math.hypot(4.3, 4.0)  # around the wall's end
+    for row in answer["planners"]:
+        assert row["found"], row["why"]
+        assert shortest < row["length_m"] < 1.3 * shortest
+        assert row["clearance_m"] > 0.0
+        assert not row["touches"]
+        assert row["cost"] >= row["length_m"]
+        assert row["time_ms"] > 0.0
+        path = np.array(row["path"])
+        assert np.hypot(*np.diff(path[:, :2], axis=0).T).sum() == pytest.approx(row["length_m"], abs=1e-3)
+    again = document(capsys, *arguments)
+    assert [row["path"] for row in again["planners"]] == [row["path"] for row in answer["planners"]]
+
+
+def test_table_picture_and_smoother(capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "plan.png"
+    arguments = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", "NavFn", "--planner", "RRTConnect")
+    assert plan(*arguments, "--smoother", "ConstrainedSmoother", "--picture", str(picture)) == 0
+    shown = capsys.readouterr().out
+    assert "smoothed by" in shown
+    assert all(word in shown for word in ("NavFn", "RRTConnect", "Clearance [m]", str(picture)))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_auto_draws_the_same_mission_for_the_same_seed(capsys: pytest.CaptureFixture[str], room: Path) -> None:
+    first = document(capsys, "--map", str(room), "--seed", "4", "--planner", "NavFn")
+    again = document(capsys, "--map", str(room), "--seed", "4", "--planner", "RRTConnect")
+    other = document(capsys, "--map", str(room), "--seed", "5", "--planner", "NavFn")
+    assert (first["start"], first["goal"]) == (again["start"], again["goal"])
+    assert first["goal"] != other["goal"]
+    one = document(capsys, "--map", str(room), "--seed", "4", "--start", START, "--planner", "NavFn")
+    assert one["start"] == [2.5, 2.5, 0.0]
+
+
+def test_a_time_budget_is_kept_and_improvement_reported(capsys: pytest.CaptureFixture[str], room: Path) -> None:
+    arguments = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", "RRTstar", "--time", "0.4")
+    (row,) = document(capsys, *arguments)["planners"]
+    assert 350.0 < row["time_ms"] < 3000.0
+    costs = [cost for _, cost in row["improvement"]]
+    assert costs == sorted(costs, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("goal", "planner", "words"),
+    [
+        ("7.0,2.5,0", "RRTConnect", "goal (7, 2.5) m lies in an occupied cell"),
+        ("99,2.5,0", "NavFn", "goal (99, 2.5) m lies outside the costmap"),
+    ],
+)
+def test_why_there_is_no_path(
+    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path, goal: str, planner: str, words: str
+) -> None:
+    params = tmp_path / "nav2.yaml"
+    params.write_text(
+        TUNED.read_text(encoding="utf-8").replace(
+            '      plugin: "nav2_navfn_planner::NavfnPlanner"\n      tolerance: 0.5\n      use_astar: false\n',
+            '      plugin: "navstack::OmplPlanner"\n      tolerance: 0.1\n',
+        ),
+        encoding="utf-8",
+    )
+    arguments = ("--map", str(room), "--start", START, "--goal", goal, "--planner", planner, "--params", str(params))
+    assert plan(*arguments) == 1
+    assert words in capsys.readouterr().out
+    assert plan(*arguments, "--json") == 1
+    (row,) = json.loads(capsys.readouterr().out)["planners"]
+    assert (row["found"], row["path"], row["length_m"]) == (False, [], None)
+    assert words in row["why"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--planner", "RRTStar"), ("RRTStar", "did you mean 'RRTstar'")),
+        (("--planner", "NavFn,NavFn"), ("NavFn twice",)),
+        (("--planner", ","), ("names no planner",)),
+        (("--smoother", "Smooth"), ("Smooth", "SimpleSmoother")),
+        (("--start", "1,2"), ("1,2", "x,y,yaw")),
+        (("--time", "0"), ("0",)),
+        (("--seed", "-1"), ("-1",)),
+        (("--params", "tunde"), ("tunde", "tuned")),
+        (("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "no/such/folder.png"), ("no/such",)),
+    ],
+)
+def test_bad_input(
+    capsys: pytest.CaptureFixture[str], room: Path, arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    assert plan("--map", str(room), *arguments) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+
+
+def test_the_file_selects_planners_and_smoothers(tmp_path: Path) -> None:
+    text = TUNED.read_text(encoding="utf-8")
+    text = text.replace('smoother_plugins: ["simple_smoother"]', 'smoother_plugins: ["bent"]').replace(
+        '    simple_smoother:\n      plugin: "nav2_smoother::SimpleSmoother"\n',
+        "    bent:\n      plugin: nav2_constrained_smoother::ConstrainedSmoother\n"
+        "      minimum_turning_radius: 1.5\n      optimizer:\n        max_iterations: 30\n",
+    )
+    text = text.replace("      tolerance: 1.0e-10\n      max_its: 1000\n      do_refinement: true\n", "")
+    (tmp_path / "nav2.yaml").write_text(text, encoding="utf-8")
+    nav2 = load_nav2(tmp_path / "nav2.yaml")
+    (smoother,) = read_smoothers(nav2)
+    assert smoother.params.minimum_turning_radius == 1.5
+    assert smoother.params.optimizer.max_iterations == 30
+    assert isinstance(make_smoother("ConstrainedSmoother", nav2), ConstrainedSmoother)
+    assert [plugin.name for plugin in read_planners(nav2)] == ["GridBased"]
+    assert set(SMOOTHER_NAMES) == {"SimpleSmoother", "SavitzkyGolaySmoother", "ConstrainedSmoother"}
+    with pytest.raises(UnknownNameError):
+        make_planner("AStar", nav2, RobotShape(BODY, 0.2), 0.0)
+
+
+def squares_with(*cells: tuple[int, int]) -> Obstacles:
+    taken = np.zeros((200, 200), dtype=np.bool_)
+    for row, column in cells:
+        taken[row, column] = True
+    return Obstacles(taken, 0.05, -5.0, -5.0)
+
+
+def test_clearance_of_a_straight_drive_and_of_a_turn() -> None:
+    obstacle = squares_with((114, 100))  # y 0.70..0.75 m, x 0..0.05 m
+    line = np.array(((-3.0, 0.0), (3.0, 0.0)))
+    assert obstacle.clearance(line, Pose2D(), Pose2D(), BODY) == pytest.approx(0.45)
+    turned = np.array(((-3.0, 0.0), (0.02, 0.0), (0.02, -3.0)))  # its rear swings out to the left
+    reach = math.hypot(0.607, 0.25)
+    expected = 0.7 - reach
+    assert obstacle.clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == pytest.approx(expected, abs=2e-3)
+    assert squares_with((110, 100)).clearance(turned, Pose2D(), Pose2D(yaw=-math.pi / 2), BODY) == 0.0
+    assert squares_with((110, 100)).clearance(line, Pose2D(), Pose2D(), BODY) == pytest.approx(0.25)
+    assert squares_with((0, 0)).clearance(line, Pose2D(), Pose2D(), BODY) < REACH
+    assert squares_with().clearance(line, Pose2D(), Pose2D(), BODY) == REACH
+
+
+def test_clearance_equals_shapely_on_fine_placements() -> None:
+    rng = np.random.default_rng(2)
+    taken = rng.random((200, 200)) < 0.0004
+    squares = shapely.MultiPolygon(
+        [shapely.box(c * 0.05 - 5, r * 0.05 - 5, c * 0.05 - 4.95, r * 0.05 - 4.95) for r, c in np.argwhere(taken)]
+    )
+    for _ in range(10):
+        points = rng.uniform(-3.0, 3.0, (4, 2))
+        ours = Obstacles(taken, 0.05, -5.0, -5.0).clearance(points, Pose2D(), Pose2D(), BODY)
+        least = math.inf
+        fine = np.vstack([np.linspace(a, b, 300)[:-1] for a, b in zip(points[:-1], points[1:], strict=True)])
+        for x, y, yaw in placements_along(np.vstack((fine, points[-1:])), 0.0, 0.0):
+            cos, sin = math.cos(yaw), math.sin(yaw)
+            body = shapely.Polygon(BODY @ np.array(((cos, -sin), (sin, cos))).T + (x, y))
+            least = min(least, shapely.distance(body, squares))
+        assert ours == pytest.approx(least, abs=0.01)
+        assert ours <= least + 1e-9
+
+
+def test_who_starts_inside_an_obstacle_touches_it() -> None:
+    taken = np.ones((200, 200), dtype=np.bool_)
+    line = np.array(((-0.1, 0.0), (0.1, 0.0)))
+    assert Obstacles(taken, 0.05, -5.0, -5.0).clearance(line, Pose2D(), Pose2D(), BODY) == 0.0
+
+
+def test_cost_is_length_where_nothing_costs() -> None:
+    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    path = Plan(np.array(((1.0, 1.0, 0.0), (4.0, 5.0, 0.0))))
+    assert cost_of(path, costmap) == pytest.approx(5.0)
+    costmap.data[:] = 126
+    assert cost_of(path, costmap) == pytest.approx(15.0)
