@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 from navstack.errors import ParameterError, UnknownNameError
 
-OMPL_ALGORITHMS = ("BITstar", "InformedRRTstar", "RRTConnect", "RRTstar")
+OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
+STATE_SPACES = ("R2", "SE2")
+SE2_ALGORITHMS = ("RRTConnect", "RRTstar")  # the others take it that a way back is as long as the way there
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,22 +42,37 @@ class OmplParams:
 
     algorithm: str = "RRTConnect"  # one of OMPL_ALGORITHMS
     max_iterations: int = 20000  # checks of the termination condition; a count, not a time, keeps plans repeatable
+    max_planning_time: float = 0.0  # [s] of wall time that ends a search; 0: none. Plans depend on the machine then
+    patience: int = 1000  # iterations in which the best path gets no 0.1 % better, after which a search ends; 0: never
+    state_space: str = "R2"  # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
+    minimum_turning_radius: float = 0.5  # [m] of those curves
     tolerance: float = 0.5  # [m] an occupied start or goal is replaced by the nearest free cell this near
     allow_unknown: bool = True  # plan through unknown cells
     max_allowed_cost: int = 252  # highest costmap cost the path may touch; 253 and above are contact
-    cost_weight: float = 0.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path
-    range: float = 5.0  # [m] longest extension of the tree in one step
-    simplify: bool = True  # take short cuts along the path found
+    cost_weight: float = 1.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along walls
+    range: float = 30.0  # [m] longest extension of the tree in one step
+    simplify: bool = True  # take short cuts along the path found (R2)
+    keep_valid_path: bool = True  # do not search anew while the last path to the same goal is free and near
 
     def __post_init__(self) -> None:
         _require_not_negative("tolerance", self.tolerance)
         _require_not_negative("cost_weight", self.cost_weight)
+        _require_not_negative("max_planning_time", self.max_planning_time)
         if self.algorithm not in OMPL_ALGORITHMS:
             raise UnknownNameError("OMPL algorithm", self.algorithm, OMPL_ALGORITHMS)
+        _require_not_negative("patience", self.patience)
         if self.max_iterations < 1:
             raise ParameterError(f"max_iterations {self.max_iterations} is not at least 1")
-        if self.range <= 0.0:
-            raise ParameterError(f"range {self.range} m is not positive")
+        if self.state_space not in STATE_SPACES:
+            raise UnknownNameError("state space", self.state_space, STATE_SPACES)
+        if self.state_space == "SE2" and self.algorithm not in SE2_ALGORITHMS:
+            raise ParameterError(
+                f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way there; take "
+                f"{' or '.join(SE2_ALGORITHMS)}, or R2"
+            )
+        for name in ("range", "minimum_turning_radius"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name} {getattr(self, name)} m is not positive")
         if not 0 <= self.max_allowed_cost <= 252:
             raise ParameterError(f"max_allowed_cost {self.max_allowed_cost} is not within 0..252")
 

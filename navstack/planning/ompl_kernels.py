@@ -1,11 +1,21 @@
 """Hot loops of the sampling-based planners: which points and straight lines of a costmap are free."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import BoolArray, ByteArray, FloatArray
+
+
+class Room(NamedTuple):
+    """How far obstacles must be from the robot's centre, in [cells]; 0: the costs alone decide."""
+
+    corridor: float = 0.0  # while it drives along a line
+    turning: float = 0.0  # where it may turn
+    allow_unknown: bool = True
 
 
 def blocked_table(max_allowed_cost: int, allow_unknown: bool) -> BoolArray:
@@ -13,6 +23,57 @@ def blocked_table(max_allowed_cost: int, allow_unknown: bool) -> BoolArray:
     blocked = np.arange(256) > max_allowed_cost
     blocked[255] = not allow_unknown
     return blocked
+
+
+@njit(cache=True)
+def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown: bool) -> bool:
+    """Whether a disc holds no part of an obstacle's cell (cost 254, or unknown where that counts); all in [cells].
+
+    Nothing stands beyond the map. ``radius`` 0 or less: there is room.
+    """
+    if radius <= 0.0:
+        return True
+    for row in range(max(0, math.floor(y - radius)), min(costs.shape[0], math.floor(y + radius) + 1)):
+        dy = max(row - y, y - (row + 1), 0.0)
+        half = math.sqrt(max(radius * radius - dy * dy, 0.0))
+        for column in range(max(0, math.floor(x - half)), min(costs.shape[1], math.floor(x + half) + 1)):
+            cost = costs[row, column]
+            if cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not allow_unknown):
+                return False
+    return True
+
+
+@njit(cache=True)
+def has_corridor(
+    costs: ByteArray, x0: float, y0: float, x1: float, y1: float, radius: float, allow_unknown: bool
+) -> bool:
+    """Whether discs at steps of half a cell along a line all have room; all in [cells]."""
+    steps = max(1, math.ceil(2.0 * math.hypot(x1 - x0, y1 - y0)))
+    for i in range(steps + 1):
+        t = i / steps
+        if not has_room(costs, x0 + t * (x1 - x0), y0 + t * (y1 - y0), radius, allow_unknown):
+            return False
+    return True
+
+
+@njit(cache=True)
+def are_connected(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether free cells, each beside the next, lead from one free point to another; points in [cells]."""
+    width, cells = costs.shape[1], costs.size
+    reached = np.zeros(cells, dtype=np.bool_)
+    waiting = np.empty(cells, dtype=np.int32)
+    source, target = int(y0) * width + int(x0), int(y1) * width + int(x1)
+    reached[source], waiting[0], count = True, source, 1
+    while count > 0 and not reached[target]:
+        count -= 1
+        n = waiting[count]
+        column = n % width
+        for m, is_there in ((n - 1, column > 0), (n + 1, column < width - 1), (n - width, True), (n + width, True)):
+            if is_there and 0 <= m < cells and not reached[m] and not blocked[costs[m // width, m % width]]:
+                reached[m] = True
+                waiting[count] = m
+                count += 1
+    return bool(reached[target])
 
 
 @njit(cache=True)
@@ -75,8 +136,51 @@ def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: in
 
 
 @njit(cache=True)
+def is_edge_free(costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether the robot can drive along a straight line, in either direction; points in [cells]."""
+    if not is_line_free(costs, blocked, x0, y0, x1, y1):
+        return False
+    return room.corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, room.corridor, room.allow_unknown)
+
+
+@njit(cache=True)
+def is_polyline_free(costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray) -> bool:
+    """Whether the robot can drive along all pieces of a polyline (N, 2) in [cells]."""
+    for i in range(1, len(points)):
+        if not is_edge_free(costs, blocked, room, points[i - 1, 0], points[i - 1, 1], points[i, 0], points[i, 1]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def can_turn(costs: ByteArray, blocked: BoolArray, room: Room, x: float, y: float) -> bool:
+    """Whether the robot can stand at a point, in [cells], and turn there into any direction."""
+    return is_free(costs, blocked, x, y) and has_room(costs, x, y, room.turning, room.allow_unknown)
+
+
+@njit(cache=True)
+def can_reach(
+    costs: ByteArray,
+    blocked: BoolArray,
+    corridor: float,
+    turning: float,
+    allow_unknown: bool,
+    x0: float,
+    y0: float,
+    x1: float,
+    y1: float,
+) -> bool:
+    """Whether the robot can drive along a line and turn at its end; :class:`Room` in parts, which are quick to pass."""
+    return (
+        is_line_free(costs, blocked, x0, y0, x1, y1)
+        and has_room(costs, x1, y1, turning, allow_unknown)
+        and (corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, corridor, allow_unknown))
+    )
+
+
+@njit(cache=True)
 def shortcut(
-    costs: ByteArray, blocked: BoolArray, points: FloatArray, cost_weight: float, draws: FloatArray
+    costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray, cost_weight: float, draws: FloatArray
 ) -> FloatArray:
     """Take short cuts between random points of a polyline (N, 2) in [cells] (Geraerts and Overmars, 2007).
 
@@ -92,7 +196,9 @@ def shortcut(
         start, end = point_at(path, along, a), point_at(path, along, b)
         bypass = np.concatenate((start, path[first:last].copy().ravel(), end)).reshape(-1, 2)
         straight = np.concatenate((start, end)).reshape(-1, 2)
-        if not is_line_free(costs, blocked, start[0], start[1], end[0], end[1]):
+        if not is_edge_free(costs, blocked, room, start[0], start[1], end[0], end[1]):
+            continue
+        if not (can_turn(costs, blocked, room, start[0], start[1]) and can_turn(costs, blocked, room, end[0], end[1])):
             continue
         if polyline_cost(costs, straight, cost_weight) <= polyline_cost(costs, bypass, cost_weight):
             path = np.concatenate((path[:first].copy().ravel(), straight.ravel(), path[last:].copy().ravel())).reshape(
@@ -118,13 +224,18 @@ def point_at(path: FloatArray, along: FloatArray, distance: float) -> FloatArray
 
 
 @njit(cache=True)
+def weighted_length(costs: ByteArray, cost_weight: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Length of a straight line in [cells], times 1 + cost_weight * mean cost / 252."""
+    length = math.hypot(x1 - x0, y1 - y0)
+    if cost_weight > 0.0 and length > 0.0:
+        length *= 1.0 + cost_weight * line_cost(costs, x0, y0, x1, y1) / 252.0
+    return length
+
+
+@njit(cache=True)
 def polyline_cost(costs: ByteArray, path: FloatArray, cost_weight: float) -> float:
     """Length of a polyline in [cells], each piece times 1 + cost_weight * mean cost / 252."""
     total = 0.0
     for i in range(1, len(path)):
-        x0, y0, x1, y1 = path[i - 1, 0], path[i - 1, 1], path[i, 0], path[i, 1]
-        length = math.hypot(x1 - x0, y1 - y0)
-        if cost_weight > 0.0 and length > 0.0:
-            length *= 1.0 + cost_weight * line_cost(costs, x0, y0, x1, y1) / 252.0
-        total += length
+        total += weighted_length(costs, cost_weight, path[i - 1, 0], path[i - 1, 1], path[i, 0], path[i, 1])
     return total

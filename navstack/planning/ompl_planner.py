@@ -1,125 +1,131 @@
 """Sampling-based planning with the Open Motion Planning Library (OMPL), a plugin of our own."""
 
 import math
-from typing import Any
 
 import numpy as np
-import ompl.base as ob
-import ompl.geometric as og
-import ompl.util as ou
+from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import NoPathFoundError, StartOccupiedError
+from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
+from navstack.planning.dubins import is_curve_free
 from navstack.planning.ompl_kernels import (
+    Room,
+    are_connected,
     blocked_table,
     is_free,
-    is_line_free,
+    is_polyline_free,
     nearest_free_cell,
-    polyline_cost,
     shortcut,
 )
+from navstack.planning.ompl_problem import Query
+from navstack.planning.ompl_search import Found, path_cost, search
 from navstack.planning.placement import goal_occupied, occupied, require_on_map, single_pose
-from navstack.planning.planner import Planner
-from navstack.types import BoolArray, ByteArray, FloatArray, Path, Pose2D
+from navstack.planning.planner import Planner, RobotShape
+from navstack.types import FloatArray, Path, Pose2D
 
-ALGORITHMS = {
-    "BITstar": og.BITstar,
-    "InformedRRTstar": og.InformedRRTstar,
-    "RRTConnect": og.RRTConnect,
-    "RRTstar": og.RRTstar,
-}
 SHORTCUTS = 300  # tries; a 100 m path through streets no longer gets shorter after about 200
 LARGEST_SEED = 2**31 - 1
-
-ou.setLogLevel(ou.LOG_NONE)  # it writes to standard output otherwise
-
-
-class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
-    """Whether a point of the map, in [cells], is free."""
-
-    def __init__(self, information: Any, costs: ByteArray, blocked: BoolArray) -> None:
-        super().__init__(information)
-        self._costs, self._blocked = costs, blocked
-
-    def isValid(self, state: Any) -> bool:  # noqa: N802 - OMPL's name
-        """OMPL needs a Python bool."""
-        return bool(is_free(self._costs, self._blocked, state[0], state[1]))
-
-
-class _Motion(ob.MotionValidator):  # type: ignore[misc]
-    """Whether a straight line of the map, in [cells], is free."""
-
-    def __init__(self, information: Any, costs: ByteArray, blocked: BoolArray) -> None:
-        super().__init__(information)
-        self._costs, self._blocked = costs, blocked
-
-    def checkMotion(self, start: Any, end: Any, *_: Any) -> bool:  # noqa: N802 - OMPL's name
-        """OMPL needs a Python bool."""
-        return bool(is_line_free(self._costs, self._blocked, start[0], start[1], end[0], end[1]))
-
-
-class _Objective(ob.OptimizationObjective):  # type: ignore[misc]
-    """Length in [cells], each piece weighted by its mean cost; see polyline_cost."""
-
-    def __init__(self, information: Any, costs: ByteArray, cost_weight: float) -> None:
-        super().__init__(information)
-        self._costs, self._cost_weight = costs, cost_weight
-
-    def stateCost(self, _: Any) -> Any:  # noqa: N802 - OMPL's name
-        """Points cost nothing."""
-        return ob.Cost(0.0)
-
-    def motionCost(self, start: Any, end: Any) -> Any:  # noqa: N802 - OMPL's name
-        """Weighted length of a straight line."""
-        line = np.array(((start[0], start[1]), (end[0], end[1])))
-        return ob.Cost(float(polyline_cost(self._costs, line, self._cost_weight)))
+JOIN = 1.0  # [m] from a path within which the robot still follows it
 
 
 class OmplPlanner(Planner):
-    """Plans for a point in the plane with one of OMPL's algorithms.
+    """Plans with one of OMPL's algorithms, for a point in the plane or for a pose that moves along Dubins curves.
+
+    In the plane (R2) the robot turns at way points, where a disc of its circumscribed radius must have room, and drives
+    straight between them, where a strip of its width must; start and goal need no room to turn. With poses (SE2) the
+    footprint itself is tried along the curves. Both hold against the squares of the costmap's lethal cells, on top of
+    ``max_allowed_cost``.
 
     A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from the generator that
-    ``reset`` gave, so that it does not depend on what else the process has planned. An occupied start or goal is
-    replaced by the nearest free cell.
+    ``reset`` gave, so that it does not depend on what else the process has planned; ``max_planning_time`` gives that
+    up. An occupied start or goal is replaced by the nearest free cell.
     """
 
-    def __init__(self, params: OmplParams) -> None:
-        self._params = params
+    def __init__(self, params: OmplParams, shape: RobotShape | None = None) -> None:
+        """``shape`` None: the costs alone say where the robot can be."""
+        self._params, self._shape = params, shape
         self._rng = np.random.default_rng(0)  # until reset
         self._blocked = blocked_table(params.max_allowed_cost, params.allow_unknown)
+        self._hull = np.zeros((3, 2)) if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
+        self._improvement: tuple[tuple[float, float], ...] = ()
+        self._kept: Path | None = None
+
+    @property
+    def improvement(self) -> tuple[tuple[float, float], ...]:
+        """Wall time [s] and cost [m] whenever the last plan's best path got better; simplification is not in it."""
+        return self._improvement
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Draw from ``rng`` from here on."""
+        """Draw from ``rng`` from here on, and keep no path."""
         self._rng = rng
+        self._kept = None
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
-        """A path from ``start`` to ``goal`` in steps of one cell, each pose looking along it, the last one as the goal.
+        """A path from ``start`` to ``goal`` in steps of one cell, the last pose as the goal.
+
+        Each pose looks along the path. A path to the same goal that is still free is kept, if so wanted.
 
         Raises:
-            PlanningError: start or goal outside the map or in an obstacle, or no path within ``max_iterations``.
+            PlanningError: start or goal outside the map or in an obstacle, no connection, or the budget used up.
         """
         seed = int(self._rng.integers(1, LARGEST_SEED))
         draws = self._rng.random((SHORTCUTS, 2))
+        self._improvement = ()
         require_on_map(start, goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, False), stamp)
+        poses = self._still_free(start, goal, costmap)
+        if poses is None:
+            poses = self._poses(self._search(start, goal, costmap, seed, draws), start, goal, costmap)
+        self._kept = Path(poses, stamp) if self._params.keep_valid_path else None
+        return Path(poses.copy(), stamp)
+
+    def _search(
+        self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
+    ) -> tuple[Query, FloatArray]:
+        """The question, and the states of its answer."""
+        query, params = self._query(start, goal, costmap), self._params
+        found = search(
+            query,
+            params.algorithm,
+            params.range / costmap.resolution,
+            params.max_iterations,
+            params.max_planning_time,
+            params.patience,
+            seed,
+        )
+        self._improvement = tuple((seconds, cost * costmap.resolution) for seconds, cost in found.improvement)
+        if found.states is None:
+            raise self._no_path(query, start, goal)
+        return query, self._simplified(query, found, draws)
+
+    def _query(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> Query:
         first, last = self._free_point(start, costmap), self._free_point(goal, costmap)
         if first is None:
             raise StartOccupiedError(occupied("start", start, costmap))
         if last is None:
             raise goal_occupied(goal, costmap)
-        points = self._solve(first, last, costmap.data, self._params.range / costmap.resolution, seed)
-        if points is None:
-            raise NoPathFoundError(
-                f"{self._params.algorithm}: no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m "
-                f"in {self._params.max_iterations} iterations; raise max_iterations or check for closed ways"
-            )
-        if self._params.simplify:
-            points = shortcut(costmap.data, self._blocked, points, self._params.cost_weight, draws)
-        if tuple(points[0]) != _to_cells(start, costmap):
-            points = np.vstack((_to_cells(start, costmap), points))
-        return Path(_poses(points, goal.yaw, costmap), stamp)
+        with_yaw = self._params.state_space == "SE2"
+        return Query(
+            costmap.data,
+            self._blocked,
+            self._room(costmap.resolution),
+            self._hull / costmap.resolution,
+            np.array((*first, start.yaw) if with_yaw else first),
+            np.array((*last, goal.yaw) if with_yaw else last),
+            self._params.cost_weight,
+            self._params.minimum_turning_radius / costmap.resolution,
+        )
+
+    def _room(self, resolution: float) -> Room:
+        """Radii of the discs that need room; the strip needs none where the costs keep the centre far enough off."""
+        if self._shape is None:
+            return Room(0.0, 0.0, self._params.allow_unknown)
+        half_width = float(np.abs(self._hull[:, 1]).max())
+        is_covered = half_width + math.sqrt(2.0) * resolution <= self._shape.inscribed_radius
+        corridor = 0.0 if is_covered else half_width / resolution
+        return Room(corridor, float(np.hypot(*self._hull.T).max()) / resolution, self._params.allow_unknown)
 
     def _free_point(self, pose: Pose2D, costmap: Costmap) -> tuple[float, float] | None:
         """The pose, or the centre of the nearest free cell within the tolerance, in [cells]."""
@@ -130,60 +136,66 @@ class OmplPlanner(Planner):
         column, row = nearest_free_cell(costmap.data, self._blocked, int(x), int(y), radius)
         return (column + 0.5, row + 0.5) if column >= 0 else None
 
-    def _solve(
-        self, first: tuple[float, float], last: tuple[float, float], costs: ByteArray, reach: float, seed: int
-    ) -> FloatArray | None:
-        """Way points (N, 2) in [cells], or None; ``reach`` is the longest extension of the tree in [cells]."""
-        ou.RNG.setSeed(seed)  # what OMPL creates from here on draws its own seed from this one
-        information = _space_information(costs, self._blocked)
-        problem = ob.ProblemDefinition(information)
-        problem.setStartAndGoalStates(_state(information, first), _state(information, last))
-        weight = self._params.cost_weight
-        plain = weight == 0.0
-        problem.setOptimizationObjective(
-            ob.PathLengthOptimizationObjective(information) if plain else _Objective(information, costs, weight)
+    def _no_path(self, query: Query, start: Pose2D, goal: Pose2D) -> PlanningError:
+        """Why there is no path."""
+        for name, pose, state in (("start", start, query.first), ("goal", goal, query.last)):
+            if not query.can_stand(state):
+                return NoPathFoundError(
+                    f"{name} ({pose.x:g}, {pose.y:g}) m: the footprint reaches into an obstacle there, though its "
+                    "centre is free; choose another pose"
+                )
+        between = f"from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m"
+        if not are_connected(query.costs, query.blocked, *query.first[:2], *query.last[:2]):
+            return NoPathFoundError(
+                f"{self._params.algorithm}: no path {between}: obstacles part them; check for closed ways"
+            )
+        spent, key = f"{self._params.max_iterations} iterations", "max_iterations"
+        if self._params.max_planning_time > 0.0:
+            spent, key = f"{self._params.max_planning_time:g} s", "max_planning_time"
+        return NoPathFoundError(
+            f"{self._params.algorithm}: no path {between} within {spent}, though free cells connect them; raise {key} "
+            "or take another algorithm"
         )
-        planner = ALGORITHMS[self._params.algorithm](information)
-        if hasattr(planner, "setRange"):
-            planner.setRange(reach)
-        planner.setProblemDefinition(problem)
-        planner.setup()
-        planner.solve(ob.PlannerTerminationCondition(_Countdown(self._params.max_iterations)))
-        if not problem.hasExactSolution():
+
+    def _simplified(self, query: Query, found: Found, draws: FloatArray) -> FloatArray:
+        """The states with short cuts taken, in the plane, where that is wanted; not where it would cost more."""
+        assert found.states is not None
+        if not self._params.simplify or query.has_yaw:
+            return found.states
+        shorter: FloatArray = shortcut(query.costs, query.blocked, query.room, found.states, query.cost_weight, draws)
+        return shorter if path_cost(query, shorter) <= path_cost(query, found.states) else found.states
+
+    def _poses(self, answer: tuple[Query, FloatArray], start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray:
+        query, states = answer
+        if query.has_yaw:
+            pieces = [query.way(a, b)[1:] for a, b in zip(states[:-1], states[1:], strict=True)]
+            dense = np.vstack((states[:1], *pieces))
+            dense[:, :2] = (costmap.origin_x, costmap.origin_y) + dense[:, :2] * costmap.resolution
+            return dense
+        if tuple(states[0]) != _to_cells(start, costmap):
+            states = np.vstack((_to_cells(start, costmap), states))
+        return _dense(states, goal.yaw, costmap)
+
+    def _still_free(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
+        """What is left of the last path where it leads to the same goal, is near and free; else None."""
+        if self._kept is None or not np.array_equal(self._kept.poses[-1], goal.as_array()):
             return None
-        return np.array([(state[0], state[1]) for state in problem.getSolutionPath().getStates()])
-
-
-class _Countdown:
-    """True from the given number of calls on."""
-
-    def __init__(self, calls: int) -> None:
-        self._left = calls
-
-    def __call__(self) -> bool:
-        self._left -= 1
-        return self._left < 0
-
-
-def _space_information(costs: ByteArray, blocked: BoolArray) -> Any:
-    """OMPL's description of the map: a plane of width x height cells, its free points and lines."""
-    space = ob.RealVectorStateSpace(2)
-    bounds = ob.RealVectorBounds(2)
-    for axis, size in enumerate((costs.shape[1], costs.shape[0])):
-        bounds.setLow(axis, 0.0)
-        bounds.setHigh(axis, float(size))
-    space.setBounds(bounds)
-    information = ob.SpaceInformation(space)
-    information.setStateValidityChecker(_Validity(information, costs, blocked))
-    information.setMotionValidator(_Motion(information, costs, blocked))
-    information.setup()
-    return information
-
-
-def _state(information: Any, point: tuple[float, float]) -> Any:
-    state = information.allocState()
-    state[0], state[1] = float(point[0]), float(point[1])
-    return state
+        poses = self._kept.poses
+        distances = np.hypot(poses[:, 0] - start.x, poses[:, 1] - start.y)
+        nearest = int(distances.argmin())
+        if distances[nearest] > JOIN:
+            return None
+        rest = poses[min(nearest + 1, len(poses) - 1) :]
+        kept = np.vstack((start.as_array(), rest))
+        cells = kept.copy()
+        cells[:, :2] = (kept[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+        room = self._room(costmap.resolution)
+        if self._params.state_space == "SE2":
+            hull = self._hull / costmap.resolution
+            free = is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells)
+        else:
+            free = is_polyline_free(costmap.data, self._blocked, room, cells)
+        return kept if free else None
 
 
 def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
@@ -191,7 +203,7 @@ def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
     return (pose.x - costmap.origin_x) / costmap.resolution, (pose.y - costmap.origin_y) / costmap.resolution
 
 
-def _poses(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:
+def _dense(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:
     """Poses (M, 3) along a polyline (N, 2) in [cells], at most one cell apart, each corner kept."""
     places = [points[:1]]
     for start, end in zip(points[:-1], points[1:], strict=True):

@@ -9,6 +9,11 @@ from navstack.types import Path
 class Smoother(ABC):
     """Makes a planner's path smoother without leading it into obstacles."""
 
+    @property
+    def refusal(self) -> str:
+        """Why the last path was given back as it came; empty: it was smoothed."""
+        return ""
+
     @abstractmethod
     def smooth(self, path: Path, costmap: Costmap) -> Path:
         """A smoother path with as many poses, the same stamp and the same ends, in the costmap's frame."""

@@ -27,7 +27,7 @@ def room():
 @pytest.fixture(params=sorted(PLANNERS))
 def make(request):
     def planner() -> Planner:
-        made = PLANNERS[request.param](PARAMS[request.param])
+        made = PLANNERS[request.param](PARAMS[request.param], None)
         made.reset(np.random.default_rng(4))
         return made
 

@@ -1,0 +1,166 @@
+"""Dubins curves, the shortest ways of a car that drives forwards only, and footprints swept along them.
+
+Dubins, On curves of minimal length with a constraint on average curvature (1957); the words as Shkel and Lumelsky,
+Classification of the Dubins set (2001), write them. Poses are (x, y, yaw).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.planning.ompl_kernels import has_room, is_free
+from navstack.types import BoolArray, ByteArray, FloatArray
+
+# Left, straight, right as signs of curvature, for each word.
+WORDS = np.array(((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (1, -1, 1)), dtype=np.float64)
+SAME = 1e-9
+
+
+@njit(cache=True)
+def _turn(angle: float) -> float:
+    """The angle in [0, 2 pi); hardly less than a whole turn is none."""
+    wrapped = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
+    return 0.0 if wrapped > 2.0 * math.pi - SAME else wrapped
+
+
+@njit(cache=True)
+def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, float]:
+    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper."""
+    sa, sb, ca, cb, cab = math.sin(a), math.sin(b), math.cos(a), math.cos(b), math.cos(a - b)
+    if word == 0:  # LSL
+        p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sa - sb)
+        theta = math.atan2(cb - ca, d + sa - sb)
+        return _turn(theta - a), math.sqrt(max(p2, 0.0)), _turn(b - theta)
+    if word == 1:  # RSR
+        p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sb - sa)
+        theta = math.atan2(ca - cb, d - sa + sb)
+        return _turn(a - theta), math.sqrt(max(p2, 0.0)), _turn(theta - b)
+    if word == 2:  # LSR
+        p2 = -2.0 + d * d + 2.0 * cab + 2.0 * d * (sa + sb)
+        if p2 < 0.0:
+            return math.nan, math.nan, math.nan
+        p = math.sqrt(p2)
+        theta = math.atan2(-ca - cb, d + sa + sb) - math.atan2(-2.0, p)
+        return _turn(theta - a), p, _turn(theta - b)
+    if word == 3:  # RSL
+        p2 = -2.0 + d * d + 2.0 * cab - 2.0 * d * (sa + sb)
+        if p2 < 0.0:
+            return math.nan, math.nan, math.nan
+        p = math.sqrt(p2)
+        theta = math.atan2(ca + cb, d - sa - sb) - math.atan2(2.0, p)
+        return _turn(a - theta), p, _turn(b - theta)
+    if word == 4:  # RLR
+        cosine = (6.0 - d * d + 2.0 * cab + 2.0 * d * (sa - sb)) / 8.0
+        if abs(cosine) > 1.0:
+            return math.nan, math.nan, math.nan
+        p = 2.0 * math.pi - math.acos(cosine)
+        t = _turn(a - math.atan2(ca - cb, d - sa + sb) + 0.5 * p)
+        return t, p, _turn(a - b - t + p)
+    cosine = (6.0 - d * d + 2.0 * cab - 2.0 * d * (sa - sb)) / 8.0  # LRL
+    if abs(cosine) > 1.0:
+        return math.nan, math.nan, math.nan
+    p = 2.0 * math.pi - math.acos(cosine)
+    t = _turn(-a + math.atan2(-ca + cb, d + sa - sb) + 0.5 * p)
+    return t, p, _turn(b - a - t + p)
+
+
+@njit(cache=True)
+def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[int, float, float, float]:
+    """The word of the shortest curve between poses (3,) and its three lengths, in the unit of ``radius``."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    heading = math.atan2(dy, dx)
+    d = math.hypot(dx, dy) / radius
+    best, word, lengths = math.inf, -1, (0.0, 0.0, 0.0)
+    for i in range(6):
+        t, p, q = _segments(i, d, _turn(start[2] - heading), _turn(end[2] - heading))
+        if t + p + q < best:
+            best, word, lengths = t + p + q, i, (t, p, q)
+    return word, lengths[0] * radius, lengths[1] * radius, lengths[2] * radius
+
+
+@njit(cache=True)
+def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> FloatArray:
+    """Poses (N, 3) along the shortest curve, at most ``step`` apart, both ends among them."""
+    word, t, p, q = shortest_word(start, end, radius)
+    total = t + p + q
+    count = max(1, math.ceil(total / step))
+    poses = np.empty((count + 1, 3))
+    ends = (t, t + p, total)
+    poses[0] = start
+    x, y, yaw, at, piece = start[0], start[1], start[2], 0.0, 0
+    for i in range(1, count + 1):
+        goal = total * i / count
+        while True:
+            stop = min(goal, ends[piece])
+            length, turn = stop - at, WORDS[word, piece] / radius
+            if turn == 0.0:
+                x, y = x + length * math.cos(yaw), y + length * math.sin(yaw)
+            else:
+                x += (math.sin(yaw + turn * length) - math.sin(yaw)) / turn
+                y -= (math.cos(yaw + turn * length) - math.cos(yaw)) / turn
+                yaw += turn * length
+            at = stop
+            if at >= goal or piece == 2:
+                break
+            piece += 1
+        poses[i] = (x, y, yaw)
+    poses[count] = end
+    return poses
+
+
+@njit(cache=True)
+def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
+    """Whether a convex polygon (N, 2) in [cells] and a cell's square have a common point (separating axes)."""
+    x0, y0 = corners[:, 0].min(), corners[:, 1].min()
+    if x0 > column + 1 or corners[:, 0].max() < column or y0 > row + 1 or corners[:, 1].max() < row:
+        return False
+    for i in range(len(corners)):
+        j = (i + 1) % len(corners)
+        nx, ny = corners[j, 1] - corners[i, 1], corners[i, 0] - corners[j, 0]
+        lowest = highest = nx * corners[i, 0] + ny * corners[i, 1]
+        for k in range(len(corners)):
+            level = nx * corners[k, 0] + ny * corners[k, 1]
+            lowest, highest = min(lowest, level), max(highest, level)
+        low = nx * column + ny * row + min(nx, 0.0) + min(ny, 0.0)
+        if low > highest or low + abs(nx) + abs(ny) < lowest:
+            return False
+    return True
+
+
+@njit(cache=True)
+def stands_free(
+    costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, pose: FloatArray
+) -> bool:
+    """Whether a convex footprint (N, 2) touches no obstacle's cell at a pose (3,); lengths in [cells].
+
+    ``reach`` is its circumscribed radius: a disc of it that has room, or a centre in contact, settles most poses.
+    """
+    x, y = pose[0], pose[1]
+    if not is_free(costs, blocked, x, y):
+        return False
+    if has_room(costs, x, y, reach, allow_unknown):
+        return True
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    corners = np.empty_like(footprint)
+    corners[:, 0] = x + cos * footprint[:, 0] - sin * footprint[:, 1]
+    corners[:, 1] = y + sin * footprint[:, 0] + cos * footprint[:, 1]
+    for row in range(max(0, math.floor(y - reach)), min(costs.shape[0], math.floor(y + reach) + 1)):
+        for column in range(max(0, math.floor(x - reach)), min(costs.shape[1], math.floor(x + reach) + 1)):
+            cost = costs[row, column]
+            if cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not allow_unknown):
+                if overlaps_cell(corners, column, row):
+                    return False
+    return True
+
+
+@njit(cache=True)
+def is_curve_free(
+    costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, poses: FloatArray
+) -> bool:
+    """Whether a footprint stands free at every pose (N, 3) of a curve."""
+    for i in range(len(poses)):
+        if not stands_free(costs, blocked, footprint, reach, allow_unknown, poses[i]):
+            return False
+    return True

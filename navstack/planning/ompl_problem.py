@@ -1,0 +1,165 @@
+"""What OMPL is asked: a space of states, which of them and which ways between them are free, and what ways cost."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ompl.base as ob
+
+from navstack.planning.dubins import curve, is_curve_free, stands_free
+from navstack.planning.ompl_kernels import Room, can_reach, is_edge_free, polyline_cost, weighted_length
+from navstack.types import BoolArray, ByteArray, FloatArray
+
+STEP = 1.0  # [cells] between the poses at which a footprint is tried along a curve
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Query:
+    """A start and a goal on a costmap; lengths in [cells] from the map's lower left corner."""
+
+    costs: ByteArray  # (height, width)
+    blocked: BoolArray  # (256,) whether a cost blocks the way
+    room: Room
+    footprint: FloatArray  # (N, 2) convex hull, for poses
+    first: FloatArray  # (2,) point, or (3,) pose with yaw [rad]
+    last: FloatArray
+    cost_weight: float  # see polyline_cost
+    turning_radius: float  # of the curves between poses
+
+    @property
+    def has_yaw(self) -> bool:
+        """Whether states are poses, joined by Dubins curves, rather than points, joined by lines."""
+        return len(self.first) == 3
+
+    def can_stand(self, state: FloatArray) -> bool:
+        """Whether the robot can be at a state."""
+        if self.has_yaw:
+            return bool(stands_free(self.costs, self.blocked, *self._body, state))
+        return self.can_reach(state, state)
+
+    def can_reach(self, start: FloatArray, end: FloatArray) -> bool:
+        """Whether the way between states is free and the robot can turn at its end; at start and goal it need not."""
+        if self.has_yaw:
+            return self.can_drive(start, end)  # its end is one of the poses that are tried
+        x, y = end[0], end[1]
+        turning = 0.0 if self._is_end(x, y) else self.room.turning
+        return bool(
+            can_reach(
+                self.costs,
+                self.blocked,
+                self.room.corridor,
+                turning,
+                self.room.allow_unknown,
+                start[0],
+                start[1],
+                x,
+                y,
+            )
+        )
+
+    def can_drive(self, start: FloatArray, end: FloatArray) -> bool:
+        """Whether the way between two states that are free themselves is free."""
+        if self.has_yaw:
+            poses = curve(start, end, self.turning_radius, STEP)
+            return bool(is_curve_free(self.costs, self.blocked, *self._body, poses))
+        return bool(is_edge_free(self.costs, self.blocked, self.room, start[0], start[1], end[0], end[1]))
+
+    def cost(self, points: FloatArray) -> float:
+        """Of a polyline (N, >= 2), in [cells]."""
+        return float(polyline_cost(self.costs, points, self.cost_weight))
+
+    def way_cost(self, start: FloatArray, end: FloatArray) -> float:
+        """Of the way between two states, in [cells]."""
+        if self.has_yaw:
+            return self.cost(self.way(start, end))
+        return float(weighted_length(self.costs, self.cost_weight, start[0], start[1], end[0], end[1]))
+
+    def way(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Points of the way between two states, (N, 2) or (N, 3)."""
+        return curve(start, end, self.turning_radius, STEP) if self.has_yaw else np.stack((start, end))
+
+    @property
+    def _body(self) -> tuple[FloatArray, float, bool]:
+        return self.footprint, self.room.turning, self.room.allow_unknown
+
+    def _is_end(self, x: float, y: float) -> bool:
+        return any(bool(x == end[0] and y == end[1]) for end in (self.first, self.last))
+
+
+class _Validity(ob.StateValidityChecker):  # type: ignore[misc]
+    """Whether a state is free."""
+
+    def __init__(self, information: Any, query: Query) -> None:
+        super().__init__(information)
+        self._query, self._read = query, reader(query)
+
+    def isValid(self, state: Any) -> bool:  # noqa: N802 - OMPL's name
+        """OMPL needs a Python bool."""
+        return self._query.can_stand(self._read(state))
+
+
+class _Motion(ob.MotionValidator):  # type: ignore[misc]
+    """Whether a way between states is free."""
+
+    def __init__(self, information: Any, query: Query) -> None:
+        super().__init__(information)
+        self._query, self._read = query, reader(query)
+
+    def checkMotion(self, start: Any, end: Any, *_: Any) -> bool:  # noqa: N802 - OMPL's name
+        """OMPL needs a Python bool. The start is free, for it is in a tree."""
+        return self._query.can_reach(self._read(start), self._read(end))
+
+
+class _Objective(ob.PathLengthOptimizationObjective):  # type: ignore[misc]
+    """Length in [cells], each piece weighted by its mean cost: never below the length, so informed sampling holds."""
+
+    def __init__(self, information: Any, query: Query) -> None:
+        super().__init__(information)
+        self._query, self._read = query, reader(query)
+        self._distance = information.distance
+
+    def motionCost(self, start: Any, end: Any) -> Any:  # noqa: N802 - OMPL's name
+        """Weighted length of the way."""
+        return ob.Cost(self._query.way_cost(self._read(start), self._read(end)))
+
+    def motionCostHeuristic(self, start: Any, end: Any) -> Any:  # noqa: N802 - OMPL's name
+        """Its length, a lower bound."""
+        return ob.Cost(self._distance(start, end))
+
+
+def make_problem(query: Query) -> tuple[Any, Any]:
+    """OMPL's space information and problem definition."""
+    bounds = ob.RealVectorBounds(2)
+    for axis, size in enumerate((query.costs.shape[1], query.costs.shape[0])):
+        bounds.setLow(axis, 0.0)
+        bounds.setHigh(axis, float(size))
+    space = ob.DubinsStateSpace(query.turning_radius) if query.has_yaw else ob.RealVectorStateSpace(2)
+    space.setBounds(bounds)
+    information = ob.SpaceInformation(space)
+    information.setStateValidityChecker(_Validity(information, query))
+    information.setMotionValidator(_Motion(information, query))
+    information.setup()
+    definition = ob.ProblemDefinition(information)
+    definition.setStartAndGoalStates(_state(information, query.first), _state(information, query.last))
+    plain = query.cost_weight == 0.0
+    objective = ob.PathLengthOptimizationObjective(information) if plain else _Objective(information, query)
+    definition.setOptimizationObjective(objective)
+    return information, definition
+
+
+def reader(query: Query) -> Any:
+    """The function that turns one of OMPL's states into an array."""
+    if query.has_yaw:
+        return lambda state: np.array((state.getX(), state.getY(), state.getYaw()))
+    return lambda state: (state[0], state[1])
+
+
+def _state(information: Any, values: FloatArray) -> Any:
+    state = information.allocState()
+    if len(values) == 3:
+        state.setX(float(values[0]))
+        state.setY(float(values[1]))
+        state.setYaw(float(values[2]))
+    else:
+        state[0], state[1] = float(values[0]), float(values[1])
+    return state
