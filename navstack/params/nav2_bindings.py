@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from navstack.params.amcl import AmclParams
+from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.behaviors import BehaviorServerParams, DriveParams
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
@@ -23,17 +24,21 @@ from navstack.params.collision_monitor import (
 from navstack.params.costmap import LAYER_PARAMS, CostmapParams, ObservationSourceParams, ObstacleLayerParams
 from navstack.params.dwb import DwbParams
 from navstack.params.filters import FilterInfoServerParams, MaskServerParams
+from navstack.params.gps_ekf import GpsEkfParams
+from navstack.params.mpc import MpcParams
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
-from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.smoothers import ConstrainedSmootherParams, SavitzkyGolayParams, SimpleSmootherParams
 
 Params = type[Any]  # a dataclass whose fields are named like the parameters
 
 NODES: Mapping[str, Params] = {
     "amcl": AmclParams,
+    "amcl_gps": AmclGpsParams,
+    "gps_ekf": GpsEkfParams,
     "bt_navigator": BtNavigatorParams,
     "controller_server": ControllerServerParams,
     "local_costmap": CostmapParams,
@@ -56,13 +61,18 @@ PLUGINS: Mapping[str, Mapping[str, Params | None]] = {
         "dwb_core::DWBLocalPlanner": DwbParams,
         "nav2_rotation_shim_controller::RotationShimController": RotationShimParams,
         "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RppParams,
+        "navstack::JerkLimitedMPC": MpcParams,
     },
     "planners": {
         "nav2_navfn_planner::NavfnPlanner": NavfnParams,
         "navstack::IncrementalNavfn": IncrementalNavfnParams,
         "navstack::OmplPlanner": OmplParams,
     },
-    "smoothers": {"nav2_smoother::SimpleSmoother": SimpleSmootherParams},
+    "smoothers": {
+        "nav2_smoother::SimpleSmoother": SimpleSmootherParams,
+        "nav2_smoother::SavitzkyGolaySmoother": SavitzkyGolayParams,
+        "nav2_constrained_smoother::ConstrainedSmoother": ConstrainedSmootherParams,
+    },
     "layers": LAYER_PARAMS,
     "goal_checkers": {
         "nav2_controller::SimpleGoalChecker": SimpleGoalCheckerParams,

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
 from navstack.params.amcl import AmclParams
+from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.behaviors import BehaviorServerParams
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
@@ -23,6 +24,7 @@ from navstack.params.costmap import (
 )
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
+from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.nav2_catalog import nested_params, plugin_type
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_filters import find_mask
@@ -31,7 +33,7 @@ from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
-MONITOR = "collision_monitor"
+MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
 _FOR_EXAMPLE = "e.g. dwb_core::DWBLocalPlanner"
 
 
@@ -47,6 +49,16 @@ class Plugin:
 def read_amcl(nav2: Nav2File) -> AmclParams:
     """The parameters of AMCL."""
     return nav2.read(AmclParams, "amcl")
+
+
+def read_amcl_gps(nav2: Nav2File) -> AmclGpsParams:
+    """What AMCL with GPS has beside AMCL's own parameters."""
+    return nav2.read(AmclGpsParams, "amcl_gps")
+
+
+def read_gps_ekf(nav2: Nav2File) -> GpsEkfParams:
+    """The parameters of the GPS-EKF."""
+    return nav2.read(GpsEkfParams, "gps_ekf")
 
 
 def read_controller_server(nav2: Nav2File) -> ControllerServerParams:
@@ -102,6 +114,16 @@ def read_planner(nav2: Nav2File) -> Plugin:
     return _plugin(
         nav2, PLANNER, "planners", _first(nav2, PLANNER, "planner_plugins", read_planner_server(nav2).planner_plugins)
     )
+
+
+def read_planners(nav2: Nav2File) -> list[Plugin]:
+    """All planners that the file lists."""
+    return [_plugin(nav2, PLANNER, "planners", name) for name in read_planner_server(nav2).planner_plugins]
+
+
+def read_smoothers(nav2: Nav2File) -> list[Plugin]:
+    """All path smoothers that the file lists; Nav2's default tree uses none."""
+    return [_plugin(nav2, SMOOTHER, "smoothers", name) for name in names_in(nav2.value(SMOOTHER, "smoother_plugins"))]
 
 
 def read_controller(nav2: Nav2File) -> Plugin:

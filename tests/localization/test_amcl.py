@@ -157,6 +157,18 @@ def test_global_localization(room, drive):
     assert rows[-1][0].health is Health.TRACKING
 
 
+def test_lost_it_looks_again_where_it_stands(room, see):
+    for candidates, finds in ((0, False), (5000, True)):
+        localizer = started(room, max_particles=8000, resample_interval=1, recovery_candidates=candidates)
+        localizer.localize_globally()
+        for tick in range(600):
+            stamp = tick / 30.0
+            scan = see(START, stamp) if tick % 3 == 0 else None
+            belief = localizer.update(Observation(stamp, Odometry(stamp, Pose2D(), Twist2D()), scan=scan))
+        assert (errors([(belief, START)])[0] < 0.2) == finds
+        assert (belief.health is not Health.LOST) == finds
+
+
 def test_carried_away_it_says_so_and_finds_itself_again(room, drive):
     recovery = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1, "recovery_candidates": 5000}
     for params, finds in (({}, False), (recovery, True)):

@@ -8,6 +8,7 @@ import pytest
 
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError
+from navstack.localization.amcl_averages import LEAST_FALL
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS, BeamModel, LikelihoodFieldProbModel
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
@@ -93,6 +94,10 @@ def test_beams_off_the_map_that_most_particles_see_are_skipped(grid):
     plain = without.likelihoods(poses, scan([wall] * 3, increment=1e-9), False)
     np.testing.assert_allclose(model.likelihoods(poses, seen, True), plain)
     np.testing.assert_allclose(model.likelihoods(poses, seen, False), plain * pz(2.0))  # not before it has converged
+    ignoring, all_four = model.match(poses, seen, True), model.match(poses, seen, False)
+    assert ignoring.best == pytest.approx(pz(0.0) ** 3)  # what is ignored does not count for the best either
+    assert all_four.best == pytest.approx(pz(0.0) ** 4)
+    assert ignoring.likelihoods.max() <= ignoring.best
     lost = scan([somebody] * 4, increment=1e-9)
     np.testing.assert_allclose(model.likelihoods(poses, lost, True), np.full(21, pz(2.0) ** 4))  # too many to skip
 
@@ -191,6 +196,21 @@ def test_weights_multiply_until_particles_are_drawn_anew(grid):
     np.testing.assert_allclose(particles.weights.sum(), 1.0)  # nothing fits: all alike
 
 
+def test_strays_are_asked_for_only_where_there_are_some(grid):
+    particles = filter_of(grid, min_particles=2000, max_particles=2000)
+    rng, asked = np.random.default_rng(0), []
+
+    def draw(count, rng):
+        asked.append(count)
+        return np.full((count, 3), 9.0)
+
+    for share, some in ((0.0, False), (1e-9, False), (0.1, True)):
+        particles.resample(rng, draw, share)
+        assert bool(asked) == some
+    assert (particles.poses[:, 0] == 9.0).sum() == asked[0]
+    assert asked[0] / 2000 == pytest.approx(0.1, abs=0.03)
+
+
 RECOVERY = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1}
 
 
@@ -228,6 +248,11 @@ def test_strays_that_the_scan_picks_come_as_long_as_it_fits_badly(grid):
     for _ in range(200):
         particles.weigh(np.array((1.0, 1.0, 1.0, 40.0)), 40.0)
     assert particles.share_of_strays == 0.0  # one that fits is enough
+    for _ in range(100):
+        particles.weigh(np.full(4, 35.0), 40.0)
+    slow, fast = particles._averages._averages
+    assert 0.0 < 1.0 - fast / slow < LEAST_FALL
+    assert particles.share_of_strays == 0.0  # a fall as small as chance
 
 
 def test_clusters_have_weights_means_and_spreads():

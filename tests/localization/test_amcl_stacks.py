@@ -32,11 +32,14 @@ def test_the_published_values_of_amcl(name, alphas):
     assert params.alpha4 == params.alpha5 == alphas[2]
 
 
-def test_the_calibrated_file_is_the_tuned_one_but_for_the_noise_of_the_wheels():
+def test_the_calibrated_file_is_the_tuned_one_but_for_the_noise_of_the_wheels_and_recovery():
     tuned, calibrated = (load_nav2(NAV2 / f"{name}.yaml", False).merged() for name in ("tuned", "amcl"))
+    different = [f"alpha{i}" for i in range(1, 6)] + [
+        f"recovery_{it}" for it in ("alpha_slow", "alpha_fast", "candidates")
+    ]
     for file in (tuned, calibrated):
-        for i in range(1, 6):
-            del file["amcl"]["ros__parameters"][f"alpha{i}"]
+        for name in different:
+            del file["amcl"]["ros__parameters"][name]
     assert tuned == calibrated
 
 
@@ -65,8 +68,9 @@ def test_a_lidar_maps_surfaces_only():
 
 
 @pytest.mark.slow
-def test_a_delivery_with_amcl():
-    tasks = make_study(stacks=["nav2-amcl"], episodes=100, pedestrians=0).tasks()
+@pytest.mark.parametrize("stack", ["nav2-amcl", "nav2-amcl-gps"])
+def test_a_delivery_with_amcl(stack):
+    tasks = make_study(stacks=[stack], episodes=100, pedestrians=0).tasks()
     task = next(task for task in tasks if mission_of(task, task.generators()["mission"]).shortest_path < 30.0)
     row = run_episode(task).row
     assert row["reason"] == "arrived"

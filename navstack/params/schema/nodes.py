@@ -1,5 +1,9 @@
 """The nodes that appear in a Nav2 parameter file."""
 
+from dataclasses import fields
+
+from navstack.params.amcl_gps import AmclGpsParams
+from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.schema import controllers, costmaps, planners, tasks
 from navstack.params.schema.block import OPEN, Block, PluginList, keys, words
 
@@ -45,6 +49,10 @@ _AMCL = Block(
         recovery_candidates"""  # the last is this program's own
     ),
     groups={"initial_pose": keys("x y z yaw")},
+)
+
+_AMCL_GPS, _GPS_EKF = (  # this program's own nodes
+    Block(frozenset(field.name for field in fields(params))) for params in (AmclGpsParams, GpsEkfParams)
 )
 
 _BT_NAVIGATOR = Block(
@@ -186,6 +194,8 @@ _FILTER_INFO = keys("type filter_info_topic mask_topic base multiplier")
 
 NODES = {
     "amcl": _AMCL,
+    "amcl_gps": _AMCL_GPS,
+    "gps_ekf": _GPS_EKF,
     "bt_navigator": _BT_NAVIGATOR,
     "controller_server": _CONTROLLER_SERVER,
     "local_costmap": costmaps.COSTMAP,

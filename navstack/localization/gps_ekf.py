@@ -1,0 +1,264 @@
+"""GPS-EKF: wheels, inertial unit and satellite receiver fused by an extended Kalman filter."""
+
+import math
+from functools import partial
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+
+from navstack.geometry import normalize_angle
+from navstack.localization.gps_ekf_filter import FilterState, GpsEkfFilter, KernelEngine
+from navstack.localization.gps_ekf_history import Apply, History
+from navstack.localization.gps_ekf_kernels import (
+    GPS_X,
+    GPS_Y,
+    OFFSET,
+    SIZE,
+    SPEED,
+    YAW,
+    X,
+    Y,
+    motion_jacobian,
+    move,
+    process_noise,
+)
+from navstack.localization.heading_alignment import Alignment, HeadingAlignment
+from navstack.localization.localizer import Localizer
+from navstack.params.gps_ekf import GpsEkfParams
+from navstack.types import Belief, FloatArray, GpsFix, Health, Imu, Observation, Odometry, Pose2D
+
+INITIAL_VARIANCES = (0.1**2, 0.1**2, 0.05**2)  # [m2, m2, rad2] of a start that comes without: set down on a mark. A
+# wrong one ends in a lock-out, and so in a search for the heading
+KNOWN_BELOW = 0.35  # [rad] standard deviation of a heading from which an extended Kalman filter can start
+ALIGNED_BELOW = 0.2  # [rad] that an alignment must reach
+DOUBTED_STD = 0.5  # [rad] of a heading after a lock-out, as it is told
+UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0  # [rad2] of a heading that may be any
+_IMU, _ODOMETRY, _FIX = range(3)  # order of messages of one stamp: the gyro tells how the robot came there
+
+
+class FilterpyEngine:
+    """filterpy's extended Kalman filter, in place of the compiled steps."""
+
+    def __init__(self) -> None:
+        self._filter = ExtendedKalmanFilter(dim_x=SIZE, dim_z=1)
+
+    def propagate(
+        self,
+        mean: FloatArray,
+        covariance: FloatArray,
+        dt: float,
+        yaw_rate: float,
+        gyro: float,
+        acceleration: float,
+        densities: FloatArray,
+    ) -> None:
+        """Predict with filterpy, its linear prediction of the state replaced by the motion model."""
+        ekf = self._filter
+        ekf.P = covariance.copy()
+        ekf.F = motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
+        ekf.Q = process_noise(mean, dt, yaw_rate, gyro, densities)
+        ekf.predict()
+        move(mean, dt, yaw_rate, gyro, acceleration)
+        covariance[:] = ekf.P
+
+    def correct(
+        self, mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float
+    ) -> None:
+        """Correct with filterpy."""
+        ekf = self._filter
+        ekf.x, ekf.P = mean.copy(), covariance.copy()
+        ekf.update(innovation, lambda _: row[None, :], lambda _: np.zeros(1), R=variance)
+        mean[:], covariance[:] = ekf.x, ekf.P
+
+
+_ENGINES: dict[str, type[KernelEngine] | type[FilterpyEngine]] = {"kernel": KernelEngine, "filterpy": FilterpyEngine}
+
+
+class GpsEkfLocalizer(Localizer):
+    """Extended Kalman filter over wheel odometry, inertial unit and fixes; without fixes it is ``odom_imu``.
+
+    Messages count at their own stamps: one that comes late is put where it belongs and what followed is applied anew.
+    One that is older, or of a time farther ahead, than ``history_length`` is passed over.
+    A fix that is too far off to be true is refused; when too many in succession are, the filter doubts itself instead
+    and starts over. While the heading is unknown (to more than ``KNOWN_BELOW``) or doubted the position is that of the
+    last fix and the heading is searched for by :class:`HeadingAlignment`; meanwhile the orientation of an inertial unit
+    that states one is believed, or the heading that is doubted.
+
+    Health is LOST where the position has a standard deviation above ``lost_above`` or no fix was accepted for
+    ``lost_after``; DEGRADED likewise, and while the heading is unknown.
+    """
+
+    def __init__(self, params: GpsEkfParams, uses_fixes: bool = True) -> None:
+        self._params = params
+        self._filter = GpsEkfFilter(params, _ENGINES[params.engine](), uses_fixes)
+        self._uses_fixes = uses_fixes
+        self.reset(Belief(Pose2D()), np.random.default_rng(0))
+
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+        """Start over; a belief without covariance gets ``INITIAL_VARIANCES``. Nothing is left to chance."""
+        covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
+        self._initial = Belief(belief.pose, covariance)
+        self._history: History | None = None
+        self._now = 0.0  # [s] of the newest observation
+        is_unknown = self._uses_fixes and covariance[2, 2] > KNOWN_BELOW**2
+        self._alignment = HeadingAlignment() if is_unknown else None
+        self._knows_offset = not self._uses_fixes or self._params.imu0_yaw_offset_std < KNOWN_BELOW
+        self._needs_reference, self._filter.reference_yaw = self._params.imu0_relative, 0.0
+        self._is_doubted = False  # whether the heading is searched for once more
+        self._orientation: tuple[float, float] | None = None  # [rad, rad] the last absolute one less the reckoned
+        # heading, and its standard deviation
+        self._last_fix: tuple[GpsFix, float] | None = None  # while the heading is unknown; with the distance driven
+
+    @property
+    def state(self) -> FilterState:
+        """The filter's state after the newest message; not to be changed."""
+        assert self._history is not None, "no observation yet"
+        return self._history.latest
+
+    @property
+    def knows_heading(self) -> bool:
+        """Whether the heading is known well enough to be filtered."""
+        return self._alignment is None
+
+    def update(self, observation: Observation) -> Belief:
+        """See the class; messages with anything that is not a number are passed over."""
+        odometry, imu, fix = observation.odometry, observation.imu, observation.gps
+        if self._history is None:
+            stamps = [message.stamp for message in (odometry, imu, fix) if message is not None]
+            self._begin(min([observation.stamp, *stamps]))
+        self._now = observation.stamp
+        if imu is not None and math.isfinite(imu.stamp + imu.angular_velocity_z + imu.linear_acceleration_x):
+            self._take_imu(imu)
+        if odometry is not None and math.isfinite(odometry.stamp + odometry.twist.linear_x + odometry.twist.angular_z):
+            self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
+        if fix is not None and self._uses_fixes and math.isfinite(fix.stamp + fix.x + fix.y + fix.position_std):
+            self._take_fix(fix)
+        return self._belief_at(observation.stamp)
+
+    def _begin(self, stamp: float) -> None:
+        start = self._filter.start(self._initial.pose.as_array(), self._initial.covariance, stamp)
+        start.accepted_stamp = stamp
+        self._history = History(self._params.history_length, start)
+
+    def _insert(self, message: Odometry | Imu | GpsFix, rank: int, apply: Apply) -> FilterState | None:
+        assert self._history is not None
+        if message.stamp > self._now + self._params.history_length:
+            return None
+        return self._history.insert(message.stamp, rank, apply)
+
+    def _take_imu(self, imu: Imu) -> None:
+        if self._needs_reference and math.isfinite(imu.yaw):
+            self._needs_reference = False
+            self._filter.reference_yaw = self._initial.pose.yaw - self._filter.absolute_yaw(imu)
+        with_yaw = self._alignment is None or self._knows_offset
+        state = self._insert(imu, _IMU, partial(self._filter.take_imu, message=imu, with_yaw=with_yaw))
+        if self._alignment is None or state is None or not math.isfinite(imu.yaw):
+            return
+        offset = self._filter.absolute_yaw(imu) - state.mean.item(YAW)
+        self._orientation = (offset, imu.yaw_std or self._params.imu0_yaw_std)
+        if self.state.covariance[YAW, YAW] < KNOWN_BELOW**2:
+            self._alignment = None
+
+    def _take_fix(self, fix: GpsFix) -> None:
+        if self._alignment is None:
+            self._insert(fix, _FIX, partial(self._filter.take_fix, message=fix))
+            if self._filter.is_locked_out(self.state):
+                self._doubt(fix)
+            return
+        state = self._insert(fix, _FIX, partial(self._filter.mark_fix, message=fix))
+        if state is None:
+            return
+        self._last_fix = (fix, state.distance)
+        self._alignment.add(Pose2D(state.mean.item(X), state.mean.item(Y)), fix, self._variance_of(fix))
+        found = self._alignment.solve(ALIGNED_BELOW)
+        if found is not None:
+            self._align(found, fix.stamp)
+
+    def _doubt(self, fix: GpsFix) -> None:
+        """Believe a fix, keep what is known of wheels and gyro, and search for the heading and the offset."""
+        state = self.state.copy()
+        covariance, variance = state.covariance, self._variance_of(fix)
+        for index in (X, Y, YAW, OFFSET, GPS_X, GPS_Y):
+            covariance[index, :] = covariance[:, index] = 0.0
+        state.mean[X], state.mean[Y], state.mean[GPS_X], state.mean[GPS_Y] = fix.x, fix.y, 0.0, 0.0
+        covariance[X, X] = covariance[Y, Y] = variance
+        covariance[YAW, YAW] = covariance[OFFSET, OFFSET] = UNKNOWN_YAW_VARIANCE
+        state.rejected = 0
+        self._history = History(self._params.history_length, state)
+        self._alignment, self._is_doubted, self._knows_offset = HeadingAlignment(), True, False
+
+    def _variance_of(self, fix: GpsFix) -> float:
+        return (fix.position_std or self._params.gps0_position_std) ** 2
+
+    def _align(self, found: Alignment, fix_stamp: float) -> None:
+        """Turn the dead-reckoned state into the map; what was before is forgotten."""
+        state = self.state.copy()
+        mean, kept = state.mean, state.covariance[SPEED:OFFSET, SPEED:OFFSET].copy()
+        mean[X], mean[Y] = found.place(mean.item(X), mean.item(Y))
+        mean[YAW] = normalize_angle(mean.item(YAW) + found.turn)
+        mean[GPS_X] = mean[GPS_Y] = 0.0
+        state.covariance = covariance = np.zeros((SIZE, SIZE))
+        covariance[SPEED:OFFSET, SPEED:OFFSET] = kept
+        lever = np.array((found.center_there[1] - mean[Y], mean[X] - found.center_there[0], 1.0))  # of the turn
+        covariance[:3, :3] = found.turn_variance * np.outer(lever, lever)
+        shared = self._params.gps0_correlated_share * found.position_variance
+        for axis, shared_axis in ((X, GPS_X), (Y, GPS_Y)):
+            covariance[axis, axis] += found.position_variance
+            covariance[shared_axis, shared_axis] = shared
+            covariance[axis, shared_axis] = covariance[shared_axis, axis] = -shared
+        self._align_offset(state, found, lever)
+        state.fix_stamp = state.accepted_stamp = fix_stamp
+        self._history = History(self._params.history_length, state)
+        self._alignment = self._last_fix = None
+
+    def _align_offset(self, state: FilterState, found: Alignment, lever: FloatArray) -> None:
+        """The absolute orientation's offset is what is left of it; whatever errs in the heading errs in it, too."""
+        covariance = state.covariance
+        if self._orientation is None:
+            state.mean[OFFSET], covariance[OFFSET, OFFSET] = 0.0, self._params.imu0_yaw_offset_std**2
+            return
+        offset, std = self._orientation
+        state.mean[OFFSET] = normalize_angle(offset - found.turn)
+        covariance[OFFSET, OFFSET] = found.turn_variance + std**2
+        covariance[OFFSET, :3] = covariance[:3, OFFSET] = -found.turn_variance * lever
+
+    def _belief_at(self, stamp: float) -> Belief:
+        state = self.state
+        if stamp > state.stamp:
+            state = state.copy()
+            self._filter.advance(state, stamp)
+        if self._alignment is not None:
+            return self._provisional(state)
+        x, y, yaw = state.mean[:3].tolist()
+        covariance = state.covariance[:3, :3].copy()
+        return Belief(Pose2D(x, y, normalize_angle(yaw)), covariance, self._health(state, covariance), stamp)
+
+    def _provisional(self, state: FilterState) -> Belief:
+        """What is believed while the heading is unknown."""
+        x, y, yaw = state.mean[:3].tolist()
+        covariance = state.covariance[:3, :3].copy()
+        if self._is_doubted:
+            covariance[2, 2] = DOUBTED_STD**2
+        elif self._orientation is not None:
+            yaw += self._orientation[0]
+            covariance[2, 2] = self._params.imu0_yaw_offset_std**2 + self._orientation[1] ** 2
+        if self._last_fix is not None:
+            fix, driven = self._last_fix
+            x, y = fix.x, fix.y
+            covariance[0, 0] = covariance[1, 1] = self._variance_of(fix) + (state.distance - driven) ** 2
+            covariance[0, 1] = covariance[1, 0] = 0.0
+        covariance[2, :2] = covariance[:2, 2] = 0.0
+        health = self._health(state, covariance)
+        health = Health.DEGRADED if health is Health.TRACKING else health
+        return Belief(Pose2D(x, y, normalize_angle(yaw)), covariance, health, state.stamp)
+
+    def _health(self, state: FilterState, covariance: FloatArray) -> Health:
+        params = self._params
+        xx, xy, yy = covariance.item(0), covariance.item(1), covariance.item(4)
+        variance = 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))  # along the worst direction
+        accepted = state.accepted_stamp if self._last_fix is None else self._last_fix[0].stamp
+        age = state.stamp - accepted if self._uses_fixes else 0.0
+        if variance > params.lost_above**2 or age > params.lost_after:
+            return Health.LOST
+        is_degraded = variance > params.degraded_above**2 or age > params.degraded_after
+        return Health.DEGRADED if is_degraded else Health.TRACKING

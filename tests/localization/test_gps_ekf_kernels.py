@@ -1,0 +1,120 @@
+"""The filter's formulas: derivatives against finite differences, kernels against plain NumPy and filterpy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from navstack.localization import gps_ekf_filter, gps_ekf_kernels
+from navstack.localization.gps_ekf import GpsEkfLocalizer
+from navstack.localization.gps_ekf_kernels import OFFSET, SIZE, SPEED, YAW, X, Y
+from navstack.params.gps_ekf import GpsEkfParams
+from navstack.types import Belief, GpsFix, Pose2D
+
+DENSITIES = np.array((0.02, 0.3, 0.01, 1e-4, 1e-5, 1e-3))
+
+
+def random_state(seed):
+    rng = np.random.default_rng(seed)
+    mean = rng.normal(size=SIZE) * (5.0, 5.0, 2.0, 1.5, 0.05, 0.05, 1.0, 1.0, 1.0)
+    root = rng.normal(size=(SIZE, SIZE))
+    return mean, root @ root.T + np.eye(SIZE), rng
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_motions_jacobian(seed):
+    mean, _, rng = random_state(seed)
+    dt, rate, gyro, push = 0.08, rng.normal(), float(seed % 2), rng.normal()
+
+    def moved(state):
+        state = state.copy()
+        gps_ekf_kernels.move(state, dt, rate, gyro, push)
+        return state
+
+    step = 1e-6
+    numeric = np.column_stack([(moved(mean + step * e) - moved(mean - step * e)) / (2 * step) for e in np.eye(SIZE)])
+    found = gps_ekf_kernels.motion_jacobian(mean, dt, rate, gyro, push)
+    np.testing.assert_allclose(found, numeric, atol=1e-9)
+
+
+def test_the_measurements_derivatives():
+    """Speed, difference of gyro and wheels, absolute orientation and fixes are sums of states."""
+    mean, covariance, _ = random_state(3)
+    cases = (
+        (gps_ekf_filter.SPEED_ROW, mean[SPEED]),
+        (gps_ekf_filter.BIAS_ROW, mean[gps_ekf_kernels.BIAS]),
+        (gps_ekf_filter.YAW_ROW, mean[YAW] + mean[OFFSET]),
+        (gps_ekf_filter.FIX_X_ROW, mean[X] + mean[gps_ekf_kernels.GPS_X]),
+        (gps_ekf_filter.FIX_Y_ROW, mean[Y] + mean[gps_ekf_kernels.GPS_Y]),
+    )
+    for row, measured in cases:
+        assert row @ mean == pytest.approx(measured, abs=1e-15)
+    rows = np.array((gps_ekf_filter.FIX_X_ROW, gps_ekf_filter.FIX_Y_ROW))
+    innovation = np.array((1.0, 2.0)) - rows @ mean
+    expected = innovation @ np.linalg.solve(rows @ covariance @ rows.T + 0.5 * np.eye(2), innovation)
+    dx, dy, square = gps_ekf_kernels.fix_innovation(mean, covariance, 1.0, 2.0, 0.5)
+    np.testing.assert_allclose((dx, dy, square), (*innovation, expected), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_prediction_and_correction_against_the_textbook(seed):
+    mean, covariance, _ = random_state(seed)
+    arguments = (0.05, 0.4, 1.0, 0.3)
+    jacobian = gps_ekf_kernels.motion_jacobian(mean, *arguments)
+    noise = gps_ekf_kernels.process_noise(mean, *arguments[:3], DENSITIES)
+    expected_mean, expected = mean.copy(), jacobian @ covariance @ jacobian.T + noise
+    gps_ekf_kernels.move(expected_mean, *arguments)
+    gps_ekf_kernels.propagate(mean, covariance, *arguments, DENSITIES)
+    np.testing.assert_allclose(covariance, expected, atol=1e-12)
+    np.testing.assert_allclose(mean, expected_mean, atol=1e-15)
+    row = gps_ekf_filter.YAW_ROW
+    gain = expected @ row / (row @ expected @ row + 0.04)
+    gps_ekf_kernels.correct(mean, covariance, row, 0.7, 0.04)
+    np.testing.assert_allclose(mean, expected_mean + 0.7 * gain, atol=1e-12)
+    np.testing.assert_allclose(covariance, (np.eye(SIZE) - np.outer(gain, row)) @ expected, atol=1e-10)
+
+
+def test_the_noise_of_one_step_is_that_of_many():
+    """Noise that is integrated in closed form is that of a hundred small steps, and positive semidefinite."""
+    mean = np.array((0.0, 0.0, 0.7, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0))
+    one = gps_ekf_kernels.process_noise(mean, 0.1, 0.0, 1.0, DENSITIES)
+    many, state = np.zeros((SIZE, SIZE)), mean.copy()
+    for _ in range(100):
+        gps_ekf_kernels.propagate(state, many, 0.001, 0.0, 1.0, 0.0, DENSITIES)
+    there = one != 0.0  # elsewhere the walks of bias and scale have come through a little
+    np.testing.assert_allclose(many[there], one[there], rtol=0.02)
+    assert np.abs(many[~there]).max() < 1e-5
+    assert np.linalg.eigvalsh(one).min() > -1e-15
+
+
+def test_an_error_that_fixes_share_keeps_its_variance():
+    mean, covariance = np.zeros(SIZE), np.zeros((SIZE, SIZE))
+    gps_ekf_kernels.age_shared_error(mean, covariance, 0.0, 4.0)
+    for _ in range(3):
+        gps_ekf_kernels.age_shared_error(mean, covariance, 0.9, 4.0)
+    np.testing.assert_allclose(np.diag(covariance)[-2:], 4.0)
+    covariance[X, gps_ekf_kernels.GPS_X] = covariance[gps_ekf_kernels.GPS_X, X] = 1.0
+    gps_ekf_kernels.age_shared_error(mean, covariance, 0.5, 4.0)
+    assert covariance[X, gps_ekf_kernels.GPS_X] == covariance[gps_ekf_kernels.GPS_X, X] == 0.5
+
+
+def test_filterpy_computes_the_same(drive):
+    """Over a drive with an outlier, late fixes, an outage and a start without a heading."""
+    believed = []
+    for engine in ("kernel", "filterpy"):
+        localizer = GpsEkfLocalizer(dataclasses.replace(GpsEkfParams(), engine=engine))
+        localizer.reset(Belief(Pose2D(), np.diag((1.0, 1.0, 3.0))), np.random.default_rng(0))
+        poses = []
+        for i, observation in enumerate(drive(5, 40.0).observations):
+            fix = observation.gps
+            if fix is not None and i % 60 == 0:
+                observation = dataclasses.replace(observation, gps=dataclasses.replace(fix, x=fix.x + 20.0))
+            if fix is not None and i % 50 == 3:
+                observation = dataclasses.replace(observation, gps=GpsFix(fix.stamp - 0.07, fix.x, fix.y, 0.5))
+            if 600 < i < 800:
+                observation = dataclasses.replace(observation, gps=None)
+            belief = localizer.update(observation)
+            poses.append(np.concatenate((belief.pose.as_array(), belief.covariance.ravel())))
+        assert localizer.knows_heading
+        believed.append(np.array(poses))
+    np.testing.assert_allclose(believed[0], believed[1], atol=1e-9)
