@@ -17,6 +17,7 @@ DECISION_COLUMNS = {
     "health": "string",
     **dict.fromkeys(("samples", "rejected"), "int64"),
     "total_score": "double",
+    "status": "string",
 }
 CRITIC_COLUMNS = {"raw": "double", "weighted": "double", "rejected": "int64"}  # as <critic>_<suffix>, per critic
 
@@ -58,6 +59,7 @@ class DecisionLog:
             "samples": decision.samples,
             "rejected": decision.rejected,
             "total_score": decision.total,
+            "status": decision.status,
         }
         for score in decision.scores:
             self._critics[score.critic] = None

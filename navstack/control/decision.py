@@ -26,3 +26,4 @@ class DecisionRecord:
     rejected: int = 0  # of them
     total: float | None = None  # weighted sum of the chosen trajectory; None: none was legal, or nothing is scored
     scores: tuple[CriticScore, ...] = ()  # in the order of evaluation
+    status: str = ""  # of an optimiser; empty: there is none

@@ -1,0 +1,1 @@
+"""Jerk-limited model predictive control."""

@@ -1,0 +1,195 @@
+"""The last word on a command: within every limit, and with a stop behind it that has been looked at.
+
+Each accepted state is one from which the robot can brake to standstill within all limits of jerk, acceleration, yaw
+and lateral acceleration, without touching what the costmap shows, and without running into a person who keeps on
+walking (passive safety: at rest when it happens, if it happens; e.g. Macek et al., "Safe vehicle navigation in dynamic
+urban environments", 2009). If the wanted motion does not lead to such a state, it is moved towards the stop of the
+previous cycle, which is one by induction; where even that one is no longer clear, it is the hardest braking there is.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.control.footprint_cost import outline_cost
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.people import predicted
+from navstack.control.mpc.stages import Field
+from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
+from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.types import FloatArray
+
+STRAIGHTEN, KEEP_CURVE = 0, 1  # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
+_LOOK = 0.1  # [s] between two looks for collisions along a stop
+_SHARES = (0.0, 0.25, 0.5, 0.75)  # of the stop that is mixed in, in this order
+_STANDING = 1e-3  # [m/s] below which a person who comes is not run into
+_ROUNDING = 1e-9
+
+
+@njit(cache=True)
+def guarded(
+    state: FloatArray,
+    j: float,
+    ja: float,
+    period: float,
+    limits: FloatArray,
+    kind: int,
+    field: Field,
+    footprint: FloatArray,
+    circles: FloatArray,
+    people: FloatArray,
+    radius: float,
+) -> tuple[FloatArray, int, float]:
+    """The motion (v, omega, a, alpha) one control period later, the stop behind it, and the share of stop in it.
+
+    Args:
+        state: (7,) now; its stop of kind ``kind`` keeps the limits.
+        j: wanted linear jerk [m/s3].
+        ja: wanted angular jerk [rad/s3].
+        period: [s].
+        limits: (8,) of :mod:`stage_layout`.
+        kind: of the stop that was found last.
+        field: static obstacles.
+        footprint: (V, 2) [m].
+        circles: centres [m] of the circles that cover it.
+        people: (n, FIELDS).
+        radius: of the circles [m].
+    """
+    j = min(j, highest_jerk(state[3], state[5], limits[at.MAX_SPEED], limits[at.MAX_ACCELERATION], limits[3], period))
+    j = max(j, lowest_jerk(state[3], state[5], 0.0, limits[at.MAX_DECELERATION], limits[3], period))
+    rate, turn, twist = limits[at.MAX_YAW_RATE], limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    ja = min(ja, highest_jerk(state[4], state[6], rate, turn, twist, period))
+    ja = max(ja, lowest_jerk(state[4], state[6], -rate, turn, twist, period))
+    wanted = np.array(
+        (
+            state[3] + period * (state[5] + 0.5 * period * j),
+            state[4] + period * (state[6] + 0.5 * period * ja),
+            state[5] + period * j,
+            state[6] + period * ja,
+        )
+    )
+    stopping = stopped(state[3], state[4], state[5], state[6], kind, limits, period)
+    after = np.empty(7)
+    for share in _SHARES:
+        motion = (1.0 - share) * wanted + share * stopping
+        after[2] = state[2] + 0.5 * period * (state[4] + motion[1])
+        yaw, way = 0.5 * (state[2] + after[2]), 0.5 * period * (state[3] + motion[0])
+        after[0], after[1] = state[0] + way * math.cos(yaw), state[1] + way * math.sin(yaw)
+        after[3:] = motion
+        for other in (KEEP_CURVE, STRAIGHTEN):
+            if stop_is_safe(after, other, period, limits, field, footprint, circles, people, radius):
+                return motion, other, share
+    return stopping, kind, 1.0
+
+
+@njit(cache=True)
+def stopped(v: float, omega: float, a: float, alpha: float, kind: int, limits: FloatArray, time: float) -> FloatArray:
+    """The motion (v, omega, a, alpha) ``time`` [s] after a stop began."""
+    motion = np.empty(4)
+    deceleration, jerk = limits[at.MAX_DECELERATION], limits[at.MAX_JERK]
+    _, motion[0], motion[2] = stop_after(v, a, deceleration, jerk, time)
+    if kind == STRAIGHTEN:
+        turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+        _, motion[1], motion[3] = stop_after(omega, alpha, turn, twist, time)
+        return motion
+    whole = stop_time(v, a, deceleration, jerk)
+    if time >= whole:
+        motion[1] = motion[3] = 0.0
+        return motion
+    second, third = _curve(omega, alpha, whole)
+    motion[1] = omega + time * (alpha + time * (second + time * third))
+    motion[3] = alpha + time * (2.0 * second + 3.0 * time * third)
+    return motion
+
+
+@njit(cache=True)
+def _curve(omega: float, alpha: float, whole: float) -> tuple[float, float]:
+    """Second and third coefficient of the cubic that brings (omega, alpha) to (0, 0) in ``whole`` [s].
+
+    Begun again on the way, it is the same curve.
+    """
+    return -(3.0 * omega + 2.0 * alpha * whole) / whole**2, (2.0 * omega + alpha * whole) / whole**3
+
+
+@njit(cache=True)
+def _duration(state: FloatArray, kind: int, limits: FloatArray) -> float:
+    """How long a stop takes in [s]; nan where the kind is not possible within the yaw limits."""
+    whole = stop_time(state[3], state[5], limits[at.MAX_DECELERATION], limits[at.MAX_JERK])
+    turn, twist = limits[at.MAX_YAW_ACCELERATION], limits[at.MAX_YAW_JERK]
+    if kind == STRAIGHTEN:
+        return max(whole, stop_time(state[4], state[6], turn, twist))
+    if whole < 1e-6:
+        return math.nan if abs(state[4]) > 0.0 or abs(state[6]) > 0.0 else whole
+    second, third = _curve(state[4], state[6], whole)
+    if max(abs(2.0 * second), abs(2.0 * second + 6.0 * third * whole)) > twist:
+        return math.nan
+    middle = -second / (3.0 * third) if third != 0.0 else -1.0
+    if 0.0 < middle < whole and abs(state[6] + second * middle) > turn:
+        return math.nan
+    return whole
+
+
+@njit(cache=True)
+def stop_is_safe(
+    start: FloatArray,
+    kind: int,
+    period: float,
+    limits: FloatArray,
+    field: Field,
+    footprint: FloatArray,
+    circles: FloatArray,
+    people: FloatArray,
+    radius: float,
+) -> bool:
+    """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing; see :func:`guarded`."""
+    duration = _duration(start, kind, limits)
+    if math.isnan(duration):
+        return False
+    cycles = int(math.ceil(duration / period - 1e-9))
+    every = max(1, int(round(_LOOK / period)))
+    x, y, yaw = start[0], start[1], start[2]
+    motion = start[3:].copy()
+    for i in range(cycles + 1):
+        if abs(motion[0] * motion[1]) > limits[at.MAX_LATERAL] + _ROUNDING:
+            return False
+        if abs(motion[1]) > limits[at.MAX_YAW_RATE] + _ROUNDING:
+            return False
+        if i % every == 0 or i == cycles:
+            if _touches(x, y, yaw, motion[0], (i + 1) * period, field, footprint, circles, people, radius):
+                return False
+        last = motion
+        motion = stopped(start[3], start[4], start[5], start[6], kind, limits, (i + 1) * period)
+        turned = 0.5 * period * (last[1] + motion[1])
+        way = 0.5 * period * (last[0] + motion[0])
+        x, y = x + way * math.cos(yaw + 0.5 * turned), y + way * math.sin(yaw + 0.5 * turned)
+        yaw += turned
+    return True
+
+
+@njit(cache=True)
+def _touches(
+    x: float,
+    y: float,
+    yaw: float,
+    v: float,
+    time: float,
+    field: Field,
+    footprint: FloatArray,
+    circles: FloatArray,
+    people: FloatArray,
+    radius: float,
+) -> bool:
+    """Whether the footprint's outline lies on an obstacle, or one of its circles, still moving, on a person."""
+    origin_x, origin_y, resolution = field.grid
+    if outline_cost(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw) == LETHAL_OBSTACLE:
+        return True
+    if v < _STANDING:
+        return False
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    for person in people:
+        px, py, _ = predicted(person, time)
+        for offset in circles:
+            if math.hypot(x + offset * cosine - px, y + offset * sine - py) < radius + person[4]:
+                return True
+    return False

@@ -1,0 +1,74 @@
+"""CasADi functions as compiled C, kept on disk between runs.
+
+The library's name is a hash of the generated source, the compiler and its flags, in the folder of
+:func:`~navstack.costmap.field_cache.cache_folder`. Any number of processes may start at once: each compiles into a file
+of its own and renames it, which replaces an equal one. Whatever goes wrong, there is no library, and CasADi's virtual
+machine runs the function instead.
+"""
+
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import casadi as ca
+
+from navstack.costmap.field_cache import cache_folder, content_key
+
+_FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
+_LONGEST = 120.0  # [s] that a compiler may take
+_EXTENSION = ".so"  # what CasADi's loader takes on Linux and macOS alike
+
+
+def compiled(function: ca.Function) -> ca.Function | None:
+    """The function, compiled; None where there is no compiler, or compiling or loading fails."""
+    compiler = find_compiler()
+    if compiler is None:
+        return None
+    name = function.name()
+    generator = ca.CodeGenerator(f"{name}.c")
+    generator.add(function)
+    source = generator.dump()
+    key = content_key("casadi-c-1", source, compiler, " ".join(_FLAGS), platform.platform(), ca.CasadiMeta.version())
+    library = cache_folder() / f"{key}{_EXTENSION}"
+    loaded = _load(name, library)
+    if loaded is None and _compile(compiler, source, library):
+        loaded = _load(name, library)
+    return loaded
+
+
+@cache
+def find_compiler() -> str | None:
+    """The path of the C compiler: $CC, or the first of cc, gcc and clang; None: there is none."""
+    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
+        found = shutil.which(name) if name else None
+        if found:
+            return found
+    return None
+
+
+def _load(name: str, library: Path) -> ca.Function | None:
+    if not library.is_file():
+        return None
+    try:
+        return ca.external(name, str(library))
+    except RuntimeError:  # damaged, or of another machine
+        return None
+
+
+def _compile(compiler: str, source: str, library: Path) -> bool:
+    """Compile beside the place and rename; whether that worked."""
+    try:
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=library.parent, prefix="compile-") as folder:
+            text, partial = Path(folder) / "source.c", Path(folder) / "library.so"
+            text.write_text(source, encoding="utf-8")
+            command = [compiler, *_FLAGS, "-o", str(partial), str(text), "-lm"]
+            subprocess.run(command, check=True, capture_output=True, timeout=_LONGEST)
+            os.replace(partial, library)
+    except (OSError, subprocess.SubprocessError):
+        return False
+    return True

@@ -1,0 +1,56 @@
+"""The robot's model in numba: the same as :mod:`~navstack.control.mpc.robot_model`."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.types import FloatArray
+
+X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state
+
+
+@njit(cache=True)
+def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) -> None:
+    """Write the state (7,) after ``dt`` [s] under the jerks ``j`` [m/s3] and ``ja`` [rad/s3] into ``out``."""
+    yaw, v, omega, a, alpha = state[2], state[3], state[4], state[5], state[6]
+    half = 0.5 * dt
+    v_mid = v + half * (a + 0.5 * half * j)
+    v_end = v + dt * (a + half * j)
+    yaw_mid = yaw + half * (omega + half * (alpha / 2.0 + half * ja / 6.0))
+    yaw_end = yaw + dt * (omega + dt * (alpha / 2.0 + dt * ja / 6.0))
+    out[0] = state[0] + dt / 6.0 * (v * math.cos(yaw) + 4.0 * v_mid * math.cos(yaw_mid) + v_end * math.cos(yaw_end))
+    out[1] = state[1] + dt / 6.0 * (v * math.sin(yaw) + 4.0 * v_mid * math.sin(yaw_mid) + v_end * math.sin(yaw_end))
+    out[2] = yaw_end
+    out[3] = v_end
+    out[4] = omega + dt * (alpha + half * ja)
+    out[5] = a + dt * j
+    out[6] = alpha + dt * ja
+
+
+@njit(cache=True)
+def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArray:
+    """The states (N + 1, 7) from ``start`` (7,) under jerks (N, 2) held for ``steps`` (N,) [s]."""
+    states = np.empty((len(jerks) + 1, 7))
+    states[0] = start
+    for k in range(len(jerks)):
+        advance(states[k], jerks[k, 0], jerks[k, 1], steps[k], states[k + 1])
+    return states
+
+
+@njit(cache=True)
+def shifted(jerks: FloatArray, steps: FloatArray, elapsed: float) -> FloatArray:
+    """The jerks (N, 2) on the same grid, ``elapsed`` [s] later: each step takes the mean over its time; 0 beyond."""
+    count = len(jerks)
+    moved = np.zeros_like(jerks)
+    begin = elapsed
+    for k in range(count):
+        end = begin + steps[k]
+        known = 0.0
+        for i in range(count):
+            overlap = min(end, known + steps[i]) - max(begin, known)
+            if overlap > 0.0:
+                moved[k] += overlap / steps[k] * jerks[i]
+            known += steps[i]
+        begin = end
+    return moved

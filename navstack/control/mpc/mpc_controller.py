@@ -1,0 +1,275 @@
+"""Jerk-limited model predictive control: this project's own controller plugin."""
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import CriticScore, DecisionRecord
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.command_guard import STRAIGHTEN, guarded, stopped
+from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.ilqr import IlqrSolver
+from navstack.control.mpc.motion import A, V, rollout, shifted
+from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
+from navstack.control.mpc.people import nearest_people
+from navstack.control.mpc.problem_numbers import bounds_of, cover, limits_of, weights_of
+from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stages import (
+    Clearances,
+    Field,
+    Wishes,
+    cost_terms,
+    fill_obstacles,
+    fill_people,
+    fill_stages,
+)
+from navstack.costmap.costmap import Costmap
+from navstack.errors import InvalidPathError
+from navstack.geometry import footprint_radii, shortest_angular_distance
+from navstack.params.mpc import MpcParams
+from navstack.types import FloatArray, Path, RobotState, Twist2D
+
+NAME = "JerkLimitedMPC"
+_BOUND_SPEED = 2 + V  # place of the speed in the bounds: the jerks come first
+_BEHIND, _BEYOND = 10, 30  # segments of the line before and behind the robot's, in which it is looked for
+_SIGHT = 0.5  # [m] ahead on the line, whose direction decides about a turn on the spot
+_AT_END = 0.02  # [m] left of the line, within which the robot has arrived
+_STALE = 0.5  # [s] after which the last solution is of no use
+_FIRST_STEPS = 5  # solver steps where there is no last solution
+
+
+class Solver(Protocol):
+    """Improves a trajectory by one Gauss-Newton step."""
+
+    def step(
+        self,
+        states: FloatArray,
+        jerks: FloatArray,
+        stages: FloatArray,
+        times: FloatArray,
+        shared: FloatArray,
+        limits: FloatArray,
+    ) -> FloatArray | None:
+        """The improved jerks (N, 2); None: it failed. See :class:`MpcProblem`."""
+
+
+class _Cycle(NamedTuple):
+    """What a decision record is made of."""
+
+    start: FloatArray  # (7,)
+    jerks: FloatArray | None  # (N, 2); None: the solver failed
+    command: Twist2D
+    status: str
+    share: float  # of the stop in the command
+
+
+class JerkLimitedMpcController(Controller):
+    """Plans three seconds of jerk along the path in every cycle and commands the first of them.
+
+    What is commanded lies within all limits, and the robot can stop from it (:mod:`command_guard`). Where the solver
+    fails the robot brakes as its limits allow; :attr:`failures` counts that.
+    """
+
+    def __init__(
+        self, params: MpcParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25
+    ) -> None:
+        """Make the controller.
+
+        Args:
+            params: its parameters.
+            footprint: padded polygon (V, 2) in [m], base frame.
+            controller_frequency: control cycles per second, in [Hz].
+            xy_goal_tolerance: of the goal checker in [m], within half of which the robot turns to the goal's yaw.
+        """
+        self._params = params
+        self._footprint = np.ascontiguousarray(footprint)
+        self._period = 1.0 / controller_frequency  # [s]
+        self._goal_radius = 0.5 * xy_goal_tolerance  # [m]
+        self._circles, radius = cover(footprint, params.footprint_circles)
+        self._keep = Clearances(
+            radius,
+            params.obstacle_margin,
+            params.person_margin,
+            params.uncertainty_gain,
+            params.max_uncertainty,
+            params.passing_bias,
+        )
+        self._inscribed_radius = footprint_radii(footprint)[0]
+        self._table = distance_table(self._inscribed_radius, params.inflation_cost_scaling_factor)
+        self._limits = limits_of(params)
+        self._shared = np.concatenate((weights_of(params), (params.max_lateral_acceleration,), self._circles))
+        self._bounds = bounds_of(params)
+        sizes = Sizes(params.horizon, params.footprint_circles, params.max_tracks)
+        self._times = np.full(sizes.steps, params.step)  # [s]
+        self._times[0] = self._period
+        self._stages = np.zeros((sizes.steps, sizes.stage))
+        self._solver = _make_solver(params, sizes)
+        self._speed = params.max_speed  # [m/s] within the speed limit
+        self.failures = 0  # solves that failed since the controller was made
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything about the previous goal."""
+        self._plan: Path | None = None
+        self._line: PathLine | None = None
+        self._segment = 0  # of the line, at which the robot is
+        self._stamp = -math.inf  # [s] of the last cycle
+        self._motion = np.zeros(4)  # commanded last: v, omega, a, alpha
+        self._stop = STRAIGHTEN  # the kind of stop found last
+        self._jerks = np.zeros_like(self._times, shape=(len(self._times), 2))  # of the last solution
+        self._turning = self._at_goal = False
+        self._cycle: _Cycle | None = None  # the last
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """See the base class: the cost terms of the solution, raw and weighted; a stop mixed in is a rejection."""
+        cycle = self._cycle
+        if cycle is None:
+            return None
+        rejected = int(cycle.share > 0.0)
+        if cycle.jerks is None:
+            return DecisionRecord(self._stamp, NAME, cycle.command, 1, rejected, status=cycle.status)
+        states = rollout(cycle.start, cycle.jerks, self._times)
+        raw = cost_terms(states, cycle.jerks, self._stages, self._times, self._shared, self._params.max_tracks)
+        weighted = raw * self._shared[: len(raw)]
+        scores = tuple(
+            CriticScore(name, float(one), float(other), 0)
+            for name, one, other in zip(at.TERMS, raw, weighted, strict=True)
+        )
+        total = float(weighted.sum())
+        return DecisionRecord(self._stamp, NAME, cycle.command, 1, rejected, total, scores, cycle.status)
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Want no more than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
+        largest = self._params.max_speed
+        if limit == 0.0:
+            self._speed = largest
+        else:
+            self._speed = min(largest, largest * limit / 100.0 if is_percentage else limit)
+
+    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+        """The first motion of the best trajectory, or of a stop.
+
+        Raises:
+            InvalidPathError: the plan is empty.
+        """
+        if plan is not self._plan:
+            self._take(plan, state)
+        start = self._start(state)
+        self._limit_speed(start)
+        people = nearest_people(surroundings.tracks, state.pose, state.stamp, self._params.max_tracks)
+        field = self._field(surroundings.costmap)
+        line = self._line
+        assert line is not None
+        wishes = self._wishes(start, line)
+        jerks = self._solve(start, line, wishes, field, people, state.stamp)
+        if jerks is None:
+            self.failures += 1
+            motion = stopped(start[3], start[4], start[5], start[6], self._stop, self._limits, self._period)
+            share, status = 1.0, "failed"
+        else:
+            motion, self._stop, share = guarded(
+                start,
+                jerks[0, 0],
+                jerks[0, 1],
+                self._period,
+                self._limits,
+                self._stop,
+                field,
+                self._footprint,
+                self._circles,
+                people,
+                self._keep.radius,
+            )
+            status = "solved" if share == 0.0 else "guarded"
+        self._jerks = np.zeros_like(self._jerks) if jerks is None else jerks
+        self._motion, self._stamp = motion, state.stamp
+        command = Twist2D(float(motion[0]), 0.0, float(motion[1]))
+        self._cycle = _Cycle(start, jerks, command, status, share)
+        return command
+
+    def _take(self, plan: Path, state: RobotState) -> None:
+        """Begin with a new plan."""
+        if len(plan) == 0:
+            raise InvalidPathError("the plan has no poses; ask the planner for another one")
+        self._plan = plan
+        self._line = make_line(plan.poses, limits_of(self._params))
+        self._segment, _ = project(self._line, state.pose.x, state.pose.y, 0, len(self._line.x))
+
+    def _start(self, state: RobotState) -> FloatArray:
+        """The state (7,) from which to plan: the pose believed and the motion commanded, which no noise disturbs.
+
+        Where the odometry says something very different, or the robot has been driven by someone else, that counts.
+        """
+        v, omega, a, alpha = self._motion.tolist()
+        measured = state.twist
+        off = max(abs(measured.linear_x - v), abs(measured.angular_z - omega))
+        if off > self._params.velocity_mismatch or not state.stamp - self._stamp < _STALE:
+            v = min(max(measured.linear_x, 0.0), self._params.max_speed)
+            omega = min(max(measured.angular_z, -self._params.max_yaw_rate), self._params.max_yaw_rate)
+            lateral = self._params.max_lateral_acceleration
+            if v * abs(omega) > lateral:
+                omega = math.copysign(lateral / v, omega)
+            self._motion = np.array((v, omega, 0.0, 0.0))
+            a = alpha = 0.0
+            self._stop = STRAIGHTEN
+        return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, omega, a, alpha))
+
+    def _limit_speed(self, start: FloatArray) -> None:
+        """Bound the speed by the limit that is set, or by the least that can be reached from here."""
+        peak = start[V] + max(0.0, start[A]) ** 2 / (2.0 * self._params.max_jerk)
+        largest = min(self._params.max_speed, max(self._speed, peak))
+        self._limits[at.MAX_SPEED] = self._bounds[1, _BOUND_SPEED] = largest
+
+    def _field(self, costmap: Costmap) -> Field:
+        grid = (costmap.origin_x, costmap.origin_y, costmap.resolution)
+        return Field(costmap.data, grid, self._table, self._inscribed_radius)
+
+    def _wishes(self, start: FloatArray, line: PathLine) -> Wishes:
+        """Follow the line, turn to it on the spot, or turn to the goal's yaw at its end."""
+        assert self._plan is not None
+        x, y, yaw = (float(value) for value in start[:3])
+        first, last = max(0, self._segment - _BEHIND), self._segment + _BEYOND
+        self._segment, share = project(line, x, y, first, last)
+        s = between(line.s, self._segment, share)
+        goal_x, goal_y, goal_yaw = (float(value) for value in self._plan.poses[-1])
+        distance = math.hypot(goal_x - x, goal_y - y)
+        self._at_goal = line.s[-1] - s < _AT_END or distance < (2.0 if self._at_goal else 1.0) * self._goal_radius
+        if self._at_goal:
+            return Wishes(self._speed, goal_yaw, self._params.max_lag)
+        segment, share = at_distance(line, s + _SIGHT)
+        off = abs(shortest_angular_distance(yaw, between(line.heading, segment, share)))
+        self._turning = off > (0.5 if self._turning else 1.0) * self._params.turn_threshold
+        return Wishes(0.0 if self._turning else self._speed, math.nan, self._params.max_lag)
+
+    def _solve(
+        self, start: FloatArray, line: PathLine, wishes: Wishes, field: Field, people: FloatArray, stamp: float
+    ) -> FloatArray | None:
+        """The jerks (N, 2) of the best trajectory found; None: the solver failed."""
+        is_fresh = stamp - self._stamp < _STALE
+        jerks = shifted(self._jerks, self._times, stamp - self._stamp) if is_fresh else np.zeros_like(self._jerks)
+        for _ in range(1 if is_fresh else _FIRST_STEPS):
+            states = rollout(start, jerks, self._times)
+            self._fill(states, line, wishes, field, people)
+            improved = self._solver.step(states, jerks, self._stages, self._times, self._shared, self._bounds)
+            if improved is None:
+                return None
+            jerks = improved
+        return jerks
+
+    def _fill(self, states: FloatArray, line: PathLine, wishes: Wishes, field: Field, people: FloatArray) -> None:
+        """Write the stages along a trajectory."""
+        fill_stages(self._stages, states, self._times, line, self._segment, wishes, self._limits)
+        fill_obstacles(self._stages, states, self._circles, field, people, self._keep)
+        fill_people(self._stages, self._times, len(self._circles), people, self._params.max_tracks, self._keep)
+
+
+def _make_solver(params: MpcParams, sizes: Sizes) -> Solver:
+    """The solver that the parameters name."""
+    if params.solver == "numba":
+        return IlqrSolver(sizes)
+    from navstack.control.mpc.mpc_problem import MpcProblem  # CasADi takes a quarter of a second to load
+
+    return MpcProblem(sizes, params.generated_code)

@@ -1,0 +1,233 @@
+"""What is wanted at each step of the horizon, and what stands in the way there, along a predicted trajectory."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.distance_field import distance_and_gradient
+from navstack.control.mpc.motion import rollout
+from navstack.control.mpc.path_line import PathLine, at_distance, between, project
+from navstack.control.mpc.people import predicted
+from navstack.control.mpc.stop_profile import progress_jerk
+from navstack.types import ByteArray, FloatArray
+
+_BACK, _AHEAD = 5, 40  # segments of the line before and behind a step's one, in which the next one's is looked for
+STEP_SHARES = (1.0, 0.5, 0.25)  # of a Gauss-Newton step
+_CROSSING = 0.3  # [m/s] across the line, from which on somebody crosses it
+_OWN = 0.4  # [m] around a tracked person's body: obstacle cells there are the person's, and move with the track
+
+
+class Field(NamedTuple):
+    """The distance field's ingredients, see :mod:`distance_field`."""
+
+    costs: ByteArray  # (height, width)
+    grid: tuple[float, float, float]  # origin x, origin y, resolution [m]
+    table: FloatArray  # (256,) [m]
+    inscribed_radius: float  # [m]
+
+
+class Wishes(NamedTuple):
+    """What is wanted besides following the line."""
+
+    speed: float  # [m/s] at most; 0: stand
+    heading: float  # [rad] to turn to; nan: the line's direction
+    max_lag: float  # [m]
+
+
+class Clearances(NamedTuple):
+    """How far from obstacles the footprint's circles should stay."""
+
+    radius: float  # [m] of the circles
+    obstacle: float  # [m] beyond their rim
+    person: float  # [m] beyond both rims
+    uncertainty_gain: float  # [-]
+    max_uncertainty: float  # [m]
+    bias: float  # [m] sideways
+
+
+@njit(cache=True)
+def fill_stages(
+    stages: FloatArray,
+    states: FloatArray,
+    times: FloatArray,
+    line: PathLine,
+    segment: int,
+    wishes: Wishes,
+    limits: FloatArray,
+) -> None:
+    """Write foot points, headings, and the fastest progress along the line that can stop at its end.
+
+    Args:
+        stages: (N, ...) of :mod:`stage_layout`, written.
+        states: predicted (N + 1, 7).
+        times: [s] of the steps (N,).
+        line: to follow.
+        segment: of the line, at which the robot is.
+        wishes: see there.
+        limits: (8,).
+    """
+    first, share = project(line, states[0, 0], states[0, 1], segment, segment)
+    s, v, a = between(line.s, first, share), states[0, 3], states[0, 5]
+    end = line.s[-1]
+    yaw = states[0, 2]  # to which the heading's turn is counted
+    for k in range(len(stages)):
+        stage, state = stages[k], states[k + 1]
+        first, share = project(line, state[0], state[1], max(0, first - _BACK), first + _AHEAD)
+        foot = between(line.s, first, share)
+        heading = between(line.heading, first, share)
+        stage[at.FOOT_X], stage[at.FOOT_Y] = between(line.x, first, share), between(line.y, first, share)
+        stage[at.TANGENT_X], stage[at.TANGENT_Y] = math.cos(heading), math.sin(heading)
+        stage[at.CONTOUR] = 1.0
+        if not math.isnan(wishes.heading):
+            heading, stage[at.CONTOUR] = wishes.heading, 0.0
+        heading -= 2.0 * math.pi * math.floor((heading - yaw + math.pi) / (2.0 * math.pi))
+        stage[at.HEADING] = yaw = heading
+        ahead, ahead_share = at_distance(line, s + v * times[k])
+        allowed = min(wishes.speed, between(line.speed, ahead, ahead_share))
+        j = progress_jerk(
+            v,
+            a,
+            end - s,
+            allowed,
+            limits[at.MAX_ACCELERATION],
+            limits[at.MAX_DECELERATION],
+            limits[at.MAX_JERK],
+            times[k],
+        )
+        s += times[k] * (v + times[k] * (a / 2.0 + times[k] * j / 6.0))
+        v += times[k] * (a + 0.5 * times[k] * j)
+        a += times[k] * j
+        stage[at.LEAD] = min(wishes.max_lag, max(-wishes.max_lag, s - foot))
+        stage[at.SPEED], stage[at.JERK] = v, j
+
+
+@njit(cache=True)
+def fill_obstacles(
+    stages: FloatArray, states: FloatArray, circles: FloatArray, field: Field, people: FloatArray, keep: Clearances
+) -> None:
+    """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
+    clear = keep.radius + keep.obstacle + 0.5 * field.grid[2]  # distances are to cells' centres
+    for k in range(len(stages)):
+        state = states[k + 1]
+        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        for i in range(len(circles)):
+            place = at.BASE + 3 * i
+            x, y = state[0] + circles[i] * cosine, state[1] + circles[i] * sine
+            distance, gx, gy = distance_and_gradient(
+                field.costs, field.grid, field.table, field.inscribed_radius, x, y, 2.0 * clear
+            )
+            stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
+            if distance < 2.0 * clear and not _belongs_to_person(x - distance * gx, y - distance * gy, people):
+                stages[k, place], stages[k, place + 1] = gx, gy
+                stages[k, place + 2] = clear - distance + gx * x + gy * y
+
+
+@njit(cache=True)
+def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
+    for person in people:
+        if math.hypot(person[0] - x, person[1] - y) < person[4] + _OWN:
+            return True
+    return False
+
+
+@njit(cache=True)
+def fill_people(
+    stages: FloatArray, times: FloatArray, circles: int, people: FloatArray, room: int, keep: Clearances
+) -> None:
+    """Write where people will be and how near is too near; see :func:`fill_stages`."""
+    time = 0.0
+    for k in range(len(stages)):
+        time += times[k]
+        left_x, left_y = -stages[k, at.TANGENT_Y], stages[k, at.TANGENT_X]
+        for j in range(room):
+            place = at.BASE + 3 * circles + 3 * j
+            if j >= len(people):
+                stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
+                continue
+            x, y, deviation = predicted(people[j], time)
+            grown = min(keep.max_uncertainty, keep.uncertainty_gain * deviation)
+            sideways = people[j, 2] * left_x + people[j, 3] * left_y  # [m/s] to the left
+            shift = -keep.bias if sideways < -_CROSSING else keep.bias  # pass behind who crosses, right of who does not
+            stages[k, place], stages[k, place + 1] = x + shift * left_x, y + shift * left_y
+            stages[k, place + 2] = keep.radius + people[j, 4] + keep.person + grown
+
+
+@njit(cache=True)
+def cost_terms(
+    states: FloatArray,
+    jerks: FloatArray,
+    stages: FloatArray,
+    times: FloatArray,
+    shared: FloatArray,
+    people: int,
+) -> FloatArray:
+    """The unweighted cost terms (10,) of a trajectory, in the order of the weights: sums of dt times squares."""
+    terms = np.zeros(10)
+    circles = len(shared) - at.CIRCLES
+    for k in range(len(stages)):
+        stage, state, dt = stages[k], states[k + 1], times[k]
+        dx, dy = state[0] - stage[at.FOOT_X], state[1] - stage[at.FOOT_Y]
+        contour = stage[at.TANGENT_X] * dy - stage[at.TANGENT_Y] * dx
+        lag = stage[at.TANGENT_X] * dx + stage[at.TANGENT_Y] * dy - stage[at.LEAD]
+        excess = max(0.0, abs(state[3] * state[4]) - shared[at.LATERAL_LIMIT])
+        terms[at.W_CONTOUR] += dt * stage[at.CONTOUR] * contour * contour
+        terms[at.W_LAG] += dt * lag * lag
+        terms[at.W_HEADING] += dt * (state[2] - stage[at.HEADING]) ** 2
+        terms[at.W_SPEED] += dt * (state[3] - stage[at.SPEED]) ** 2
+        terms[at.W_YAW_ACCELERATION] += dt * state[6] ** 2
+        terms[at.W_LATERAL] += dt * excess * excess
+        terms[at.W_JERK] += dt * (jerks[k, 0] - stage[at.JERK]) ** 2
+        terms[at.W_YAW_JERK] += dt * jerks[k, 1] ** 2
+        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        for i in range(circles):
+            cx, cy = state[0] + shared[at.CIRCLES + i] * cosine, state[1] + shared[at.CIRCLES + i] * sine
+            plane = at.BASE + 3 * i
+            inside = stage[plane + 2] - stage[plane] * cx - stage[plane + 1] * cy
+            if inside > 0.0:
+                terms[at.W_OBSTACLE] += dt * inside * inside
+        for j in range(people):
+            place = at.BASE + 3 * circles + 3 * j
+            if is_far(state, stage, place, shared):
+                continue
+            for i in range(circles):
+                px = state[0] + shared[at.CIRCLES + i] * cosine - stage[place]
+                py = state[1] + shared[at.CIRCLES + i] * sine - stage[place + 1]
+                inside = stage[place + 2] - math.sqrt(px * px + py * py + 1e-6)
+                if inside > 0.0:
+                    terms[at.W_PERSON] += dt * inside * inside
+    return terms
+
+
+@njit(cache=True)
+def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray) -> bool:
+    """Whether the person at ``place`` of a stage is out of the reach of all circles, however the robot is turned."""
+    span = max(abs(shared[at.CIRCLES]), abs(shared[len(shared) - 1]))  # the outermost circles
+    reach = stage[place + 2]
+    dx, dy = state[0] - stage[place], state[1] - stage[place + 1]
+    return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
+
+
+@njit(cache=True)
+def best_between(
+    start: FloatArray,
+    jerks: FloatArray,
+    wanted: FloatArray,
+    stages: FloatArray,
+    times: FloatArray,
+    shared: FloatArray,
+    people: int,
+) -> FloatArray:
+    """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
+    best, least = wanted, math.inf
+    for share in STEP_SHARES:
+        tried = jerks + share * (wanted - jerks)
+        terms = cost_terms(rollout(start, tried, times), tried, stages, times, shared, people)
+        cost = 0.0
+        for i in range(len(terms)):
+            cost += shared[i] * terms[i]
+        if cost < least:
+            best, least = tried, cost
+    return best

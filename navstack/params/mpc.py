@@ -1,0 +1,82 @@
+"""Parameters of the jerk-limited model predictive controller (this project's own plugin)."""
+
+from dataclasses import dataclass
+
+from navstack.errors import ParameterError
+
+SOLVERS = ("casadi", "numba")
+
+_POSITIVE = (
+    *("max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration", "max_yaw_acceleration", "max_jerk"),
+    *("max_yaw_jerk", "max_lateral_acceleration", "step", "inflation_cost_scaling_factor"),
+)
+_NOT_NEGATIVE = (
+    *("obstacle_margin", "person_margin", "uncertainty_gain", "max_uncertainty", "max_lag", "passing_bias"),
+    *("turn_threshold", "velocity_mismatch", "contour_weight", "lag_weight", "heading_weight", "speed_weight"),
+    *("yaw_acceleration_weight", "lateral_weight", "obstacle_weight", "person_weight", "jerk_weight"),
+    "yaw_jerk_weight",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class MpcParams:
+    """``navstack::JerkLimitedMPC``; docs/mpc.md has the formulas.
+
+    The bucket's popcorn stays at rest below 4.5 m/s2 (``harness.world.world_params``); the limits keep braking and
+    turning together well below that. Automatic braking of road vehicles at less than 5 m/s is bounded by 5 m/s2 and
+    5 m/s3 (ISO 15622:2018, operational limits of adaptive cruise control); passengers find acceleration, not jerk,
+    uncomfortable (de Winkel et al., Applied Ergonomics 2023): the jerk limit is the standard's, acceleration lower.
+    """
+
+    max_speed: float = 2.0  # [m/s] a runner's pace, as for regulated pure pursuit
+    max_yaw_rate: float = 1.2  # [rad/s] as for DWB
+    max_acceleration: float = 1.5  # [m/s2] speeding up
+    max_deceleration: float = 2.5  # [m/s2] slowing down: Nav2's velocity smoother passes no more
+    max_yaw_acceleration: float = 2.5  # [rad/s2] as for DWB's turns
+    max_jerk: float = 5.0  # [m/s3]
+    max_yaw_jerk: float = 10.0  # [rad/s3] full yaw acceleration within 0.25 s
+    max_lateral_acceleration: float = 1.3  # [m/s2] speed times yaw rate
+
+    solver: str = "casadi"  # casadi: Gauss-Newton SQP with HPIPM; numba: the iLQR twin, much faster
+    generated_code: bool = True  # casadi: compile generated C where there is a compiler; False: CasADi's own machine
+    horizon: int = 30  # steps; the first lasts one control period, each of the others ``step``
+    step: float = 0.1  # [s]
+    max_tracks: int = 8  # people that are looked at, the nearest
+    footprint_circles: int = 3  # that cover the footprint
+
+    obstacle_margin: float = 0.25  # [m] to static obstacles that costs nothing
+    person_margin: float = 0.3  # [m] to people that costs nothing
+    uncertainty_gain: float = 1.0  # [-] standard deviations of the prediction by which people grow
+    max_uncertainty: float = 0.3  # [m] by which they grow at most
+    inflation_cost_scaling_factor: float = 3.0  # [1/m] that of the local inflation layer: turns costs into distances
+    passing_bias: float = (
+        0.1  # [m] people are thought to be this much farther where they cross to, or else farther left
+    )
+    max_lag: float = 2.0  # [m] by which the wanted progress may pull ahead of the predicted one
+    turn_threshold: float = 0.8  # [rad] off the path's direction from which on it turns on the spot
+    velocity_mismatch: float = 0.6  # [m/s] or [rad/s] between command and odometry from which on odometry is believed
+
+    contour_weight: float = 1.0  # [1/m2] distance beside the path
+    lag_weight: float = 4.0  # [1/m2] behind the wanted progress
+    heading_weight: float = 1.0  # [1/rad2] off the path's direction
+    speed_weight: float = 0.5  # [s2/m2] off the wanted speed
+    yaw_acceleration_weight: float = 0.05  # [s4/rad2]
+    lateral_weight: float = 100.0  # [s4/m2] above the lateral limit; the output keeps it strictly
+    obstacle_weight: float = 200.0  # [1/m2] into the margin of static obstacles
+    person_weight: float = 100.0  # [1/m2] into the margin of people
+    jerk_weight: float = 0.01  # [s6/m2] off the jerk of the wanted progress
+    yaw_jerk_weight: float = 0.002  # [s6/rad2]
+
+    def __post_init__(self) -> None:
+        for name in _POSITIVE:
+            self._require(name, getattr(self, name) > 0.0, "more than 0")
+        for name in _NOT_NEGATIVE:
+            self._require(name, getattr(self, name) >= 0.0, "0 or more")
+        self._require("solver", self.solver in SOLVERS, " or ".join(SOLVERS))
+        self._require("horizon", 2 <= self.horizon <= 100, "2 to 100")
+        self._require("max_tracks", 1 <= self.max_tracks <= 50, "1 to 50")
+        self._require("footprint_circles", 1 <= self.footprint_circles <= 10, "1 to 10")
+
+    def _require(self, name: str, is_right: bool, allowed: str) -> None:
+        if not is_right:
+            raise ParameterError(f"jerk-limited MPC: {name} {getattr(self, name)} must be {allowed}")

@@ -1,0 +1,292 @@
+"""The jerk-limited MPC as a whole: against the analytic optimum, its limits, its stops, its two solvers."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+from ruckig import InputParameter, Ruckig, Trajectory
+from shapely import Point, Polygon, affinity
+
+from navstack.build import CONTROLLERS
+from navstack.control.controller import Surroundings
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.mpc_controller import JerkLimitedMpcController
+from navstack.control.mpc.stop_profile import stop_after, stop_time
+from navstack.costmap.costmap import Costmap
+from navstack.costmap.inflation import Inflation
+from navstack.errors import InvalidPathError, ParameterError
+from navstack.params.costmap import InflationLayerParams
+from navstack.params.mpc import SOLVERS, MpcParams
+from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import read_controller
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Track, Twist2D
+
+FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+FREQUENCY = 30.0
+PERIOD = 1.0 / FREQUENCY
+PARAMS = MpcParams()
+NAV2_FILE = FilePath(__file__).parents[2] / "params" / "nav2" / "mpc.yaml"
+SURE = np.diag((0.01, 0.01, 0.01, 0.01))
+
+
+def make(tolerance: float = 0.25, **given: object) -> JerkLimitedMpcController:
+    return JerkLimitedMpcController(replace(PARAMS, **given), FOOTPRINT, FREQUENCY, tolerance)
+
+
+def costmap(*boxes: tuple[float, float, float, float]) -> Costmap:
+    """48 x 24 m from (-12, -12) on, with boxes (x0, x1, y0, y1) in it."""
+    made = Costmap(np.zeros((480, 960), dtype=np.uint8), 0.05, -12.0, -12.0)
+    for x0, x1, y0, y1 in boxes:
+        (left, low), (right, high) = made.world_to_map(x0, y0), made.world_to_map(x1, y1)
+        made.data[low : high + 1, left : right + 1] = 254
+    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
+        made.data, 0, 960, 0, 480
+    )
+    return made
+
+
+def straight(length: float) -> Path:
+    count = max(2, round(length / 0.05) + 1)
+    return Path(np.column_stack((np.linspace(0.0, length, count), np.zeros((count, 2)))))
+
+
+Around = Callable[[float, float], Surroundings]  # of time [s] and x [m]
+
+
+def drive(
+    controller: JerkLimitedMpcController, plan: Path, around: Surroundings | Around, seconds: float, *pose: float
+) -> FloatArray:
+    """Rows (time, x, y, yaw, v, omega, a, alpha) of a robot that does what it is told, until it stands at the end."""
+    state = np.zeros(7)
+    state[:3] = pose or (0.0, 0.0, 0.0)
+    rows = []
+    controller.reset()
+    for cycle in range(round(seconds * FREQUENCY)):
+        time = cycle * PERIOD
+        seen = around if isinstance(around, Surroundings) else around(time, state[0])
+        believed = RobotState(Pose2D(*state[:3]), Twist2D(state[3], 0.0, state[4]), time)
+        command = controller.compute_velocity(believed, plan, seen)
+        after = np.array((command.linear_x, command.angular_z, *controller._motion[2:]))
+        way, turn = 0.5 * PERIOD * (state[3:5] + after[:2]) + PERIOD**2 / 12.0 * (state[5:] - after[2:])
+        yaw = state[2] + 0.5 * turn
+        state[:3] += way * math.cos(yaw), way * math.sin(yaw), turn
+        state[3:] = after
+        rows.append((time + PERIOD, *state))
+        if math.hypot(state[0] - plan.poses[-1, 0], state[1] - plan.poses[-1, 1]) < 2e-3 and abs(state[3]) < 2e-3:
+            break
+    return np.array(rows)
+
+
+@pytest.fixture(scope="module")
+def free() -> Surroundings:
+    return Surroundings(costmap())
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_rest_to_rest_takes_the_least_time(solver: str, free: Surroundings) -> None:
+    controller = make(tolerance=0.01, solver=solver)
+    for length in (0.1, 0.3, 1.0, 3.0, 8.0, 20.0):
+        given, trajectory = InputParameter(1), Trajectory(1)
+        given.target_position, given.max_velocity = [length], [PARAMS.max_speed]
+        given.max_acceleration, given.min_acceleration = [PARAMS.max_acceleration], [-PARAMS.max_deceleration]
+        given.max_jerk = [PARAMS.max_jerk]
+        Ruckig(1).calculate(given, trajectory)
+        least = trajectory.duration
+        driven = drive(controller, straight(length), free, least + 2.0)
+        assert driven[-1, 1] == pytest.approx(length, abs=2e-3)
+        assert driven[-1, 0] <= least + max(0.05 * least, 2.0 * PERIOD)
+        # It counts as arrived within 2 mm at less than 2 mm/s, which takes at most sqrt(2 * 0.002 / J) s less.
+        assert driven[-1, 0] >= least - math.sqrt(2.0 * 2e-3 / PARAMS.max_jerk)
+    assert controller.failures == 0
+
+
+def check_limits(v: FloatArray, omega: FloatArray) -> None:
+    """Commands (n,) from standstill on, by their differences."""
+    for rate, low, high, slower, faster, jerk in (
+        (v, 0.0, PARAMS.max_speed, PARAMS.max_deceleration, PARAMS.max_acceleration, PARAMS.max_jerk),
+        (
+            omega, -PARAMS.max_yaw_rate, PARAMS.max_yaw_rate, PARAMS.max_yaw_acceleration,
+            PARAMS.max_yaw_acceleration, PARAMS.max_yaw_jerk,
+        ),
+    ):  # fmt: skip
+        rate = np.concatenate(((0.0, 0.0), rate))
+        first, second = np.diff(rate) / PERIOD, np.diff(rate, 2) / PERIOD**2
+        assert rate.min() >= low - 1e-6 and rate.max() <= high + 1e-6
+        assert first.min() >= -slower - 1e-6 and first.max() <= faster + 1e-6
+        assert np.abs(second).max() <= jerk + 1e-6
+    assert np.abs(v * omega).max() <= PARAMS.max_lateral_acceleration + 1e-3
+
+
+def random_plan(rng: np.random.Generator) -> Path:
+    """A path of random curves, some too tight for the speed."""
+    count = 240
+    yaw = np.cumsum(np.repeat(rng.normal(scale=1.2, size=8), count // 8)) * 0.05 + rng.uniform(-3.0, 3.0)
+    x, y = np.cumsum(np.cos(yaw)) * 0.05, np.cumsum(np.sin(yaw)) * 0.05
+    return Path(np.column_stack((x, y, yaw)))
+
+
+@pytest.mark.parametrize(("solver", "drives"), [("numba", 80), ("casadi", 15)])
+def test_no_limit_is_exceeded_whatever_happens(solver: str, drives: int) -> None:
+    controller = make(solver=solver)
+    rng = np.random.default_rng(7)
+    fastest = 0.0
+    for _ in range(drives):
+        boxes = [(x, x + 0.3, y, y + 0.3) for x, y in rng.uniform(-6.0, 6.0, size=(6, 2))]
+        field = costmap(*boxes)
+        people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
+
+        def around(time: float, _: float, field: Costmap = field, people: FloatArray = people) -> Surroundings:
+            tracks = (Track(i, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE)
+                      for i, (x, y, vx, vy) in enumerate(people.tolist()))  # fmt: skip
+            return Surroundings(field, tuple(tracks))
+
+        driven = drive(controller, random_plan(rng), around, 3.0)
+        check_limits(driven[:, 4], driven[:, 5])
+        fastest = max(fastest, driven[:, 4].max())
+    assert fastest > 1.5
+    assert controller.failures == 0
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_person_stepping_out_is_met_with_the_hardest_stop(solver: str) -> None:
+    controller = make(solver=solver)
+    steps_out = 5.0  # [m] where the robot is then
+    clear, blocked = costmap(), costmap((steps_out + 1.1, steps_out + 1.7, -0.4, 0.4))
+
+    def around(_: float, x: float) -> Surroundings:
+        return Surroundings(blocked if x >= steps_out else clear)
+
+    driven = drive(controller, straight(15.0), around, 8.0)
+    check_limits(driven[:, 4], driven[:, 5])
+    seen = int(np.argmax(driven[:, 1] >= steps_out))
+    v, a = driven[seen, 4], driven[seen, 6]
+    whole = stop_time(v, a, PARAMS.max_deceleration, PARAMS.max_jerk)
+    for row in driven[seen + 1 : seen + 1 + math.ceil(whole / PERIOD)]:
+        _, expected, _ = stop_after(v, a, PARAMS.max_deceleration, PARAMS.max_jerk, row[0] - driven[seen, 0])
+        assert row[4] == pytest.approx(expected, abs=0.02)
+    assert driven[-1, 4] == pytest.approx(0.0, abs=1e-6)
+    assert np.abs(driven[seen:, 2]).max() < 0.05
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(("y", "vx", "vy"), [(0.0, -1.2, 0.0), (0.3, -1.2, 0.0), (-3.0, 0.0, 0.75), (0.0, 0.0, 0.0)])
+def test_tracked_people_are_passed_without_touching_them(solver: str, y: float, vx: float, vy: float) -> None:
+    controller = make(solver=solver)
+    x = 8.0 - 4.0 * vx
+
+    def around(time: float, _: float) -> Surroundings:
+        return Surroundings(free_map, (Track(1, time, x + time * vx, y + time * vy, vx, vy, 0.3, SURE),))
+
+    free_map = costmap()
+    driven = drive(controller, straight(15.0), around, 14.0)
+    assert driven[-1, 1] == pytest.approx(15.0, abs=0.3)
+    for time, rx, ry, yaw in driven[:, :4]:
+        body = affinity.translate(affinity.rotate(Polygon(FOOTPRINT), yaw, (0, 0), use_radians=True), rx, ry)
+        assert body.distance(Point(x + time * vx, y + time * vy)) > 0.3 + 0.1
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_it_passes_a_narrow_place_and_keeps_off_the_walls(solver: str) -> None:
+    around = Surroundings(costmap((2.0, 6.0, 0.75, 1.0), (2.0, 6.0, -1.0, -0.75), (8.0, 8.3, -0.1, 0.6)))
+    plan = straight(12.0)
+    plan = Path(plan.poses + np.column_stack((np.zeros(len(plan)), -0.8 * np.exp(-((plan.poses[:, 0] - 8.0) ** 2)),
+                                              np.zeros(len(plan)))))  # fmt: skip
+    driven = drive(make(solver=solver), plan, around, 14.0)
+    assert driven[-1, 1] == pytest.approx(12.0, abs=0.3)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_it_turns_on_the_spot_to_a_path_behind_it_and_to_the_goals_yaw(solver: str, free: Surroundings) -> None:
+    poses = straight(4.0).poses * (-1.0, 1.0, 1.0)
+    poses[:, 2] = math.pi
+    poses[-1, 2] = math.pi / 2.0
+    driven = drive(make(solver=solver, tolerance=0.5), Path(poses), free, 12.0, 0.0, 0.0, 0.3)
+    turned = int(np.argmax(driven[:, 3] > 2.0))
+    assert np.abs(driven[:turned, 1]).max() < 0.05
+    check_limits(driven[:, 4], driven[:, 5])
+    late = drive_on(driven)
+    assert late == pytest.approx(math.pi / 2.0, abs=0.25)
+
+
+def drive_on(driven: FloatArray) -> float:
+    """The yaw at which a drive ended, in [0, 2 pi)."""
+    return float(driven[-1, 3] % (2.0 * math.pi))
+
+
+class Broken:
+    """A solver that fails."""
+
+    def step(self, *_: object) -> None:
+        return None
+
+
+def test_a_failing_solver_brakes_within_the_limits_and_is_counted(free: Surroundings) -> None:
+    controller = make()
+    plan = straight(10.0)
+    state, working, rows = RobotState(Pose2D(), Twist2D(), 0.0), controller._solver, []
+    for cycle in range(120):
+        if cycle == 60:
+            controller._solver = Broken()  # type: ignore[assignment]
+        before = rows[-1] if rows else Twist2D()
+        state = RobotState(Pose2D(state.pose.x + PERIOD * before.linear_x), before, cycle * PERIOD)
+        rows.append(controller.compute_velocity(state, plan, free))
+        assert controller.decision.status == ("solved" if cycle < 60 else "failed")
+    check_limits(np.array([row.linear_x for row in rows]), np.array([row.angular_z for row in rows]))
+    assert rows[59].linear_x == pytest.approx(2.0, abs=0.01) and rows[-1].linear_x == 0.0
+    assert controller.failures == 60
+    assert controller.decision.total is None and controller.decision.rejected == 1
+    controller._solver = working
+    assert controller.compute_velocity(replace(state, stamp=120 * PERIOD), plan, free).linear_x > 0.0
+
+
+def test_the_decision_tells_the_cost_terms(free: Surroundings) -> None:
+    controller = make(solver="numba")
+    assert controller.decision is None
+    command = controller.compute_velocity(RobotState(Pose2D(0.0, 0.2), Twist2D(), 4.0), straight(5.0), free)
+    told = controller.decision
+    assert (told.stamp, told.decided_by, told.command, told.status) == (4.0, "JerkLimitedMPC", command, "solved")
+    assert tuple(score.critic for score in told.scores) == at.TERMS
+    assert told.total == pytest.approx(sum(score.weighted for score in told.scores))
+    assert told.scores[0].raw > 0.0
+    controller.reset()
+    assert controller.decision is None
+
+
+def test_a_speed_limit_is_kept_and_lifted(free: Surroundings) -> None:
+    controller = make(solver="numba")
+    controller.set_speed_limit(50.0, is_percentage=True)
+    assert drive(controller, straight(8.0), free, 6.0)[:, 4].max() == pytest.approx(1.0, abs=0.02)
+    controller.set_speed_limit(0.6, is_percentage=False)
+    assert drive(controller, straight(4.0), free, 6.0)[:, 4].max() == pytest.approx(0.6, abs=0.02)
+    controller.set_speed_limit(0.0, is_percentage=False)
+    assert drive(controller, straight(8.0), free, 6.0)[:, 4].max() == pytest.approx(2.0, abs=0.02)
+
+
+def test_it_believes_the_odometry_where_that_is_far_off(free: Surroundings) -> None:
+    controller = make(solver="numba")
+    drive(controller, straight(8.0), free, 2.0)
+    held = RobotState(Pose2D(2.0), Twist2D(), 2.0)  # something else stopped it
+    assert controller.compute_velocity(held, straight(8.0), free).linear_x < 0.1
+
+
+def test_an_empty_plan_is_refused_in_one_line(free: Surroundings) -> None:
+    with pytest.raises(InvalidPathError, match="no poses"):
+        make().compute_velocity(RobotState(Pose2D(), Twist2D()), Path(np.empty((0, 3))), free)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("max_jerk", 0.0), ("solver", "ipopt"), ("horizon", 1), ("lag_weight", -1.0), ("step", 0.0)]
+)
+def test_parameters_out_of_range_are_refused(key: str, value: object) -> None:
+    with pytest.raises(ParameterError, match=key):
+        MpcParams(**{key: value})
+
+
+def test_the_nav2_file_selects_it() -> None:
+    plugin = read_controller(load_nav2(NAV2_FILE))
+    assert plugin.type == "navstack::JerkLimitedMPC" and isinstance(plugin.params, MpcParams)
+    controller = CONTROLLERS[plugin.type](plugin.params, FOOTPRINT, FREQUENCY, 0.5)
+    assert isinstance(controller, JerkLimitedMpcController)

@@ -1,0 +1,110 @@
+"""The command guard of the jerk-limited MPC: the robot can always stop, whatever the plan wants."""
+
+import math
+
+import numpy as np
+import pytest
+from shapely import Polygon, affinity, box, union_all
+
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, guarded, stop_is_safe, stopped
+from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.people import FIELDS
+from navstack.control.mpc.stages import Field
+from navstack.types import FloatArray
+
+FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+CIRCLES, RADIUS = np.array((-0.516, -0.2335, 0.049)), 0.332
+PERIOD = 1.0 / 30.0
+LIMITS = np.array((2.0, 1.5, 2.5, 5.0, 1.2, 2.5, 10.0, 1.3))
+NOBODY = np.empty((0, FIELDS))
+Boxes = list[tuple[float, float, float, float]]
+
+
+def field_of(boxes: Boxes) -> Field:
+    """A map of 20 x 20 m about the origin with lethal boxes (x0, y0, x1, y1)."""
+    costs = np.zeros((400, 400), dtype=np.uint8)
+    for x0, y0, x1, y1 in boxes:
+        left, low, right, high = (math.floor((value + 10.0) / 0.05) for value in (x0, y0, x1, y1))
+        costs[low : high + 1, left : right + 1] = 254
+    return Field(costs, (-10.0, -10.0, 0.05), distance_table(0.19, 3.0), 0.19)
+
+
+def move(state: FloatArray, motion: FloatArray) -> None:
+    """Carry the pose of a state (7,) to the end of a control period."""
+    way = 0.5 * PERIOD * (state[3] + motion[0])
+    turn = 0.5 * PERIOD * (state[4] + motion[1])
+    state[0] += way * math.cos(state[2] + 0.5 * turn)
+    state[1] += way * math.sin(state[2] + 0.5 * turn)
+    state[2] += turn
+    state[3:] = motion
+
+
+def body(state: FloatArray) -> Polygon:
+    turned = affinity.rotate(Polygon(FOOTPRINT), state[2], (0, 0), use_radians=True)
+    return affinity.translate(turned, state[0], state[1])
+
+
+def test_a_blind_driver_touches_nothing() -> None:
+    """Jerks drawn at random, mostly forwards: the outline never enters an obstacle by more than a cell."""
+    rng = np.random.default_rng(21)
+    stops = 0
+    for _ in range(25):
+        corners = rng.uniform(-7.0, 6.5, size=(14, 2))
+        corners = corners[np.hypot(*(corners + 0.25).T) > 1.6]
+        boxes = [(x, y, x + 0.5, y + 0.5) for x, y in corners.tolist()]
+        field, walls = field_of(boxes), union_all([box(*each) for each in boxes])
+        state, kind = np.zeros(7), STRAIGHTEN
+        state[2] = rng.uniform(-3.0, 3.0)
+        for cycle in range(150):
+            if cycle % 15 == 0:
+                j, ja = rng.uniform(-1.0, 5.0), rng.normal(scale=5.0)
+            motion, kind, share = guarded(state, j, ja, PERIOD, LIMITS, kind, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+            stops += share == 1.0
+            move(state, motion)
+            if np.abs(state[:2]).max() > 8.0:
+                break
+            assert body(state).intersection(walls).area < 0.05 * 0.3
+            assert abs(state[3] * state[4]) <= LIMITS[at.MAX_LATERAL] + 1e-9
+    assert stops > 20  # it was put to the test
+
+
+@pytest.mark.parametrize("kind", [STRAIGHTEN, KEEP_CURVE])
+def test_a_stop_that_is_called_safe_keeps_the_limits(kind: int) -> None:
+    rng = np.random.default_rng(22)
+    field, checked = field_of([]), 0
+    for _ in range(300):
+        state = np.zeros(7)
+        state[3:] = rng.uniform((0.0, -1.2, -2.5, -2.5), (2.0, 1.2, 1.5, 2.5))
+        if state[5] < 0.0 and state[3] < state[5] ** 2 / 10.0:  # it could not help rolling back
+            continue
+        if not stop_is_safe(state, kind, PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS):
+            continue
+        checked += 1
+        times = np.arange(0, 90) * PERIOD
+        motions = np.array([stopped(*state[3:], kind, LIMITS, time) for time in times])
+        assert motions[-1] == pytest.approx(0.0, abs=1e-9)
+        assert motions[:, 0].min() >= -1e-9 and np.abs(motions[:, 1]).max() <= 1.2 + 1e-9
+        assert np.abs(motions[:, 0] * motions[:, 1]).max() <= 1.3 + 1e-9
+        assert np.abs(motions[:, 2]).max() <= 2.5 + 1e-9 and np.abs(motions[:, 3]).max() <= 2.5 + 1e-9
+        changes = np.abs(np.diff(motions[:, 2:], axis=0)) / PERIOD
+        assert changes[:, 0].max() <= 5.0 + 1e-6 and changes[:, 1].max() <= 10.0 + 1e-6
+    assert checked > 50
+
+
+def test_keeping_the_curve_stops_beside_an_obstacle_that_a_straight_stop_would_meet() -> None:
+    state = np.array((0.0, 0.0, 0.0, 1.8, 0.7, 0.0, 0.0))
+    field = field_of([(1.0, -1.2, 2.2, -0.15)])  # ahead on the right of a left turn
+    known = (PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+    assert stop_is_safe(state, KEEP_CURVE, *known)
+    assert not stop_is_safe(state, STRAIGHTEN, *known)
+
+
+@pytest.mark.parametrize(("vx", "is_safe"), [(-1.2, False), (1.5, True)])
+def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, is_safe: bool) -> None:
+    state = np.array((0.0, 0.0, 0.0, 1.8, 0.0, 0.0, 0.0))
+    person = np.array(((2.0, 0.0, vx, 0.0, 0.3, 0.0, 0.0, 0.0),))
+    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
+    assert stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS) is is_safe
+    standing = np.zeros(7)
+    assert stop_is_safe(standing, STRAIGHTEN, *known, person, RADIUS)  # at rest nobody is run into

@@ -1,0 +1,188 @@
+"""The parts of the jerk-limited MPC: stops, progress, models, distance field, tracks; each against another way."""
+
+import math
+
+import casadi as ca
+import numpy as np
+import pytest
+from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
+from scipy.integrate import solve_ivp
+
+from navstack.control.mpc import robot_model
+from navstack.control.mpc.distance_field import distance_and_gradient, distance_table
+from navstack.control.mpc.ilqr_model import COLUMNS, ROWS, jacobians
+from navstack.control.mpc.motion import advance, rollout, shifted
+from navstack.control.mpc.path_line import make_line, project
+from navstack.control.mpc.people import nearest_people, predicted
+from navstack.control.mpc.problem_numbers import cover
+from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
+from navstack.costmap.inflation import Inflation
+from navstack.params.costmap import InflationLayerParams
+from navstack.types import Pose2D, Track
+
+DECELERATION, JERK, PERIOD = 2.5, 5.0, 1.0 / 30.0
+LIMITS = np.array((2.0, 1.5, DECELERATION, JERK, 1.2, 2.5, 10.0, 1.3))
+
+
+def fastest_stop(v: float, a: float) -> tuple[float, float]:
+    """Duration and distance of the fastest stop, by Ruckig's velocity interface."""
+    given, trajectory = InputParameter(1), Trajectory(1)
+    given.control_interface = ControlInterface.Velocity
+    given.current_velocity, given.current_acceleration, given.target_velocity = [v], [a], [0.0]
+    given.max_acceleration, given.max_jerk = [DECELERATION], [JERK]
+    Ruckig(1).calculate(given, trajectory)
+    return trajectory.duration, trajectory.at_time(trajectory.duration)[0][0]
+
+
+def test_the_stop_is_the_fastest_there_is() -> None:
+    rng = np.random.default_rng(1)
+    for v, a in zip(rng.uniform(-2.0, 2.0, 300), rng.uniform(-DECELERATION, DECELERATION, 300), strict=True):
+        duration, distance = fastest_stop(v, a)
+        assert stop_time(v, a, DECELERATION, JERK) == pytest.approx(duration, abs=1e-6)
+        assert stop_distance(v, a, DECELERATION, JERK) == pytest.approx(distance, abs=1e-6)
+
+
+def test_a_stops_tail_is_the_stop_from_there() -> None:
+    rng = np.random.default_rng(2)
+    for v, a in zip(rng.uniform(0.0, 2.0, 100), rng.uniform(-0.5, 1.5, 100), strict=True):
+        early, late = 0.4, 0.9
+        _, v_early, a_early = stop_after(v, a, DECELERATION, JERK, early)
+        expected = stop_after(v, a, DECELERATION, JERK, late)[1:]
+        assert stop_after(v_early, a_early, DECELERATION, JERK, late - early)[1:] == pytest.approx(expected, abs=1e-9)
+
+
+def test_no_rate_limit_is_passed_by_the_highest_jerk() -> None:
+    rng = np.random.default_rng(3)
+    v = a = most = 0.0
+    for _ in range(3000):
+        j = min(rng.uniform(-JERK, 3.0 * JERK), highest_jerk(v, a, 2.0, 1.5, JERK, PERIOD))
+        v, a = v + PERIOD * (a + 0.5 * PERIOD * j), a + PERIOD * j
+        if a < -1.0:
+            v, a = rng.uniform(0.0, 1.5), 0.0
+        most = max(most, v)
+        assert v <= 2.0 + 1e-12 and a <= 1.5 + 1e-12 and abs(j) <= JERK
+    assert most > 1.99
+
+
+@pytest.mark.parametrize("length", [0.1, 0.5, 2.0, 7.0, 20.0])
+def test_greedy_progress_is_time_optimal(length: float) -> None:
+    given, trajectory = InputParameter(1), Trajectory(1)
+    given.target_position, given.max_velocity = [length], [2.0]
+    given.max_acceleration, given.min_acceleration, given.max_jerk = [1.5], [-DECELERATION], [JERK]
+    Ruckig(1).calculate(given, trajectory)
+    s = v = a = 0.0
+    cycles = 0
+    while length - s > 1e-3 or v > 1e-3:
+        j = progress_jerk(v, a, length - s, 2.0, 1.5, DECELERATION, JERK, PERIOD)
+        s += PERIOD * (v + PERIOD * (a / 2.0 + PERIOD * j / 6.0))
+        v, a = v + PERIOD * (a + 0.5 * PERIOD * j), a + PERIOD * j
+        cycles += 1
+        assert s <= length + 1e-3  # jerk changes at the ends of periods only
+    assert trajectory.duration - PERIOD <= cycles * PERIOD <= trajectory.duration + 2.0 * PERIOD
+
+
+def test_the_model_is_the_unicycles() -> None:
+    def rate(t: float, state: np.ndarray, j: float, ja: float) -> list[float]:
+        _, _, yaw, v, omega, a, alpha = state
+        return [v * math.cos(yaw), v * math.sin(yaw), omega, a, alpha, j, ja]
+
+    state, (j, ja), dt = np.array((1.0, -2.0, 0.7, 1.8, -0.9, 1.0, 2.0)), (-4.0, 8.0), 0.1
+    expected = solve_ivp(rate, (0.0, dt), state, args=(j, ja), rtol=1e-11, atol=1e-12).y[:, -1]
+    after = np.empty(7)
+    advance(state, j, ja, dt, after)
+    assert after == pytest.approx(expected, abs=1e-6)
+    symbols = ca.SX.sym("x", 7), ca.SX.sym("u", 2)
+    model = ca.Function("model", symbols, [robot_model.step(*symbols, dt)])
+    assert np.array(model(state, (j, ja))).ravel() == pytest.approx(after, abs=1e-14)
+
+
+def test_the_twins_jacobians_are_those_of_the_model() -> None:
+    state, jerk, dt = np.array((1.0, -2.0, 0.7, 1.8, -0.9, 1.0, 2.0)), np.array((-4.0, 8.0)), 0.1
+    sparse, by_jerk, by_state = np.zeros(len(ROWS)), np.zeros((7, 2)), np.zeros((7, 7))
+    jacobians(state, jerk, dt, sparse, by_jerk)
+    by_state[ROWS, COLUMNS] = sparse
+    given = np.concatenate((state, jerk))
+    for column in range(9):
+        ends = []
+        for shift in (-1e-6, 1e-6):
+            moved, end = given.copy(), np.empty(7)
+            moved[column] += shift
+            advance(moved[:7], moved[7], moved[8], dt, end)
+            ends.append(end)
+        expected = (ends[1] - ends[0]) / 2e-6
+        ours = by_state[:, column] if column < 7 else by_jerk[:, column - 7]
+        assert ours == pytest.approx(expected, abs=1e-8)
+
+
+def test_shifting_keeps_the_rates_gained() -> None:
+    rng = np.random.default_rng(4)
+    times = np.full(30, 0.1)
+    times[0] = PERIOD
+    jerks = rng.normal(size=(30, 2))
+    moved = shifted(jerks, times, PERIOD)
+    assert moved[1:-1] == pytest.approx(jerks[1:-1] * (1.0 - PERIOD / 0.1) + jerks[2:] * (PERIOD / 0.1))
+    assert (moved * times[:, None]).sum(axis=0) == pytest.approx((jerks * times[:, None])[1:].sum(axis=0))
+    start = np.zeros(7)
+    late = rollout(start, jerks, times)[-1, 5] - PERIOD * jerks[0, 0]
+    assert rollout(start, moved, times)[-1, 5] == pytest.approx(late)
+
+
+def test_the_distance_field_is_that_of_the_obstacles() -> None:
+    costs = np.zeros((200, 200), dtype=np.uint8)
+    rng = np.random.default_rng(5)
+    cells = rng.integers(20, 180, size=(12, 2))
+    costs[cells[:, 1], cells[:, 0]] = 254
+    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
+        costs, 0, 200, 0, 200
+    )
+    table = distance_table(0.19, 3.0)
+    grid = (-5.0, 3.0, 0.05)
+    centres = np.array((-5.0, 3.0)) + 0.05 * (cells + 0.5)
+    compared = 0
+    for point in rng.uniform((-4.0, 4.0), (4.0, 12.0), size=(400, 2)):
+        away = np.hypot(*(centres - point).T)
+        nearest, second = np.sort(away)[:2]
+        if nearest > 1.2:
+            continue
+        distance, gx, gy = distance_and_gradient(costs, grid, table, 0.19, *point, 1.3)
+        assert distance == pytest.approx(nearest, abs=0.03)
+        if nearest > 0.35 and second - nearest > 0.2:  # in the flat part and on ridges gradients are rough
+            compared += 1
+            assert (gx, gy) == pytest.approx(tuple((point - centres[away.argmin()]) / nearest), abs=0.12)
+    assert compared > 30
+
+
+def test_circles_cover_the_footprint() -> None:
+    footprint = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+    centres, radius = cover(footprint, 3)
+    x, y = np.meshgrid(np.linspace(-0.657, 0.19, 60), np.linspace(-0.3, 0.3, 40))
+    distances = np.hypot(x[..., None] - centres, y[..., None])
+    assert distances.min(axis=-1).max() <= radius + 1e-9
+    assert radius < 0.34  # little more than half the width
+
+
+def test_people_are_predicted_with_growing_uncertainty() -> None:
+    covariance = np.diag((0.04, 0.04, 0.09, 0.09))
+    far = Track(1, 10.0, 9.0, 0.0, -1.0, 0.0, 0.3, covariance)
+    near = Track(2, 10.0, 2.0, 1.0, 0.0, 1.5, 0.25, covariance)
+    rows = nearest_people((far, near), Pose2D(), 10.5, 1)
+    assert len(rows) == 1 and rows[0, :5] == pytest.approx((2.0, 1.75, 0.0, 1.5, 0.25))
+    x, y, deviation = predicted(rows[0], 2.0)
+    assert (x, y) == pytest.approx((2.0, 4.75))
+    assert deviation == pytest.approx(math.sqrt(0.04 + 0.09 * 2.5**2))
+    assert nearest_people((), Pose2D(), 0.0, 8).shape == (0, 8)
+
+
+def test_the_line_follows_the_plan_and_slows_in_curves() -> None:
+    turn = np.linspace(0.0, math.pi / 2.0, 80)
+    arc = np.column_stack((np.sin(turn), 1.0 - np.cos(turn), turn))
+    straight = np.column_stack((np.linspace(-3.0, -0.02, 150), np.zeros(150), np.zeros(150)))
+    line = make_line(np.vstack((straight, arc)), LIMITS)
+    assert line.s[-1] == pytest.approx(3.0 + math.pi / 2.0, abs=0.03)
+    assert line.speed[0] == 2.0
+    assert line.speed.min() == pytest.approx(min(math.sqrt(0.8 * 1.3), 0.8 * 1.2), rel=0.1)
+    assert (line.x[[0, -1]], line.y[[0, -1]]) == (pytest.approx((-3.0, 1.0)), pytest.approx((0.0, 1.0)))
+    segment, share = project(line, -1.95, 0.4, 0, len(line.x))
+    assert line.x[segment] + share * (line.x[segment + 1] - line.x[segment]) == pytest.approx(-1.95)
+    alone = make_line(np.array(((1.0, 2.0, 0.5),)), LIMITS)
+    assert alone.x[-1] == 1.0 and alone.y[-1] == 2.0 and alone.heading[-1] == 0.5

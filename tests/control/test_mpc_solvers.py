@@ -1,0 +1,124 @@
+"""The two solvers of the jerk-limited MPC against each other, and compiled code against none."""
+
+import math
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from navstack.control.mpc import compiled as compiler
+from navstack.control.mpc import mpc_problem
+from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.ilqr import IlqrSolver
+from navstack.control.mpc.motion import rollout
+from navstack.control.mpc.mpc_problem import MpcProblem, linearisation
+from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stages import cost_terms
+from navstack.types import FloatArray
+
+PERIOD = 1.0 / 30.0
+
+
+def problem(rng: np.random.Generator, sizes: Sizes) -> tuple[FloatArray, ...]:
+    """A start, jerks, stages, times, shared numbers and bounds of a drive past three people at a wall."""
+    times = np.full(sizes.steps, 0.1)
+    times[0] = PERIOD
+    start = np.array((0.0, 0.0, rng.uniform(-0.3, 0.3), rng.uniform(0.5, 1.8), 0.0, 0.0, 0.0))
+    jerks = np.zeros((sizes.steps, 2))
+    states = rollout(start, jerks, times)
+    stages = np.zeros((sizes.steps, sizes.stage))
+    stages[:, at.FOOT_X], stages[:, at.TANGENT_X], stages[:, at.CONTOUR] = states[1:, 0], 1.0, 1.0
+    stages[:, at.LEAD], stages[:, at.SPEED] = 0.3, 1.8
+    wall = at.BASE + 3 * np.arange(sizes.circles)
+    stages[:, wall + 1], stages[:, wall + 2] = 1.0, -0.9  # the circles' y should exceed -0.9
+    for j in range(sizes.people):
+        place = at.BASE + 3 * sizes.circles + 3 * j
+        x, y = rng.uniform((1.5, 0.4), (5.0, 1.5))
+        stages[:, place : place + 3] = x, y, 1.0
+    shared = np.array((1.0, 4.0, 1.0, 0.5, 0.05, 100.0, 200.0, 100.0, 0.01, 0.002, 1.3, -0.52, -0.23, 0.05))
+    free = (math.inf,) * 3
+    bounds = np.array(
+        ((-5.0, -10.0, *(-f for f in free), 0.0, -1.2, -2.5, -2.5), (5.0, 10.0, *free, 2.0, 1.2, 1.5, 2.5))
+    )
+    return start, jerks, stages, times, shared, bounds
+
+
+def test_both_solvers_find_the_same_minimum() -> None:
+    rng = np.random.default_rng(11)
+    sizes = Sizes(30, 3, 3)
+    casadi, twin = MpcProblem(sizes, generated_code=True), IlqrSolver(sizes)
+    for _ in range(8):
+        start, first, stages, times, shared, bounds = problem(rng, sizes)
+        costs, found = [], []
+        for solver, steps in ((casadi, 25), (twin, 60)):
+            jerks = first
+            for _ in range(steps):
+                jerks = solver.step(rollout(start, jerks, times), jerks, stages, times, shared, bounds)
+                assert jerks is not None
+            states = rollout(start, jerks, times)
+            costs.append(cost_terms(states, jerks, stages, times, shared, sizes.people) @ shared[: len(at.TERMS)])
+            found.append(states)
+        # The twin's bounds of velocities and accelerations are penalties: it may be a little cheaper.
+        assert costs[1] == pytest.approx(costs[0], rel=0.03)
+        assert np.abs(found[0][:10, :3] - found[1][:10, :3]).max() < 0.05
+
+
+def test_the_quadratic_program_is_solved_as_by_another_solver() -> None:
+    """HPIPM against CasADi's own active-set solver on the same program."""
+    rng = np.random.default_rng(13)
+    sizes = Sizes(6, 2, 1)
+    start, jerks, stages, times, shared, bounds = problem(rng, Sizes(6, 2, 1))
+    shared = shared[:-1]
+    states = rollout(start, jerks, times)
+    ours = MpcProblem(sizes, generated_code=False)
+    ours.step(states, jerks, stages, times, shared, bounds)
+    blocks = linearisation(sizes)
+    z, cost, rules, before = [], 0.0, [], ca.MX.zeros(7)
+    for k in range(6):
+        u, x = ca.MX.sym(f"u{k}", 2), ca.MX.sym(f"x{k}", 7)
+        a, b, g, h, gu, hu = blocks(states[k], jerks[k], states[k + 1], stages[k], times[k], shared)
+        cost += ca.dot(g, x) + 0.5 * ca.bilin(h, x, x) + ca.dot(gu, u) + 0.5 * ca.bilin(hu, u, u)
+        rules.append(a @ before + b @ u - x)
+        z += [u, x]
+        before = x
+    solver = ca.qpsol("other", "qrqp", {"x": ca.vertcat(*z), "f": cost, "g": ca.vertcat(*rules)},
+                      {"print_iter": False, "print_header": False, "print_info": False})  # fmt: skip
+    at_states = np.hstack((jerks, states[1:]))
+    low, high = (bounds[0] - at_states).ravel(), (bounds[1] - at_states).ravel()
+    expected = np.array(solver(lbx=low, ubx=high, lbg=0.0, ubg=0.0)["x"]).reshape(6, 9)
+    assert ours._change == pytest.approx(expected, abs=5e-3)  # HPIPM stops at its own tolerance
+
+
+def test_it_runs_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = Sizes(12, 3, 2)
+    given = problem(np.random.default_rng(17), sizes)
+    start, jerks, stages, times, shared, bounds = given
+    arguments = (rollout(start, jerks, times), jerks, stages, times, shared, bounds)
+    monkeypatch.setattr(compiler, "find_compiler", lambda: None)
+    machine = MpcProblem(sizes, generated_code=True)
+    assert not machine.is_compiled
+    plain = machine.step(*arguments)
+    monkeypatch.undo()
+    if compiler.find_compiler() is None:
+        pytest.skip("there is no C compiler here")
+    mpc_problem._gauss_newton_step.cache_clear()
+    fast = MpcProblem(sizes, generated_code=True)
+    assert fast.is_compiled
+    assert fast.step(*arguments) == pytest.approx(plain, abs=1e-6)
+
+
+def test_a_damaged_library_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if compiler.find_compiler() is None:
+        pytest.skip("there is no C compiler here")
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
+    x = ca.SX.sym("x")
+    square = ca.Function("square", [x], [x * x])
+    assert float(compiler.compiled(square)(3.0)) == 9.0
+    (library,) = tmp_path.glob("*.so")
+    library.unlink()  # not overwritten in place: this process has it mapped
+    library.write_bytes(b"no library")
+    assert float(compiler.compiled(square)(4.0)) == 16.0
+    monkeypatch.setattr(compiler, "find_compiler", lambda: "/nowhere/cc")
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "other"))
+    assert compiler.compiled(square) is None
