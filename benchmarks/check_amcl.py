@@ -1,18 +1,21 @@
 """Does AMCL hold its position, and does it find itself? On a real building's scans, and in our world.
 
-Usage: python benchmarks/check_amcl.py missions|kidnapped|demo [--count N] [--seed S] [--workers N]
+Usage: python benchmarks/check_amcl.py missions|kidnapped|offset|demo [--count N] [--seed S] [--workers N]
 
-``missions``: deliveries of the stack nav2-amcl, AMCL in the loop. The error is that of the believed position at every
-tick; a delivery is lost if it ends more than 2 m wrong.
+``missions``: deliveries with the localizer in the loop (``--stack``, default nav2-amcl; ``--sensors`` names another
+preset than the stack's). The error is that of the believed position at every tick; a delivery is lost if it ends more
+than 2 m wrong.
 
 ``kidnapped``: AMCL listens while a robot that knows where it is makes a delivery. After 8 m AMCL is made to believe in
 another pose, anywhere free on the map, as if somebody had carried it; recovery is on. It has found itself when it ends
 within 0.5 m of the truth. Deliveries of less than 40 m after that do not count. With ``--uniform`` random particles are
 drawn from anywhere, as in Nav2.
 
-``demo`` (needs NAVSTACK_DATA): MRPT's localization demo. The map is drawn from scans at known poses; the robot starts
-anywhere in x -10..10 m, y -15..-5 m, with any heading, and drives 13 m along a corridor. It has found itself when it
-ends within 0.5 (m and rad together) of the known end.
+``offset``: AMCL without and with recovery, and AMCL with GPS (and recovery) listen while a robot that knows where it is
+drives 40 m of a delivery; all three believe to start 5 m beside the true start, in any direction, as sure of it as of
+any. Each has recovered when it ends within 0.5 m of the truth. ``--sensors`` names another preset than rtk_good.
+
+``demo`` (needs NAVSTACK_DATA): see ``amcl_demo.py``.
 """
 
 import argparse
@@ -23,36 +26,27 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw
+from amcl_demo import localize_globally
 
 from harness.execution import Workers
 from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
+from harness.stack import Stack, load_stack
 from harness.statistics import wilson_interval
 from harness.study import EpisodeTask, make_study
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from navstack.geometry import compose, normalize_angle
 from navstack.localization.amcl import AmclLocalizer
+from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.free_space import FreeSpace
 from navstack.params.amcl import AmclParams
-from navstack.params.nav2_views import read_amcl
-from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
+from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import read_amcl, read_amcl_gps
+from navstack.types import Belief, Observation, Pose2D
 
 NEAR = 0.5  # [m] of the truth: it has found itself
 LOST = 2.0  # [m] from the truth
 BEFORE, AFTER = 8.0, 40.0  # [m] that a robot drives until it is kidnapped, and at least from then on
+OFFSET = 5.0  # [m] from the true start to the believed one
 CANDIDATES = 100_000  # poses of which a scan picks the random particles
-
-RESOLUTION = 0.05  # [m/cell] of the demo's map
-START = (-10.0, 10.0, -15.0, -5.0)  # [m] x and y between which the demo's robot starts
-NO_RETURN = 80.0  # [m] from which on the demo's scanner has seen nothing
-DEMO = AmclParams(
-    **{f"alpha{i}": 0.05 for i in range(1, 5)},
-    laser_max_range=NO_RETURN,
-    min_particles=2000,
-    max_particles=20_000,
-    update_min_d=0.0,
-    update_min_a=0.0,
-)
+RECOVERY = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1}
 
 
 def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D, Pose2D]]:
@@ -63,12 +57,14 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D, Pose2D]]:
     brain = build_brain(task, world)
     observation = world.reset(mission, generators)
     brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
-    while rules.judge(world.truth, mission.goal) is None:
-        command, truth = brain.tick(observation), world.truth.pose
-        assert brain.belief is not None
-        yield observation, truth, brain.belief.pose
-        observation = world.step(command)
-    world.close_episode()
+    try:
+        while rules.judge(world.truth, mission.goal) is None:
+            command, truth = brain.tick(observation), world.truth.pose
+            assert brain.belief is not None
+            yield observation, truth, brain.belief.pose
+            observation = world.step(command)
+    finally:
+        world.close_episode()
 
 
 def errors_of(task: EpisodeTask) -> np.ndarray:
@@ -76,9 +72,9 @@ def errors_of(task: EpisodeTask) -> np.ndarray:
     return np.array([distance(truth, believed) for _, truth, believed in drive(task)])
 
 
-def missions(count: int, seed: int, workers: int) -> None:
-    """Print how well AMCL knows where it is."""
-    study = make_study(stacks=["nav2-amcl"], episodes=count, seed=seed)
+def missions(count: int, seed: int, workers: int, stack: str, sensors: str | None) -> None:
+    """Print how well a stack's localizer knows where it is."""
+    study = make_study(stacks=[stack], sensors=sensors, episodes=count, seed=seed)
     errors = []
     with Workers(workers) as pool:
         for finished in pool.run(errors_of, study.tasks()):
@@ -86,6 +82,8 @@ def missions(count: int, seed: int, workers: int) -> None:
                 print(f"delivery {finished.task.episode}: {finished.error}", flush=True)
                 continue
             errors.append(finished.result)
+            if errors[-1][-1] > LOST:
+                print(f"delivery {finished.task.episode} is lost", flush=True)
             print(summary(errors), flush=True)
 
 
@@ -133,8 +131,8 @@ def carry_away(localizer: AmclLocalizer, truth: Pose2D, there: np.ndarray) -> No
 
 def final_error(task: EpisodeTask, candidates: int) -> float | None:
     """The error [m] at the end of a delivery on the way of which AMCL was kidnapped; None: it is too short."""
-    recovery = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1, "recovery_candidates": candidates}
-    localizer = listener(dataclasses.replace(read_amcl(nav2_of(task)), **recovery), task.map_name)
+    params = dataclasses.replace(read_amcl(nav2_of(task)), recovery_candidates=candidates, **RECOVERY)
+    localizer = listener(params, task.map_name)
     rng = np.random.default_rng((task.seed, task.episode))
     driven, before, kidnapped_at, believed = 0.0, None, None, Pose2D()
     for observation, truth, _ in drive(task):
@@ -151,56 +149,35 @@ def final_error(task: EpisodeTask, candidates: int) -> float | None:
     return distance(before, believed)
 
 
-class Demo:
-    """The demo's data as observations, and its map."""
-
-    def __init__(self, folder: Path) -> None:
-        self._data = np.load(folder / "mrpt_localization" / "localization_demo.npz")
-        self.end = Pose2D(*self._data["expected_final"])
-        self._sensor = Pose2D(*self._data["sensor_pose"][:2], self._data["sensor_pose"][3])
-
-    def observations(self) -> Iterator[Observation]:
-        """Odometry and a scan for each increment, a second apart."""
-        pose = Pose2D()
-        for i, (increment, ranges) in enumerate(zip(self._data["odom_increment"], self._data["ranges"], strict=True)):
-            pose = compose(pose, Pose2D(*increment))
-            yield Observation(float(i), Odometry(float(i), pose, Twist2D()), scan=self._scan(float(i), ranges))
-
-    def _scan(self, stamp: float, ranges: np.ndarray) -> LaserScan:
-        angles = self._data["angles"]
-        increment = float(angles[1] - angles[0])
-        return LaserScan(stamp, ranges.astype(float), float(angles[0]), increment, 0.0, NO_RETURN, self._sensor)
-
-    def map(self) -> OccupancyGrid:
-        """Occupied where beams ended, free where they passed, unknown elsewhere and where the robot does not start."""
-        scans = []
-        for pose, ranges in zip(self._data["map_pose"], self._data["map_ranges"], strict=True):
-            sensor, returned = compose(Pose2D(*pose), self._sensor), ranges < NO_RETURN
-            angles = sensor.yaw + self._data["angles"][returned]
-            directions = np.column_stack((np.cos(angles), np.sin(angles)))
-            scans.append((sensor.x, sensor.y) + np.vstack((np.zeros(2), ranges[returned, None] * directions)))
-        hits = np.concatenate([scan[1:] for scan in scans])
-        origin = hits.min(axis=0) - 1.0
-        width, height = np.ceil((hits.max(axis=0) + 1.0 - origin) / RESOLUTION).astype(int)
-        image = Image.new("1", (int(width), int(height)))
-        for scan in scans:
-            ImageDraw.Draw(image).polygon([tuple(point) for point in (scan - origin) / RESOLUTION], fill=1)
-        x, y = (origin[i] + RESOLUTION * np.arange(size) for i, size in enumerate((width, height)))
-        starts = ((y > START[2]) & (y < START[3]))[:, None] & (x > START[0]) & (x < START[1])
-        grid = np.where(np.array(image) & starts, np.int8(FREE), np.int8(UNKNOWN))
-        columns, rows = np.rint((hits - origin) / RESOLUTION).astype(int).T  # cells as AMCL takes them
-        grid[rows, columns] = OCCUPIED
-        return OccupancyGrid(grid, RESOLUTION, Pose2D(*origin))
+@lru_cache(maxsize=1)
+def arms(stack: Stack, map_name: str) -> dict[str, AmclLocalizer]:
+    """What is compared from a wrong start, by name."""
+    nav2, grid = load_nav2(Path(stack.nav2_file)), scene_of(map_name).mapped_geometry
+    params = dataclasses.replace(read_amcl(nav2), recovery_candidates=CANDIDATES, **RECOVERY)
+    without = dataclasses.replace(params, recovery_candidates=0, recovery_alpha_slow=0.0, recovery_alpha_fast=0.0)
+    return {
+        "AMCL, recovery off": AmclLocalizer(without, grid),
+        "AMCL, recovery on": AmclLocalizer(params, grid),
+        "AMCL + GPS": AmclGpsLocalizer(params, read_amcl_gps(nav2), grid),
+    }
 
 
-def finds_itself(localizer: AmclLocalizer, demo: Demo, seed: int) -> bool:
-    """Localize globally with a seed."""
-    localizer.reset(Belief(Pose2D()), np.random.default_rng(seed))
-    localizer.localize_globally()
-    for observation in demo.observations():
-        believed = localizer.update(observation).pose
-    wrong = (believed.x - demo.end.x, believed.y - demo.end.y, normalize_angle(believed.yaw - demo.end.yaw))
-    return float(np.linalg.norm(wrong)) < NEAR
+def offset_errors(task: EpisodeTask) -> dict[str, float] | None:
+    """The error [m] of each arm 40 m after a start 5 m off; None: the delivery is too short."""
+    localizers, driven, before = arms(load_stack("nav2-amcl-gps"), task.map_name), 0.0, None
+    beliefs: dict[str, Belief] = {}
+    for observation, truth, _ in drive(task):
+        if before is None:
+            angle = np.random.default_rng((task.seed, task.episode)).uniform(-np.pi, np.pi)
+            start = Pose2D(truth.x + OFFSET * np.cos(angle), truth.y + OFFSET * np.sin(angle), truth.yaw)
+            for localizer in localizers.values():
+                localizer.reset(Belief(start), np.random.default_rng((task.seed, task.episode, 1)))
+        driven += distance(truth, before or truth)
+        before = truth
+        beliefs = {name: localizer.update(observation) for name, localizer in localizers.items()}
+        if driven > AFTER:
+            return {name: distance(truth, belief.pose) for name, belief in beliefs.items()}
+    return None
 
 
 def distance(a: Pose2D, b: Pose2D) -> float:
@@ -231,29 +208,46 @@ def kidnapped(count: int, seed: int, workers: int, candidates: int) -> None:
                 return
 
 
-def global_localization(count: int, seed: int) -> None:
-    """Print how often AMCL finds itself in the demo's building."""
-    demo = Demo(Path(os.environ["NAVSTACK_DATA"]))
-    localizer = AmclLocalizer(DEMO, demo.map())
-    successes = sum(finds_itself(localizer, demo, seed + i) for i in range(count))
-    print(found(successes, count))
+def offset(count: int, seed: int, workers: int, sensors: str | None) -> None:
+    """Print how often AMCL, without and with GPS, recovers from a wrong start."""
+    study = make_study(stacks=["nav2-gps"], localizer="ground_truth", sensors=sensors, episodes=4 * count, seed=seed)
+    errors: list[dict[str, float]] = []
+    with Workers(workers) as pool:
+        for finished in pool.run(offset_errors, study.tasks()):
+            if finished.error:
+                print(f"delivery {finished.task.episode}: {finished.error}", flush=True)
+            if finished.result is None:
+                continue
+            errors.append(finished.result)
+            wrong = ", ".join(f"{name} {error:.2f}" for name, error in errors[-1].items())
+            print(f"delivery {finished.task.episode}: wrong by [m] {wrong}", flush=True)
+            if len(errors) == count:
+                break
+    for name in errors[0]:
+        of_arm = [each[name] for each in errors]
+        print(f"{name}: {found(sum(error < NEAR for error in of_arm), count)}, median error {np.median(of_arm):.2f} m")
 
 
 def main() -> None:
     """Read the arguments and check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("missions", "kidnapped", "demo"))
+    parser.add_argument("what", choices=("missions", "kidnapped", "offset", "demo"))
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--stack", default="nav2-amcl", help="for missions")
+    parser.add_argument("--sensors", help="preset of params/sensors, for missions and offset; default: the stack's")
     parser.add_argument("--uniform", action="store_true", help="random particles from anywhere, as in Nav2")
     arguments = parser.parse_args()
     if arguments.what == "missions":
-        missions(arguments.count, arguments.seed, arguments.workers)
+        missions(arguments.count, arguments.seed, arguments.workers, arguments.stack, arguments.sensors)
     elif arguments.what == "kidnapped":
         kidnapped(arguments.count, arguments.seed, arguments.workers, 0 if arguments.uniform else CANDIDATES)
+    elif arguments.what == "offset":
+        offset(arguments.count, arguments.seed, arguments.workers, arguments.sensors)
     else:
-        global_localization(arguments.count, arguments.seed)
+        seeds = range(arguments.seed, arguments.seed + arguments.count)
+        print(found(localize_globally(Path(os.environ["NAVSTACK_DATA"]), seeds), arguments.count))
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from navstack.navigation_status import Counts, Status, Trouble
 from navstack.planning.planner import Planner
 from navstack.recovery import default_recoveries
 from navstack.stopwatch import Latencies, Stopwatch
-from navstack.types import Pose2D, RobotState, Twist2D
+from navstack.types import Pose2D, RobotState, Track, Twist2D
 
 REPLANNING_PERIOD = 1.0  # [s] RateController hz="1.0"
 NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
@@ -135,8 +135,11 @@ class NavigateToPose:
             self._controller_server.begin(plan, state.stamp)
             self._following = True
 
-    def follow(self, state: RobotState) -> Twist2D | None:
-        """The command of this control cycle, standstill without a path or costmap; None: a recovery is driving."""
+    def follow(self, state: RobotState, tracks: tuple[Track, ...]) -> Twist2D | None:
+        """The command of this control cycle among ``tracks``, standstill without a path or costmap.
+
+        None: a recovery is driving.
+        """
         if self._recovering:
             return None
         self._driver = TREE
@@ -146,7 +149,7 @@ class NavigateToPose:
             self.status = Status.SUCCEEDED
             return Twist2D()
         try:
-            return self._controller_server.compute_command(state, Surroundings(self._local_costmap.master))
+            return self._controller_server.compute_command(state, Surroundings(self._local_costmap.master, tracks))
         except ControlError as error:
             self._control_failed(error, state)
             return Twist2D()
@@ -211,6 +214,15 @@ class NavigateToPose:
     def _start_over(self, now: float) -> None:
         self._recovering = False
         self._next_plan = now
+
+    def resume(self, now: float) -> None:
+        """Go on after a time in which nothing was asked of the tree; following does not count it, a recovery does."""
+        self._controller_server.resume(now)
+
+    def give_up(self, reason: str) -> None:
+        """End a running navigation without success."""
+        if self.status is Status.RUNNING:
+            self._give_up(reason)
 
     def _give_up(self, reason: str) -> None:
         self._recovering = False

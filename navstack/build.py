@@ -9,6 +9,7 @@ from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.goal_checker import GOAL_CHECKERS
+from navstack.control.mpc.mpc_controller import JerkLimitedMpcController
 from navstack.control.progress_checker import PROGRESS_CHECKERS
 from navstack.control.rotation_shim import RotationShimController
 from navstack.control.rpp.rpp_controller import RegulatedPurePursuitController
@@ -18,13 +19,17 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.localization.amcl import AmclLocalizer
+from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.gps import GpsLocalizer
+from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
+from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_views import (
     read_amcl,
+    read_amcl_gps,
     read_behavior_server,
     read_behaviors,
     read_collision_monitor,
@@ -32,12 +37,16 @@ from navstack.params.nav2_views import (
     read_controller_server,
     read_costmap,
     read_goal_checker,
+    read_gps_ekf,
     read_masks,
     read_planner,
     read_primary_controller,
     read_progress_checker,
+    read_tracker,
     read_velocity_smoother,
 )
+from navstack.perception.tracker import Tracker
+from navstack.planning.planner import RobotShape
 from navstack.planning.planners import PLANNERS
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
@@ -49,12 +58,16 @@ MOST_FREQUENT = 1000.0  # [Hz] of any part
 # A localizer is made from the parameter file and the map that it takes for the static one.
 LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {
     "gps": lambda *_: GpsLocalizer(),
+    "gps-ekf": lambda nav2, _: GpsEkfLocalizer(read_gps_ekf(nav2)),
+    "odom_imu": lambda nav2, _: GpsEkfLocalizer(read_gps_ekf(nav2), uses_fixes=False),
     "amcl": lambda nav2, static_map: AmclLocalizer(read_amcl(nav2), static_map),
+    "amcl-gps": lambda nav2, static_map: AmclGpsLocalizer(read_amcl(nav2), read_amcl_gps(nav2), static_map),
 }
 # A controller is made from its parameters, the footprint, the control frequency and the goal checker's xy tolerance.
 CONTROLLERS: dict[str, Callable[[Any, FloatArray, float, float], Controller]] = {
     "dwb_core::DWBLocalPlanner": lambda params, footprint, frequency, _: DwbController(params, footprint, frequency),
     "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RegulatedPurePursuitController,
+    "navstack::JerkLimitedMPC": JerkLimitedMpcController,
 }
 
 
@@ -80,6 +93,7 @@ def build_navigator(
     localizer: Localizer,
     static_map: OccupancyGrid,
     keepout: BoolArray | None,
+    stops_when_lost: bool = False,
 ) -> Navigator:
     """A navigator as a Nav2 parameter file describes it.
 
@@ -89,6 +103,7 @@ def build_navigator(
         static_map: what the static layers show.
         keepout: cells of ``static_map`` (height, width) that the robot must not enter: the mask of keepout filters for
             which the file names none; None: there is no such mask.
+        stops_when_lost: see :class:`Navigator`; Nav2 drives on.
 
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
@@ -108,9 +123,10 @@ def build_navigator(
     )
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller_server.set_speed_limit)
+    tracker = Tracker(read_tracker(nav2), static_map) if controller.wants_tracks else None
     planner = read_planner(nav2)
     tree = NavigateToPose(
-        PLANNERS[planner.type](planner.params),
+        PLANNERS[planner.type](planner.params, robot_shape(global_costmap)),
         controller_server,
         _build_behavior_server(nav2, local_costmap),
         global_costmap,
@@ -124,7 +140,19 @@ def build_navigator(
         VelocitySmoother(read_velocity_smoother(nav2)),
         _build_monitor(nav2, local_costmap.footprint),
         read_frequencies(nav2),
+        stops_when_lost,
+        tracker,
     )
+
+
+def build_global_costmap(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> LayeredCostmap:
+    """The costmap on which paths are planned; see :func:`build_navigator`."""
+    return _build_costmap(nav2, "global_costmap", static_map, keepout)
+
+
+def robot_shape(costmap: LayeredCostmap) -> RobotShape:
+    """What a planner knows of the robot's body on a costmap."""
+    return RobotShape(robot_footprint(costmap.params), costmap.inscribed_radius)
 
 
 def read_frequencies(nav2: Nav2File) -> Frequencies:

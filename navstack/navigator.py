@@ -11,10 +11,13 @@ from navstack.control.decision import DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Counts, Status, Trouble
+from navstack.perception.tracker import Tracker
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
-from navstack.types import Belief, Observation, Odometry, Pose2D, RobotState, Twist2D
+from navstack.types import Belief, Health, Observation, Odometry, Pose2D, RobotState, Track, Twist2D
+
+LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
 
 
 class Frequencies(NamedTuple):
@@ -39,7 +42,12 @@ class TickRecord:
 
 
 class Navigator:
-    """Localizes, maps, plans, follows or recovers, smooths and watches over it, each part when it is due."""
+    """Localizes, maps, plans, follows or recovers, smooths and watches over it, each part when it is due.
+
+    A navigator that ``stops_when_lost`` stands while the belief's health is LOST: the smoother brings it to rest, and
+    the tree is not asked. Progress and patience do not count that time, recoveries do; after ``LOST_PATIENCE`` the
+    navigation is given up.
+    """
 
     def __init__(
         self,
@@ -50,6 +58,8 @@ class Navigator:
         smoother: VelocitySmoother,
         monitor: CollisionMonitor,
         frequencies: Frequencies,
+        stops_when_lost: bool = False,
+        tracker: Tracker | None = None,
     ) -> None:
         self._localizer = localizer
         self._local_costmap = local_costmap
@@ -57,6 +67,8 @@ class Navigator:
         self._tree = tree
         self._smoother = smoother
         self._monitor = monitor
+        self._stops_when_lost = stops_when_lost
+        self._tracker = tracker
         self._local_clock = Clock(frequencies.local_costmap)
         self._global_clock = Clock(frequencies.global_costmap)
         self._control_clock = Clock(frequencies.controller)
@@ -80,6 +92,8 @@ class Navigator:
         self._tree.reset(goal, rng)
         self._smoother.reset()
         self._monitor.reset()
+        if self._tracker is not None:
+            self._tracker.reset()
         for clock in self._clocks:
             clock.reset()
         self._odometry = Odometry(0.0, Pose2D(), Twist2D())
@@ -87,6 +101,7 @@ class Navigator:
         self._wanted: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
         self._decided: Twist2D | None = None  # the same, of the last tick only
         self._stamp = 0.0  # [s] of the last tick
+        self._lost_since: float | None = None  # [s] when it stopped; None: it drives
 
     @property
     def status(self) -> Status:
@@ -119,16 +134,20 @@ class Navigator:
         decision = self._tree.decision(self._decided, self._stamp)
         return TickRecord(self.belief, decision, self._decided, self._command, self._monitor.action)
 
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """What moves about, at the last tick; none where nobody tracks."""
+        return () if self._tracker is None else tuple(self._tracker.tracks(self._stamp))
+
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""
         state = self._sense(observation)
         self._decided, self._stamp = None, state.stamp
         self._map(state, observation)
-        if self._behavior_clock.is_due(state.stamp):
-            self._want(self._tree.recover(state))
-        self._tree.replan(state)
-        if self._control_clock.is_due(state.stamp):
-            self._want(self._tree.follow(state))
+        if self._stops_when_lost and self.belief.health is Health.LOST:
+            self._stand(state.stamp)
+        else:
+            self._run_tree(state)
         if observation.scan is not None:
             self._monitor.receive(observation.scan, state.odom_pose)
         if self._smoother_clock.is_due(state.stamp):
@@ -136,6 +155,26 @@ class Navigator:
             self._command = self._monitor.process(smoothed, None, state.stamp, state.odom_pose)
             self._wanted = None
         return self._command
+
+    def _run_tree(self, state: RobotState) -> None:
+        """Recover, plan and follow, each when it is due."""
+        if self._lost_since is not None:
+            self._lost_since = None
+            self._tree.resume(state.stamp)
+        if self._behavior_clock.is_due(state.stamp):
+            self._want(self._tree.recover(state))
+        self._tree.replan(state)
+        if self._control_clock.is_due(state.stamp):
+            self._want(self._tree.follow(state, self.tracks))
+
+    def _stand(self, now: float) -> None:
+        """Do nothing, as long as patience lasts."""
+        if self._lost_since is None:
+            self._lost_since = now
+        if now - self._lost_since > LOST_PATIENCE:
+            self._tree.give_up(f"lost for more than {LOST_PATIENCE:g} s")
+        if self._control_clock.is_due(now):
+            self._want(Twist2D())
 
     def _want(self, command: Twist2D | None) -> None:
         """Hand a command to the smoother; None: whoever was asked is not driving."""
@@ -149,7 +188,9 @@ class Navigator:
         return RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose)
 
     def _map(self, state: RobotState, observation: Observation) -> None:
-        """Show a new scan to both costmaps, from the pose at which it was taken, and update those that are due."""
+        """Show a new scan to tracker and costmaps, from where it was taken, and update the costmaps that are due."""
+        if observation.scan is not None and self._tracker is not None:
+            self._tracker.observe(observation.scan, state.pose, state.odom_pose)
         for costmap, clock in ((self._local_costmap, self._local_clock), (self._global_costmap, self._global_clock)):
             if observation.scan is not None:
                 costmap.observe_scan(state.pose, observation.scan)

@@ -90,9 +90,15 @@ def _field_name(file: GoldenFile, farthest: float) -> str:
 
 
 def _resolution(file: GoldenFile) -> float:
-    """[m/cell], the first number of the fact, which is a text."""
-    number = re.search(r"\d+\.\d+", str(file.facts("map")["resolution"]))
-    assert number is not None
+    """[m/cell], the first number of the fact, which is a text.
+
+    Raises:
+        ValueError: it holds none.
+    """
+    text = str(file.facts("map")["resolution"])
+    number = re.search(r"\d+\.\d+", text)
+    if number is None:
+        raise ValueError(f"the map's resolution '{text}' holds no number")
     return float(number[0])
 
 

@@ -49,11 +49,11 @@ PARTS = (
     Part("amcl_weights", amcl.find_weights, amcl.check_weights),
     Part("amcl_generator", amcl_particles.find_generators, amcl_particles.check_generator),
     Part("amcl_motion", amcl_particles.find_motions, amcl_particles.check_motion),
-    Part("amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments),
+    Part("amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments, "standard errors"),
     Part("amcl_limits", amcl_particles.find_limits, amcl_particles.check_limits),
     Part("amcl_resampling", amcl_particles.find_resamplings, amcl_particles.check_resampling),
     Part("amcl_clusters", amcl_particles.find_clusters, amcl_particles.check_clusters),
-    Part("amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread),
+    Part("amcl_spread", amcl_particles.find_spreads, amcl_particles.check_spread, "standard errors"),
 )
 UNATTRIBUTED = "unattributed"  # name of the row of arrays that belong to no part
 INPUTS_OF_TIMINGS = re.compile(r"(costmap|path)\d+")  # grids and paths that were recorded for the clock only
@@ -77,13 +77,25 @@ class PartResult:
     part: str
     cases: int
     equal: int  # cases without any deviation
-    largest_deviation: float | None  # of what was compared within a tolerance, in its own unit; None: nothing was
+    largest_deviation: float | None  # of what was compared within a tolerance; None: nothing was
     deviations: tuple[Deviation, ...]
+    unit: str = ""  # of the largest deviation; empty: each quantity's own
 
 
 def discover(files: Sequence[GoldenFile]) -> list[tuple[Part, Case]]:
-    """Every case of every part; nothing but names and facts is read."""
-    return [(part, case) for part in PARTS for file in files for case in part.find(file)]
+    """Every case of every part; nothing but names and facts is read.
+
+    Raises:
+        GoldenError: a file's facts are of a kind that a part cannot search.
+    """
+    return [(part, case) for part in PARTS for file in files for case in _found(part, file)]
+
+
+def _found(part: Part, file: GoldenFile) -> list[Case]:
+    try:
+        return list(part.find(file))
+    except _CANNOT_RUN as error:
+        raise file.unusable(f"holds facts in which no case of {part.name} can be looked for ({error})") from None
 
 
 def unattributed(files: Sequence[GoldenFile], cases: Sequence[tuple[Part, Case]]) -> list[str]:
@@ -129,9 +141,8 @@ def _summary(part: Part, cases: Sequence[Case]) -> PartResult:
     compared = [(case, compare(part, case)) for case in cases]
     deviations = tuple(_deviations(compared))
     largest = max((comparison.largest for _, comparison in compared), default=0.0)
-    return PartResult(
-        part.name, len(cases), len(cases) - len(deviations), None if part.check is None else largest, deviations
-    )
+    equal = len(cases) - len(deviations)
+    return PartResult(part.name, len(cases), equal, None if part.check is None else largest, deviations, part.unit)
 
 
 def _deviations(compared: Sequence[tuple[Case, Comparison]]) -> Iterator[Deviation]:
@@ -156,6 +167,7 @@ def document(results: Sequence[PartResult]) -> dict[str, Any]:
                 "cases": result.cases,
                 "equal": result.equal,
                 "largest_deviation": result.largest_deviation,
+                "largest_deviation_unit": result.unit or None,
                 "deviations": [
                     {"case": deviation.case, "why": deviation.why, "explained": deviation.is_explained}
                     for deviation in result.deviations

@@ -39,12 +39,12 @@ class GoldenFile:
             check_regular(path, MOST_BYTES)
             arrays = np.load(path, allow_pickle=False)
         except _UNREADABLE as error:
-            raise self._unusable(f"is not a readable .npz file ({_reason(error)})") from None
+            raise self.unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
-            raise self._unusable("is a single array, not an .npz file")
+            raise self.unusable("is a single array, not an .npz file")
         largest = max((member.file_size for member in arrays.zip.infolist()), default=0)
         if largest > MOST_BYTES:
-            raise self._unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
+            raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays
         self.names = frozenset(arrays.files) - {META}  # of the arrays
         self.meta: dict[str, Any] = self._read_meta()
@@ -68,7 +68,7 @@ class GoldenFile:
         try:
             return self._arrays[name]
         except _UNREADABLE as error:
-            raise self._unusable(f"is damaged at array '{name}' ({_reason(error)})") from None
+            raise self.unusable(f"is damaged at array '{name}' ({_reason(error)})") from None
 
     def bases(self, suffix: str, prefix: str = "") -> list[str]:
         """What stands between ``prefix`` and ``suffix`` in the names of the arrays that have both, sorted."""
@@ -88,16 +88,17 @@ class GoldenFile:
 
     def _read_meta(self) -> dict[str, Any]:
         if META not in self._arrays.files:
-            raise self._unusable(f"holds no '{META}'")
+            raise self.unusable(f"holds no '{META}'")
         try:
             meta = json.loads(str(self._arrays[META]))
         except _UNREADABLE as error:
-            raise self._unusable(f"holds a '{META}' that cannot be read ({_reason(error)})") from None
+            raise self.unusable(f"holds a '{META}' that cannot be read ({_reason(error)})") from None
         if not isinstance(meta, dict):
-            raise self._unusable(f"holds a '{META}' that is no mapping of cases")
+            raise self.unusable(f"holds a '{META}' that is no mapping of cases")
         return meta
 
-    def _unusable(self, trouble: str) -> GoldenError:
+    def unusable(self, trouble: str) -> GoldenError:
+        """The error that says why this file cannot be used."""
         return GoldenError(f"{self.path}: {trouble}; a file of golden vectors is wanted: record it again or remove it")
 
 

@@ -20,6 +20,8 @@ class Surroundings:
 class Controller(ABC):
     """Follows a plan. A new plan is recognised as a new object."""
 
+    wants_tracks = False  # whether it looks at what moves about
+
     @abstractmethod
     def reset(self) -> None:
         """Forget everything about the previous goal."""

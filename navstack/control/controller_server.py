@@ -46,6 +46,11 @@ class ControllerServer:
         if self._plan is not None:
             self.begin(self._plan, now)
 
+    def resume(self, now: float) -> None:
+        """Go on after a time in which no command was asked for: neither progress nor patience counts it."""
+        self._progress_checker.reset()
+        self._last_valid = now
+
     def set_plan(self, plan: Path) -> None:
         """Take over a newer plan to the same goal; whether that is reached is asked afresh (``setPlannerPath``)."""
         self._plan = plan

@@ -13,7 +13,7 @@ from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.localizer import Localizer
 from navstack.localization.motion_model import motion_model_of
-from navstack.localization.particle_filter import ParticleFilter
+from navstack.localization.particle_filter import Cluster, ParticleFilter
 from navstack.params.amcl import AmclParams
 from navstack.types import Belief, FloatArray, Health, LaserScan, Observation, Odometry, Pose2D
 
@@ -21,8 +21,11 @@ INITIAL_VARIANCES = (0.25, 0.25, 0.0685)  # [m2, m2, rad2] of a start that comes
 
 EXPLAINED_WITHIN = 0.5  # [m] of an obstacle on the map: a return there is explained
 DEGRADED_BELOW, LOST_BELOW = 0.5, 0.25  # [-] share of explained returns
-DEGRADED_ABOVE, LOST_ABOVE = 0.5, 2.0  # [m] standard deviation along the worst direction
+DEGRADED_ABOVE, LOST_ABOVE = 0.5, 2.0  # [m] standard deviation of the heaviest cluster along the worst direction
+DEGRADED_UNDER, LOST_UNDER = 0.9, 0.5  # [-] weight of that cluster; the rest are elsewhere
 FEWEST_RETURNS = 10  # of a scan that can tell anything
+
+LOOK_AGAIN = 0.5  # [s] after which a robot in doubt looks again, even where it stands
 
 _WAITING = 10  # scans that wait for the odometry of their time, as nav2_amcl's message filter keeps
 _KEPT = 100  # odometry messages
@@ -36,9 +39,13 @@ class AmclLocalizer(Localizer):
     drawn anew; then the heaviest cluster's mean becomes the pose of the robot at the scan's time and the covariance of
     all particles that of the belief. What lies between is the map -> odom transform that Nav2 broadcasts.
 
-    Health is LOST where the particles' position has a standard deviation above ``LOST_ABOVE`` or less than
-    ``LOST_BELOW`` of the scan's returns end within ``EXPLAINED_WITHIN`` of an obstacle on the map, seen from the
-    believed pose; DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS`` returns leaves that share as it was.
+    With ``recovery_candidates``, a robot that is lost looks again every ``LOOK_AGAIN`` even where its wheels stand: it
+    may have been carried or pushed. Nav2 does so on request only (``request_nomotion_update``).
+
+    Health is LOST where the heaviest cluster has less than ``LOST_UNDER`` of the weight, or its position a standard
+    deviation above ``LOST_ABOVE``, or less than ``LOST_BELOW`` of the scan's returns end within ``EXPLAINED_WITHIN`` of
+    an obstacle on the map, seen from the believed pose; DEGRADED likewise. A scan with fewer than ``FEWEST_RETURNS``
+    returns leaves that share as it was.
     """
 
     def __init__(self, params: AmclParams, static_map: OccupancyGrid) -> None:
@@ -66,6 +73,7 @@ class AmclLocalizer(Localizer):
         self._odometry: deque[Odometry] = deque(maxlen=_KEPT)
         self._scans: deque[LaserScan] = deque(maxlen=_WAITING)
         self._belief = Belief(belief.pose, covariance, stamp=belief.stamp)
+        self._heaviest = Cluster(1.0, belief.pose, covariance)  # that gave the belief
         self._forget_scans()
 
     def localize_globally(self) -> None:
@@ -76,6 +84,7 @@ class AmclLocalizer(Localizer):
     def _forget_scans(self) -> None:
         """The next scan counts however little the robot moves, and gives a belief at once."""
         self._last_pose: Pose2D | None = None  # in the odom frame, when a scan counted last
+        self._last_stamp = 0.0  # [s] of that scan
         self._counted = 0
         self._explained = 1.0
 
@@ -102,24 +111,30 @@ class AmclLocalizer(Localizer):
     def _take_in(self, scan: LaserScan, in_odom: Pose2D) -> None:
         """Match a scan that was taken at a pose of the odom frame, if it counts."""
         is_first = self._last_pose is None
-        if not is_first and not self._has_moved(in_odom):
+        is_due = self._in_doubt and scan.stamp - self._last_stamp >= LOOK_AGAIN
+        if not is_first and not is_due and not self._has_moved(in_odom):
             return
         if self._last_pose is not None:
             draws = self._rng.standard_normal(self.particles.poses.shape)
             self._motion_model.move(self.particles.poses, self._last_pose, in_odom, draws)
         estimate = self._estimate() if is_first else None  # Nav2 publishes the start as it was spread
-        self._last_pose = in_odom
-        self.particles.weigh(self.likelihoods(scan), self._sensor_model.best(scan))
+        self._last_pose, self._last_stamp = in_odom, scan.stamp
+        self._weigh(scan, in_odom)
         self._counted += 1
         if self._counted % self._params.resample_interval == 0:
-            self.particles.resample(self._rng, lambda count, rng: self._draw_strays(count, scan, rng))
+            self._resample(scan, in_odom)
             estimate = self._estimate()
         if estimate is not None:
             self._correct(*estimate, scan, in_odom)
 
-    def likelihoods(self, scan: LaserScan) -> FloatArray:
-        """How well a scan fits each particle (N,); of no particular scale."""
-        return self._sensor_model.likelihoods(self.particles.poses, scan, self.particles.has_converged)
+    def _weigh(self, scan: LaserScan, in_odom: Pose2D) -> None:
+        """Weigh the particles, which stand where the robot was at ``in_odom``, by all that tells of the place."""
+        match = self._sensor_model.match(self.particles.poses, scan, self.particles.has_converged)
+        self.particles.weigh(match.likelihoods, match.best)
+
+    def _resample(self, scan: LaserScan, in_odom: Pose2D) -> None:
+        """Draw the particles anew; ``in_odom`` as for :meth:`_weigh`."""
+        self.particles.resample(self._rng, lambda count, rng: self._draw_strays(count, scan, rng))
 
     def _draw_strays(self, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
         """Poses (count, 3) anywhere on the map, for the random particles of the recovery."""
@@ -127,24 +142,39 @@ class AmclLocalizer(Localizer):
             return self._guide.draw(count, scan, rng)
         return self._free_space.draw(count, rng)
 
+    @property
+    def _in_doubt(self) -> bool:
+        """Whether scans count although the robot stands."""
+        return self._params.recovery_candidates > 0 and self._belief.health is Health.LOST
+
     def _has_moved(self, in_odom: Pose2D) -> bool:
         assert self._last_pose is not None
         given, last = self._params, self._last_pose
         far = max(abs(in_odom.x - last.x), abs(in_odom.y - last.y)) > given.update_min_d
         return far or abs(normalize_angle(in_odom.yaw - last.yaw)) > given.update_min_a
 
-    def _estimate(self) -> tuple[Pose2D, FloatArray]:
-        """The heaviest cluster's mean, and the covariance of all particles."""
+    def _estimate(self) -> tuple[Cluster, FloatArray]:
+        """The heaviest cluster, and the covariance of all particles."""
         heaviest = max(self.particles.clusters(), key=lambda cluster: cluster.weight)
-        return heaviest.pose, self.particles.overall().covariance
+        return heaviest, self.particles.overall().covariance
 
-    def _correct(self, pose: Pose2D, covariance: FloatArray, scan: LaserScan, in_odom: Pose2D) -> None:
-        """Believe that the robot was at ``pose`` when the scan was taken."""
+    def _correct(self, cluster: Cluster, covariance: FloatArray, scan: LaserScan, in_odom: Pose2D) -> None:
+        """Believe that the robot was where the cluster is when the scan was taken."""
+        pose, self._heaviest = cluster.pose, cluster
         self._map_to_odom = _frame_of(pose, in_odom)
         ends = self._sensor_model.beams(scan).ends()
         if len(ends) >= FEWEST_RETURNS:
             self._explained = float((self._field.at(transform_points(pose, ends)) <= EXPLAINED_WITHIN).mean())
-        self._belief = Belief(pose, covariance, _health(covariance, self._explained), scan.stamp)
+        self._belief = Belief(pose, covariance, self._health(), scan.stamp)
+
+    def _health(self) -> Health:
+        """What the heaviest cluster and the share of explained returns mean."""
+        weight, covariance = self._heaviest.weight, self._heaviest.covariance[:2, :2]
+        deviation = math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
+        if deviation > LOST_ABOVE or weight < LOST_UNDER or self._explained < LOST_BELOW:
+            return Health.LOST
+        in_part = deviation > DEGRADED_ABOVE or weight < DEGRADED_UNDER or self._explained < DEGRADED_BELOW
+        return Health.DEGRADED if in_part else Health.TRACKING
 
 
 def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
@@ -162,11 +192,3 @@ def pose_at(odometry: deque[Odometry], stamp: float) -> Pose2D:
 def _frame_of(pose: Pose2D, in_frame: Pose2D) -> Pose2D:
     """The frame in which something at ``pose`` stands at ``in_frame``."""
     return compose(pose, relative_to(in_frame, Pose2D()))
-
-
-def _health(covariance: FloatArray, explained: float) -> Health:
-    """What the spread of the particles and the share of explained returns mean."""
-    deviation = math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0))
-    if deviation > LOST_ABOVE or explained < LOST_BELOW:
-        return Health.LOST
-    return Health.DEGRADED if deviation > DEGRADED_ABOVE or explained < DEGRADED_BELOW else Health.TRACKING

@@ -2,6 +2,8 @@
 
 from navstack.params.amcl import AmclParams
 
+LEAST_FALL = 0.1  # [-] of the fast average of fits: smaller ones are chance, as people pass by
+
 
 class LikelihoodAverages:
     """The averages of Nav2 (``pf.c``), after Augmented MCL (Probabilistic Robotics, table 8.3).
@@ -55,7 +57,8 @@ class LastingAverages(LikelihoodAverages):
     """Averages for random particles that the scan has picked: these do no harm, and may come until one is right.
 
     Each average is the plain mean until its rate takes over, and lasts. It is of the fit, which does not change with
-    the number of particles or returns, nor with the random particles as long as one of all is right.
+    the number of particles or returns, nor with the random particles as long as one of all is right. Looking for poses
+    that fit is dear, so that a fall of less than ``LEAST_FALL`` brings none.
     """
 
     def _choose(self, weight: float, fit: float) -> float:
@@ -63,6 +66,12 @@ class LastingAverages(LikelihoodAverages):
 
     def _share_of_new(self, rate: float) -> float:
         return max(rate, 1.0 / self._count) if rate > 0.0 else 0.0
+
+    @property
+    def share_of_strays(self) -> float:
+        """See the base class."""
+        share = super().share_of_strays
+        return share if share >= LEAST_FALL else 0.0
 
     def after_strays(self) -> None:
         """They last."""

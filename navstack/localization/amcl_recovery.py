@@ -29,9 +29,12 @@ class ScanGuide:
         self._candidates = candidates
 
     def draw(self, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
-        """Poses (count, 3), the likeliest first, over and over again if there are not enough."""
-        poses = self._free_space.draw(self._candidates, rng)
-        families = min(FAMILIES, self._candidates)
+        """Poses (count, 3) anywhere on the map; see :meth:`pick`."""
+        return self.pick(self._free_space.draw(self._candidates, rng), count, scan, rng)
+
+    def pick(self, poses: FloatArray, count: int, scan: LaserScan, rng: np.random.Generator) -> FloatArray:
+        """Of candidates (N, 3) the likeliest (count, 3), moved closer; over and over again if there are not enough."""
+        families = min(FAMILIES, len(poses))
         best = poses[np.argpartition(-self._coarse_fit(poses, scan), families - 1)[:families]]
         for length, angle in STEPS:
             around = np.repeat(best[:, None], OFFSPRING, axis=1)

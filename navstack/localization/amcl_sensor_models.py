@@ -31,6 +31,13 @@ class Beams(NamedTuple):
         return np.column_stack((self.sensor.x + ranges * np.cos(bearings), self.sensor.y + ranges * np.sin(bearings)))
 
 
+class Match(NamedTuple):
+    """How well a scan fits particles."""
+
+    likelihoods: FloatArray  # (N,) one per particle; of no particular scale
+    best: float  # the same if every return that counted ended on an obstacle
+
+
 class SensorModel(ABC):
     """Weighs particles by a scan."""
 
@@ -38,18 +45,18 @@ class SensorModel(ABC):
         self._params = params
 
     @abstractmethod
-    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
-        """The likelihood (N,) of a scan from poses (N, 3) of the base in the map frame; of no particular scale.
+    def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
+        """How well a scan fits poses of the base.
 
         Args:
-            poses: the particles.
+            poses: (N, 3) the particles, in the map frame.
             scan: what was measured.
             has_converged: whether the particles stand close together.
         """
 
-    @abstractmethod
-    def best(self, scan: LaserScan) -> float:
-        """The likelihood of a scan of which every return ends on an obstacle."""
+    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
+        """The likelihoods (N,) of :meth:`match` alone."""
+        return self.match(poses, scan, has_converged).likelihoods
 
     def _step(self, count: int) -> int:
         """Every how many beams of ``count`` one is looked at."""
@@ -82,16 +89,12 @@ class LikelihoodFieldModel(SensorModel):
         self._field = field
         self._range_max, self._values = 0.0, np.empty(0)
 
-    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
-        """See :meth:`SensorModel.likelihoods`."""
+    def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
+        """See :meth:`SensorModel.match`."""
         beams = self.beams(scan)
         ends = beams.ends() / self._field.resolution
-        return self._sum(self._field.to_cells(poses), ends, beams.range_max, 1.0)
-
-    def best(self, scan: LaserScan) -> float:
-        """See :meth:`SensorModel.best`."""
-        beams = self.beams(scan)
-        return 1.0 + len(beams.ends()) * float(self._of_returns(beams.range_max)[0]) ** 3
+        likelihoods = self._sum(self._field.to_cells(poses), ends, beams.range_max, 1.0)
+        return Match(likelihoods, 1.0 + len(ends) * float(self._values[0]))
 
     def _sum(self, cells: FloatArray, ends: FloatArray, range_max: float, first: float) -> FloatArray:
         """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
@@ -119,20 +122,15 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
     the wrong place, and none is. Beams without return do not count in either case.
     """
 
-    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
-        """See :meth:`SensorModel.likelihoods`."""
+    def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
+        """See :meth:`SensorModel.match`; beams that are ignored do not count for the best either."""
         beams = self.beams(scan)
         ends = beams.ends() / self._field.resolution
         cells = self._field.to_cells(poses)
         if self._params.do_beamskip and has_converged:
             ends = self._not_skipped(cells, ends)
-        likelihoods: FloatArray = np.exp(self._sum(cells, ends, beams.range_max, 0.0))
-        return likelihoods
-
-    def best(self, scan: LaserScan) -> float:
-        """See :meth:`SensorModel.best`."""
-        beams = self.beams(scan)
-        return float(self._of_returns(beams.range_max)[0]) ** len(beams.ends())
+        likelihoods = np.exp(self._sum(cells, ends, beams.range_max, 0.0))
+        return Match(likelihoods, math.exp(len(ends) * float(self._values[0])))
 
     def _terms(self, range_max: float) -> FloatArray:
         return np.log(np.maximum(self._of_returns(range_max), np.finfo(np.float64).tiny))
@@ -170,25 +168,19 @@ class BeamModel(SensorModel):
         self._resolution = grid.resolution
         self._origin = np.array((grid.origin.x, grid.origin.y))
 
-    def likelihoods(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> FloatArray:
-        """See :meth:`SensorModel.likelihoods`."""
+    def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
+        """See :meth:`SensorModel.match`; for the best, beams without return find none on the map either."""
         given, beams = self._params, self.beams(scan)
-        ranges = np.minimum(beams.ranges, beams.range_max)
+        ranges, returned = np.minimum(beams.ranges, beams.range_max), beams.ranges < beams.range_max
         expected = self._expected(poses, beams)
         miss = ranges - expected
         likelihood = given.z_hit * np.exp(-(miss**2) / (2.0 * given.sigma_hit**2))
         short = given.z_short * given.lambda_short * np.exp(-given.lambda_short * ranges)
         likelihood += np.where(miss < 0.0, short, 0.0)
-        likelihood += np.where(ranges < beams.range_max, given.z_rand / beams.range_max, given.z_max)
-        found: FloatArray = 1.0 + (likelihood**3).sum(axis=1)
-        return found
-
-    def best(self, scan: LaserScan) -> float:
-        """See :meth:`SensorModel.best`; beams without return find none on the map either."""
-        given, beams = self._params, self.beams(scan)
-        of_return = given.z_hit + given.z_rand / beams.range_max
-        is_return = beams.ranges < beams.range_max
-        return 1.0 + float((np.where(is_return, of_return, given.z_hit + given.z_max) ** 3).sum())
+        anywhere = np.where(returned, given.z_rand / beams.range_max, given.z_max)
+        likelihood += anywhere
+        best = 1.0 + float(((given.z_hit + anywhere) ** 3).sum())
+        return Match(1.0 + (likelihood**3).sum(axis=1), best)
 
     def _expected(self, poses: FloatArray, beams: Beams) -> FloatArray:
         """What each beam (n,) would measure from each pose (N,) on the map, (N, n) in [m]."""

@@ -52,32 +52,48 @@ class ParticleFilter:
 
     def weigh(self, likelihoods: FloatArray, best: float) -> None:
         """Multiply the weights by likelihoods (N,) of a scan; ``best``: if every return ended on an obstacle."""
-        self.weights = self.weights * likelihoods
-        total = float(self.weights.sum())
+        total = self.multiply(likelihoods)
+        if total > 0.0:
+            self._averages.follow(total / len(self.weights), float(likelihoods.max()) / best)
+
+    def multiply(self, likelihoods: FloatArray) -> float:
+        """Multiply the weights by likelihoods (N,) of anything; the products' sum, 0: nothing fits and all count alike.
+
+        The averages by which the filter takes itself to be lost are of scans, and stay as they are.
+        """
+        products = self.weights * likelihoods
+        total = float(products.sum())
         if not total > 0.0:
             self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
-            return
-        self.weights /= total
-        self._averages.follow(total / len(self.weights), float(likelihoods.max()) / best)
+            return 0.0
+        self.weights = products / total
+        return total
 
     @property
     def share_of_strays(self) -> float:
         """The share of random particles that the next resampling brings."""
         return self._averages.share_of_strays
 
-    def resample(self, rng: np.random.Generator, draw_strays: Callable[[int, np.random.Generator], FloatArray]) -> None:
+    def resample(
+        self,
+        rng: np.random.Generator,
+        draw_strays: Callable[[int, np.random.Generator], FloatArray] | None,
+        least_share: float = 0.0,
+    ) -> None:
         """Draw new particles from the weighted ones, and some from elsewhere if the weights have fallen.
 
         Args:
             rng: for all draws.
-            draw_strays: gives so many poses (N, 3) for particles from elsewhere.
+            draw_strays: gives so many poses (N, 3) for particles from elsewhere, one or more; None: there are none.
+            least_share: of particles from elsewhere, however the weights are.
         """
-        given, share = self._params, self.share_of_strays
+        given, share = self._params, 0.0 if draw_strays is None else max(self.share_of_strays, least_share)
         draws = rng.random((2, given.most_particles))
         is_stray = draws[1] < share
         strays = np.empty((given.most_particles, 3))
-        if share > 0.0:
+        if draw_strays is not None and is_stray.any():
             strays[is_stray] = draw_strays(int(is_stray.sum()), rng)
+        if share > 0.0:
             self._averages.after_strays()
         self.poses = resample(
             self.poses,

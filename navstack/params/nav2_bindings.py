@@ -32,6 +32,7 @@ from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
 from navstack.params.smoothers import ConstrainedSmootherParams, SavitzkyGolayParams, SimpleSmootherParams
+from navstack.params.tracker import TrackerParams
 
 Params = type[Any]  # a dataclass whose fields are named like the parameters
 
@@ -39,6 +40,7 @@ NODES: Mapping[str, Params] = {
     "amcl": AmclParams,
     "amcl_gps": AmclGpsParams,
     "gps_ekf": GpsEkfParams,
+    "tracker": TrackerParams,
     "bt_navigator": BtNavigatorParams,
     "controller_server": ControllerServerParams,
     "local_costmap": CostmapParams,

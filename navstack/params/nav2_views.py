@@ -31,6 +31,7 @@ from navstack.params.nav2_filters import find_mask
 from navstack.params.nav2_findings import names_in
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
+from navstack.params.tracker import TrackerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
 MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
@@ -54,6 +55,11 @@ def read_amcl(nav2: Nav2File) -> AmclParams:
 def read_amcl_gps(nav2: Nav2File) -> AmclGpsParams:
     """What AMCL with GPS has beside AMCL's own parameters."""
     return nav2.read(AmclGpsParams, "amcl_gps")
+
+
+def read_tracker(nav2: Nav2File) -> TrackerParams:
+    """The parameters of the tracker, this program's own."""
+    return nav2.read(TrackerParams, "tracker")
 
 
 def read_gps_ekf(nav2: Nav2File) -> GpsEkfParams:

@@ -91,7 +91,7 @@ class Rig:
             state = RobotState(Pose2D(5.0, 5.0), Twist2D(), self.ticks * TICK)
             recovery = self.tree.recover(state)
             self.tree.replan(state)
-            command = self.tree.follow(state)
+            command = self.tree.follow(state, ())
             self.world.is_current = self.local.is_current = True
             self.ticks += 1
         return recovery if command is None else command

@@ -72,6 +72,8 @@ class JerkLimitedMpcController(Controller):
     fails the robot brakes as its limits allow; :attr:`failures` counts that.
     """
 
+    wants_tracks = True
+
     def __init__(
         self, params: MpcParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25
     ) -> None:

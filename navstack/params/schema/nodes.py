@@ -6,6 +6,7 @@ from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.schema import controllers, costmaps, planners, tasks
 from navstack.params.schema.block import OPEN, Block, PluginList, keys, words
+from navstack.params.tracker import TrackerParams
 
 FAMILIES = {
     "controllers": controllers.CONTROLLERS,
@@ -51,8 +52,8 @@ _AMCL = Block(
     groups={"initial_pose": keys("x y z yaw")},
 )
 
-_AMCL_GPS, _GPS_EKF = (  # this program's own nodes
-    Block(frozenset(field.name for field in fields(params))) for params in (AmclGpsParams, GpsEkfParams)
+_AMCL_GPS, _GPS_EKF, _TRACKER = (  # this program's own nodes
+    Block(frozenset(field.name for field in fields(params))) for params in (AmclGpsParams, GpsEkfParams, TrackerParams)
 )
 
 _BT_NAVIGATOR = Block(
@@ -196,6 +197,7 @@ NODES = {
     "amcl": _AMCL,
     "amcl_gps": _AMCL_GPS,
     "gps_ekf": _GPS_EKF,
+    "tracker": _TRACKER,
     "bt_navigator": _BT_NAVIGATOR,
     "controller_server": _CONTROLLER_SERVER,
     "local_costmap": costmaps.COSTMAP,
