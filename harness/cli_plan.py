@@ -103,7 +103,7 @@ def plan_command(request: Request) -> int:
         console = report_console(sys.stdout)
         render_plan(ends, answers, request.smoother, console)
         if request.picture is not None:
-            console.print(f"picture: {request.picture}", soft_wrap=True)
+            console.print(f"picture: {request.picture}", markup=False, soft_wrap=True)
     return 0 if any(answer.path is not None for answer in answers) else 1
 
 

@@ -157,7 +157,7 @@ class GpsEkfLocalizer(Localizer):
         offset = self._filter.absolute_yaw(imu) - state.mean.item(YAW)
         self._orientation = (offset, imu.yaw_std or self._params.imu0_yaw_std)
         if self.state.covariance[YAW, YAW] < KNOWN_BELOW**2:
-            self._alignment = None
+            self._alignment = self._last_fix = None
 
     def _take_fix(self, fix: GpsFix) -> None:
         if self._alignment is None:

@@ -101,7 +101,7 @@ def find_bodies(
         max_width: [m] of a group.
         body_radius: [m].
         bodies: (n, 3) output: middle beam (may be between two), distance of the centre [m], 1 where something nearer
-            hides a part of it, else 0.
+            or the end of an open scan may hide a part of it, else 0.
 
     Returns:
         How many were found.
@@ -125,7 +125,8 @@ def find_bodies(
         if length >= min_points and length * increment * nearest <= max_width:
             bodies[found, 0] = start + i + 0.5 * (length - 1)
             bodies[found, 1] = nearest + body_radius
-            hidden = is_hidden(ranges, (at - 1) % n, ranges[at], cluster_gap)
+            hidden = not is_closed and (at == 0 or end == n - 1)
+            hidden = hidden or is_hidden(ranges, (at - 1) % n, ranges[at], cluster_gap)
             hidden = hidden or is_hidden(ranges, (end + 1) % n, ranges[end], cluster_gap)
             bodies[found, 2] = 1.0 if hidden else 0.0
             found += 1

@@ -171,10 +171,13 @@ class OmplPlanner(Planner):
             pieces = [query.way(a, b)[1:] for a, b in zip(states[:-1], states[1:], strict=True)]
             dense = np.vstack((states[:1], *pieces))
             dense[:, :2] = (costmap.origin_x, costmap.origin_y) + dense[:, :2] * costmap.resolution
-            return dense
-        if tuple(states[0]) != _to_cells(start, costmap):
-            states = np.vstack((_to_cells(start, costmap), states))
-        return _dense(states, goal.yaw, costmap)
+        else:
+            if tuple(states[0]) != _to_cells(start, costmap):
+                states = np.vstack((_to_cells(start, costmap), states))
+            dense = _dense(states, goal.yaw, costmap)
+        if tuple(query.last[:2]) == _to_cells(goal, costmap):
+            dense[-1] = goal.as_array()  # to the last bit, for the path is kept by it
+        return dense
 
     def _still_free(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
         """What is left of the last path where it leads to the same goal, is near and free; else None."""

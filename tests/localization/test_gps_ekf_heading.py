@@ -38,6 +38,18 @@ def test_a_unit_with_a_calibrated_orientation_knows_the_heading_at_once(drive):
     assert turned(belief, truth[0]) < 0.3
 
 
+def test_fixes_count_once_a_unit_tells_the_heading_after_the_first_of_them(drive):
+    observations, truth = drive(4, 10.0)
+    params = dataclasses.replace(PARAMS, imu0_yaw_offset_std=0.05)
+    localizer = started(params, Belief(Pose2D(), ANY_HEADING))
+    first = dataclasses.replace(observations[0], imu=None)
+    assert first.gps is not None
+    assert localizer.update(first).health is Health.DEGRADED
+    belief = run(localizer, observations[1:])[-1]
+    assert belief.health is Health.TRACKING
+    assert off(belief, truth[-1]) < 1.0
+
+
 def test_a_unit_that_is_wrongly_called_calibrated_is_found_out(drive):
     observations, truth = drive(4, 60.0)
     localizer = started(dataclasses.replace(PARAMS, imu0_yaw_offset_std=0.05), Belief(Pose2D(), ANY_HEADING))

@@ -196,16 +196,17 @@ def test_the_best_path_gets_better_and_patience_ends_the_search():
     assert len(hasty.improvement) < len(costs)
 
 
-def test_a_path_that_is_still_free_is_kept():
+@pytest.mark.parametrize("goal", [GOAL, Pose2D(4.94, 2.65, 1.1)])  # in cells and back: the same, and not quite
+def test_a_path_that_is_still_free_is_kept(goal):
     planner, costmap = make("InformedRRTstar", iterations=500), room()
-    first = planner.plan(START, GOAL, costmap)
+    first = planner.plan(START, goal, costmap)
     there = Pose2D(*first.poses[30])
-    rest = planner.plan(there, GOAL, costmap)
+    rest = planner.plan(there, goal, costmap)
     np.testing.assert_array_equal(rest.poses[1:], first.poses[31:])
     assert planner.improvement == ()
     mx, my = costmap.world_to_map(*first.poses[60, :2])
     costmap.data[my - 1 : my + 2, mx - 1 : mx + 2] = 254
-    around = planner.plan(there, GOAL, costmap)
+    around = planner.plan(there, goal, costmap)
     assert is_valid(around, costmap)
     assert planner.improvement
     assert not np.array_equal(around.poses[-20:], rest.poses[-20:]) or len(around) != len(rest)
