@@ -1,16 +1,21 @@
 """What is looked at before a study begins: bad input, and what the user should know."""
 
 import dataclasses
+from pathlib import Path
 
-from harness.setup import build_brain, build_world, mission_of, nav2_of, prices_of, robot_of, rules_of
+from harness.setup import build_brain, build_world, mission_of, nav2_of, prices_of, robot_of, rules_of, scene_of
 from harness.stack import Stack
 from harness.study import Study
+from harness.world import glass, sky
 from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.sensors import SensorParams
 from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_filters import keepout_filters_without_mask
 from navstack.params.nav2_views import read_costmap
+from navstack.params.strict import load_dataclass
 
 BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
 
@@ -29,6 +34,7 @@ def check(study: Study) -> list[str]:
         generators = task.generators()
         mission_of(task, generators["mission"])
         build_brain(task, build_world(task))
+        notes += sensor_notes(stack, scene_of(task.map_name))
         if stack.nav2_file:
             nav2 = nav2_of(task)
             notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
@@ -36,6 +42,19 @@ def check(study: Study) -> list[str]:
             notes += filter_notes(nav2, stack)
             notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
     return notes
+
+
+def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
+    """A note where a preset's errors come from buildings, and the map has none that make them."""
+    sensors = load_dataclass(SensorParams, Path(stack.sensors))
+    missing = []
+    if sensors.gps.depends_on_sky and all(obstacle.height < sky.TALL for obstacle in scene.obstacles):
+        missing.append(f"nothing of {sky.TALL:g} m or more hides satellites")
+    if sensors.lidar.glass_transmission > 0.0 and all(obstacle.kind not in glass.KINDS for obstacle in scene.obstacles):
+        missing.append("nothing is of glass")
+    if not missing:
+        return []
+    return [f"{stack.name}: on this map {' and '.join(missing)}: {Path(stack.sensors).stem} has no such errors here"]
 
 
 def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:

@@ -216,7 +216,8 @@ class NavigateToPose:
         self._next_plan = now
 
     def resume(self, now: float) -> None:
-        """Go on after a time in which nothing was asked of the tree; following does not count it, a recovery does."""
+        """Go on with a new path after a time in which nothing was asked; only a recovery counts that time."""
+        self._next_plan = now
         self._controller_server.resume(now)
 
     def give_up(self, reason: str) -> None:

@@ -100,7 +100,7 @@ class GpsFix:
     stamp: float  # [s]
     x: float  # [m] of the base frame's origin
     y: float  # [m]
-    position_std: float  # [m] standard deviation per axis that the receiver reports
+    position_std: float  # [m] standard deviation per axis that the receiver reports; 0: not stated
 
 
 @dataclass(frozen=True, slots=True)

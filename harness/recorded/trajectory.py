@@ -13,7 +13,6 @@ from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.types import FloatArray, IntArray
 
-ALIGNMENTS = ("none", "start", "se2")
 MATCHED_WITHIN = 0.02  # [s] between two poses of one time; the TUM tools' default
 LARGEST_FILE = 400_000_000  # [bytes]
 _COLUMNS = 8  # timestamp tx ty tz qx qy qz qw

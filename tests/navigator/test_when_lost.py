@@ -72,6 +72,12 @@ def test_a_robot_that_stops_when_lost_stands_and_goes_on(lost_drive):
     assert navigator.counts.recoveries == navigator.counts.failed_controls == 0
 
 
+def test_one_that_has_found_itself_plans_at_once(lost_drive):
+    found, _ = lost_drive(3.25, 3.5, True, 3.8)
+    certain, _ = lost_drive(math.inf, math.inf, True, 3.8)
+    assert found.counts.plans == certain.counts.plans + 1  # others plan again at 4 s
+
+
 def test_others_drive_on(lost_drive):
     _, heedless = lost_drive(3.0, 20.0, False, 6.0)
     _, certain = lost_drive(math.inf, math.inf, True, 6.0)

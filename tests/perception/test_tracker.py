@@ -10,6 +10,7 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose
 from navstack.params.tracker import TrackerParams
+from navstack.perception.scan_clusters import find_bodies
 from navstack.perception.track_filter import TrackFilter, motion_of
 from navstack.perception.tracker import Tracker
 from navstack.types import LaserScan, Pose2D, Track
@@ -194,3 +195,14 @@ def test_parameters_that_cannot_be_are_refused() -> None:
         TrackerParams(max_coasting=-1.0)
     with pytest.raises(ParameterError, match="gate nan"):
         TrackerParams(gate=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("first", "is_closed", "hidden"),
+    [(0, False, 1.0), (44, False, 1.0), (20, False, 0.0), (0, True, 0.0), (44, True, 0.0)],
+)
+def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(first: int, is_closed: bool, hidden: float) -> None:
+    ranges, foreground, bodies = np.full(50, np.inf), np.zeros(50, dtype=np.bool_), np.empty((50, 3))
+    ranges[first : first + 6], foreground[first : first + 6] = 3.0, True
+    assert find_bodies(ranges, foreground, 0.02, is_closed, 0.25, 2, 1.0, 0.3, bodies) == 1
+    assert bodies[0].tolist() == [first + 2.5, 3.3, hidden]
