@@ -12,6 +12,7 @@ from harness.world.sky import Sky
 from navstack.errors import ParameterError
 from navstack.types import FloatArray, GpsFix
 
+LEAST_STATED = 1e-3  # [m] a receiver without error states no less, for 0 means that nothing is stated
 _HALF = 0.5  # share of the sky at which multipath has its stated deviation
 
 
@@ -101,7 +102,7 @@ class GpsReceiver(Sensor):
         if self._is_silent(hidden, stamp):
             return None
         slow = params.stated_share * math.hypot(params.drift_std, multipath_std)
-        return GpsFix(stamp, x, y, math.hypot(params.position_std, slow))
+        return GpsFix(stamp, x, y, max(math.hypot(params.position_std, slow), LEAST_STATED))
 
     def _is_silent(self, hidden: float, stamp: float) -> bool:
         """Whether there is no fix, for the hidden share of the sky or by script."""

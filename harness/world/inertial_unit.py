@@ -11,6 +11,8 @@ from harness.world.sensor import Sensor, check_not_negative, check_positive, che
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, Imu
 
+LEAST_STATED = 1e-4  # [rad] a heading without error states no less, for 0 means that nothing is stated
+
 
 @dataclass(frozen=True, slots=True)
 class ImuParams:
@@ -56,7 +58,8 @@ class InertialUnit(Sensor):
 
     def __init__(self, params: ImuParams) -> None:
         self._params = params
-        self._yaw_std = math.hypot(params.yaw_std, params.yaw_wander_std) if params.has_heading else 0.0
+        stated = max(math.hypot(params.yaw_std, params.yaw_wander_std), LEAST_STATED)
+        self._yaw_std = stated if params.has_heading else 0.0
 
     def reset(self, body: BodyState, rng: np.random.Generator) -> None:
         """Draw this episode's first bias."""

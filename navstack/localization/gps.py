@@ -9,6 +9,7 @@ from navstack.types import Belief, Health, Observation, Pose2D
 
 DEGRADED_AFTER = 0.5  # [s] without a fix: at 2 m/s the belief is a metre behind
 LOST_AFTER = 3.0  # [s] without a fix: no controller should drive on
+_POSITION_STD = 2.0  # [m] of a fix that states none, as the GPS-EKF's default
 _YAW_STD = math.radians(2.0)  # [rad] of an absolute heading whose message states none
 _UNKNOWN_YAW = math.pi**2 / 3.0  # [rad2] variance of a heading that may be any (uniform over a turn)
 
@@ -46,7 +47,7 @@ class GpsLocalizer(Localizer):
             x, y = observation.gps.x, observation.gps.y
             self._fix_stamp = observation.gps.stamp
             covariance[:2, :] = covariance[:, :2] = 0.0
-            covariance[0, 0] = covariance[1, 1] = observation.gps.position_std**2
+            covariance[0, 0] = covariance[1, 1] = (observation.gps.position_std or _POSITION_STD) ** 2
         if observation.imu is not None:
             self._has_heading = not math.isnan(observation.imu.yaw)
             covariance[2, :] = covariance[:, 2] = 0.0

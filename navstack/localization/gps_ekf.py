@@ -127,11 +127,19 @@ class GpsEkfLocalizer(Localizer):
             stamps = [message.stamp for message in (odometry, imu, fix) if message is not None]
             self._begin(min([observation.stamp, *stamps]))
         self._now = observation.stamp
-        if imu is not None and math.isfinite(imu.stamp + imu.angular_velocity_z + imu.linear_acceleration_x):
+        if imu is not None and _is_sound(
+            imu.stamp, imu.angular_velocity_z, imu.linear_acceleration_x, imu.yaw_std, imu.yaw_rate_std
+        ):
             self._take_imu(imu)
-        if odometry is not None and math.isfinite(odometry.stamp + odometry.twist.linear_x + odometry.twist.angular_z):
+        if odometry is not None and _is_sound(
+            odometry.stamp,
+            odometry.twist.linear_x,
+            odometry.twist.angular_z,
+            odometry.velocity_std,
+            odometry.yaw_rate_std,
+        ):
             self._insert(odometry, _ODOMETRY, partial(self._filter.take_odometry, message=odometry))
-        if fix is not None and self._uses_fixes and math.isfinite(fix.stamp + fix.x + fix.y + fix.position_std):
+        if fix is not None and self._uses_fixes and _is_sound(fix.stamp, fix.x, fix.y, fix.position_std):
             self._take_fix(fix)
         return self._belief_at(observation.stamp)
 
@@ -262,3 +270,8 @@ class GpsEkfLocalizer(Localizer):
             return Health.LOST
         is_degraded = variance > params.degraded_above**2 or age > params.degraded_after
         return Health.DEGRADED if is_degraded else Health.TRACKING
+
+
+def _is_sound(*numbers: float) -> bool:
+    """Whether all of them are numbers."""
+    return math.isfinite(sum(numbers))

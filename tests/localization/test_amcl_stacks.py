@@ -32,8 +32,11 @@ def test_the_published_values_of_amcl(name, alphas):
     assert params.alpha4 == params.alpha5 == alphas[2]
 
 
-def test_the_calibrated_file_is_the_tuned_one_but_for_the_noise_of_the_wheels_and_recovery():
-    tuned, calibrated = (load_nav2(NAV2 / f"{name}.yaml", False).merged() for name in ("tuned", "amcl"))
+def test_the_calibrated_file_is_the_tuned_one_but_for_what_localizers_know_of_the_robot():
+    tuned, calibrated, fused = (
+        load_nav2(NAV2 / f"{name}.yaml", False).merged() for name in ("tuned", "amcl", "gps_ekf")
+    )
+    assert calibrated.pop("gps_ekf") == fused.pop("gps_ekf") != tuned.pop("gps_ekf")
     different = [f"alpha{i}" for i in range(1, 6)] + [
         f"recovery_{it}" for it in ("alpha_slow", "alpha_fast", "candidates")
     ]

@@ -37,12 +37,13 @@ def highest_curvature(points: FloatArray) -> float:
 def cost_between(costs: ByteArray, fx: float, fy: float) -> float:
     """The cost at (fx, fy) [cells], interpolated between the cells' centres; the map's rim goes on beyond it."""
     height, width = costs.shape
-    x = min(max(fx - 0.5, 0.0), width - 1.001)
-    y = min(max(fy - 0.5, 0.0), height - 1.001)
+    x = min(max(fx - 0.5, 0.0), max(width - 1.001, 0.0))
+    y = min(max(fy - 0.5, 0.0), max(height - 1.001, 0.0))
     i, j = int(x), int(y)
     s, t = x - i, y - j
-    lower = (1.0 - s) * costs[j, i] + s * costs[j, i + 1]
-    upper = (1.0 - s) * costs[j + 1, i] + s * costs[j + 1, i + 1]
+    right, above = min(i + 1, width - 1), min(j + 1, height - 1)
+    lower = (1.0 - s) * costs[j, i] + s * costs[j, right]
+    upper = (1.0 - s) * costs[above, i] + s * costs[above, right]
     return float((1.0 - t) * lower + t * upper)
 
 

@@ -49,8 +49,9 @@ class ConstrainedSmoother(Smoother):
         poses, self._refusal = path.poses.copy(), ""
         first = 0
         for last in self._stretch_ends(poses):
-            if last - first + 1 >= FEWEST_POSES:
-                self._smooth_stretch(poses[first : last + 1], costmap)
+            stretch = poses[first : last + 1]
+            if len(stretch) >= FEWEST_POSES and np.ptp(stretch[:, :2], axis=0).any():
+                self._smooth_stretch(stretch, costmap)
             first = last
         return Path(poses, path.stamp)
 
