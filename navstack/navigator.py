@@ -1,5 +1,6 @@
 """The brain's tick: from an observation to a command."""
 
+from collections import deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, Health, Observation, Odometry, Pose2D, RobotState, Track, Twist2D
 
+_KEPT = 64  # states of late, at 30 Hz two seconds of them
 LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
 
 
@@ -101,6 +103,7 @@ class Navigator:
         self._wanted: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
         self._decided: Twist2D | None = None  # the same, of the last tick only
         self._stamp = 0.0  # [s] of the last tick
+        self._recent: deque[RobotState] = deque(maxlen=_KEPT)
         self._lost_since: float | None = None  # [s] when it stopped; None: it drives
 
     @property
@@ -149,7 +152,7 @@ class Navigator:
         else:
             self._run_tree(state)
         if observation.scan is not None:
-            self._monitor.receive(observation.scan, state.odom_pose)
+            self._monitor.receive(observation.scan, self._state_at(observation.scan.stamp).odom_pose)
         if self._smoother_clock.is_due(state.stamp):
             smoothed = self._smoother.smooth(self._wanted, state.twist, state.stamp)
             self._command = self._monitor.process(smoothed, None, state.stamp, state.odom_pose)
@@ -185,14 +188,22 @@ class Navigator:
         self.belief = self._localizer.update(observation)
         if observation.odometry is not None:
             self._odometry = observation.odometry
-        return RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose)
+        state = RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose)
+        self._recent.append(state)
+        return state
+
+    def _state_at(self, stamp: float) -> RobotState:
+        """The newest state that is no newer than ``stamp`` [s], as tf would tell it; the oldest kept before that."""
+        return next((state for state in reversed(self._recent) if state.stamp <= stamp), self._recent[0])
 
     def _map(self, state: RobotState, observation: Observation) -> None:
         """Show a new scan to tracker and costmaps, from where it was taken, and update the costmaps that are due."""
-        if observation.scan is not None and self._tracker is not None:
-            self._tracker.observe(observation.scan, state.pose, state.odom_pose)
+        scan = observation.scan
+        taken = state if scan is None else self._state_at(scan.stamp)
+        if scan is not None and self._tracker is not None:
+            self._tracker.observe(scan, taken.pose, taken.odom_pose)
         for costmap, clock in ((self._local_costmap, self._local_clock), (self._global_costmap, self._global_clock)):
-            if observation.scan is not None:
-                costmap.observe_scan(state.pose, observation.scan)
+            if scan is not None:
+                costmap.observe_scan(taken.pose, scan)
             if clock.is_due(state.stamp):
                 costmap.update(state.pose, None, state.stamp)

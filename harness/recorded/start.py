@@ -1,7 +1,6 @@
 """Where a replay starts: the pose, the local frame of the fixes, the map."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 
@@ -67,6 +66,8 @@ def local_frame(datum: str | None) -> tuple[LocalFrame | None, float]:
 def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
     """What scans are matched with; a single unknown cell for localizers that need no map.
 
+    A map of one's own counts as it is, as in Nav2; a built-in world as a robot would have mapped it, as in a run.
+
     Raises:
         InputError: the map is needed and not given, or cannot be used.
     """
@@ -74,8 +75,10 @@ def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
         if needs_map(localizer):
             raise InputError(f"localizer {localizer} needs a map; give --map with a map_server YAML file")
         return OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 1.0, Pose2D())
-    grid = align(load_map(resolve(name_or_file, shipped("maps"), "map")))
-    return Scene(Path(name_or_file).stem, (), (), grid, grid).mapped_geometry
+    path = resolve(name_or_file, shipped("maps"), "map")
+    grid = align(load_map(path))
+    is_built_in = path.resolve().is_relative_to(shipped("maps").resolve())
+    return Scene(path.stem, (), (), grid, grid).mapped_geometry if is_built_in else grid
 
 
 def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[float]:

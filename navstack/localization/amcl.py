@@ -28,7 +28,7 @@ FEWEST_RETURNS = 10  # of a scan that can tell anything
 LOOK_AGAIN = 0.5  # [s] after which a robot in doubt looks again, even where it stands
 
 _WAITING = 10  # scans that wait for the odometry of their time, as nav2_amcl's message filter keeps
-_KEPT = 100  # odometry messages
+_KEPT = 5.0  # [s] of odometry messages
 
 
 class AmclLocalizer(Localizer):
@@ -70,7 +70,7 @@ class AmclLocalizer(Localizer):
         covariance = belief.covariance if belief.covariance.any() else np.diag(INITIAL_VARIANCES)
         self.particles.spread_normal(belief.pose, covariance, self._rng)
         self._map_to_odom: Pose2D | None = None
-        self._odometry: deque[Odometry] = deque(maxlen=_KEPT)
+        self._odometry: deque[Odometry] = deque()
         self._scans: deque[LaserScan] = deque(maxlen=_WAITING)
         self._belief = Belief(belief.pose, covariance, stamp=belief.stamp)
         self._heaviest = Cluster(1.0, belief.pose, covariance)  # that gave the belief
@@ -92,6 +92,8 @@ class AmclLocalizer(Localizer):
         """See the class; a scan waits until odometry of its time or later has come."""
         if observation.odometry is not None:
             self._odometry.append(observation.odometry)
+            while self._odometry[0].stamp < observation.odometry.stamp - _KEPT:
+                self._odometry.popleft()
         if observation.scan is not None:
             self._scans.append(observation.scan)
         while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:

@@ -7,7 +7,7 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.types import Pose2D
+from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 START, GOAL = Pose2D(3.0, 2.0), Pose2D(13.0, 2.0)
 
@@ -48,3 +48,19 @@ def test_the_controller_is_told_of_them(room, make, drive, monkeypatch) -> None:
     navigator, localizer = make(grid, "mpc")
     drive(navigator, localizer, START, GOAL, 2.0, walker(grid))
     assert any(math.hypot(track.vx, track.vy) > 0.5 for track in seen[-1])
+
+
+def test_a_late_scan_counts_from_where_it_was_taken(room, make) -> None:
+    """The robot turns; its scan of a post arrives 0.2 s late."""
+    navigator, localizer = make(room())
+    navigator.reset(GOAL, Belief(START), np.random.default_rng(0), np.random.default_rng(1))
+    ranges = np.full(360, math.inf)
+    ranges[180] = 2.0  # straight ahead
+    for k in range(31):
+        now = k / 30.0
+        localizer.pose = Pose2D(START.x, START.y, now)  # 1 rad/s
+        scan = LaserScan(now - 0.2, ranges, -math.pi, math.pi / 180.0, 0.05, 30.0) if k == 30 else None
+        navigator.tick(Observation(now, odometry=Odometry(now, localizer.pose, Twist2D()), scan=scan))
+    costmap = navigator._local_costmap.master
+    assert costmap.cost_at(START.x + 2.0 * math.cos(0.8), START.y + 2.0 * math.sin(0.8)) == 254
+    assert costmap.cost_at(START.x + 2.0 * math.cos(1.0), START.y + 2.0 * math.sin(1.0)) < 254

