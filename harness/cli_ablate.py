@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from harness.ablation.analysis import Declaration
     from harness.study import Study
 
-DECLARATION = "ablation.yaml"  # in the run folder's params/
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
 
 
@@ -81,7 +80,7 @@ def start_ablation(
     study: "Study", stack: str, against: str | None, out: Path | None, time_limit: float, as_json: bool
 ) -> int:
     """Drive a new ablation, show progress on stderr, print the report on stdout; returns the exit status."""
-    from harness.ablation.analysis import Declaration
+    from harness.ablation.analysis import DECLARATION, Declaration
     from harness.cli_run import say
     from harness.manifest import about, load_study, parameters
     from harness.preflight import check
@@ -102,7 +101,7 @@ def start_ablation(
 
 def resume_ablation(path: Path, workers: int | None, against: str | None, time_limit: float, as_json: bool) -> int:
     """Go on with the ablation of a run folder; otherwise as :func:`start_ablation`."""
-    from harness.ablation.analysis import Declaration
+    from harness.ablation.analysis import DECLARATION, Declaration
     from harness.cli_run import say
     from harness.manifest import load_study, version_notes
     from navstack.params.strict import load_dataclass

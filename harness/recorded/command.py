@@ -79,6 +79,7 @@ def localize(request: Request) -> int:
         InputError: something given cannot be used, or the log breaks off; what was computed is written before.
     """
     _require_writable(request.out)
+    _require_no_input(request)
     if request.localizer not in LOCALIZERS:
         raise UnknownNameError("localizer", request.localizer, LOCALIZERS)
     mountings = Mountings()
@@ -106,6 +107,20 @@ def localize(request: Request) -> int:
         trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()))
         trouble = trouble or bag.damage
     return _finish(replay, request, reference, trouble, status)
+
+
+def _require_no_input(request: Request) -> None:
+    """Check that the trajectory does not take the place of what it is made from."""
+    given = (*map(str, request.bags), request.params, request.map_name, request.reference)
+    if any(each is not None and _is_same(request.out, Path(each)) for each in given):
+        raise InputError(f"--out '{request.out}' is a file that is read; give another")
+
+
+def _is_same(out: Path, given: Path) -> bool:
+    """Whether both are the same file, or one in the folder that is given."""
+    if not given.exists():
+        return False
+    return (out.exists() and out.samefile(given)) or (given.is_dir() and out.parent.samefile(given))
 
 
 def _require_writable(out: Path) -> None:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, ErrorPrice, wrong_maps
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
-from harness.report.tables import report_table
+from harness.report.tables import print_table, report_table
 from harness.statistics import Interval
 from harness.valuation import OUTCOMES
 
@@ -35,7 +35,7 @@ def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, co
     """Print what the arms did, how they differ, what that says, and where it is."""
     for table in (_outcomes(ablation), _money(ablation), _differences(ablation)):
         if table.row_count:
-            console.print(table)
+            print_table(table, console)
             console.print()
     for difference in ablation.differences:
         console.print(Text(sentence(difference)))

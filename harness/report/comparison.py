@@ -5,7 +5,7 @@ from rich.text import Text
 
 from harness.compare import Compared, Comparison
 from harness.metrics.metric import Better
-from harness.report.tables import report_table
+from harness.report.tables import print_table, report_table
 
 SURE = 0.05  # adjusted p below which a side is called better
 
@@ -25,7 +25,7 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     console.print(f"B: {second.run.folder} {second.stack.name}", markup=False, soft_wrap=True)
     console.print()
     if table.rows:
-        console.print(table)
+        print_table(table, console)
         console.print()
     for note in _notes(comparison):
         console.print(Text(note, style="dim"))

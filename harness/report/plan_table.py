@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.planning import COST_WEIGHT, Answer
-from harness.report.tables import report_table
+from harness.report.tables import print_table, report_table
 from navstack.types import Pose2D
 
 DECIMALS = 6  # of numbers in the document
@@ -54,7 +54,7 @@ def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str
         table.add_column(Text(heading), justify="right")
     for answer in answers:
         table.add_row(Text(answer.planner), *_cells(answer))
-    console.print(table)
+    print_table(table, console)
     for answer in answers:
         if answer.why:
             console.print(Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"), soft_wrap=True)

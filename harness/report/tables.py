@@ -8,6 +8,7 @@ from typing import TextIO
 
 from rich import box
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -16,6 +17,7 @@ from harness.report.table_rows import LAYOUTS, NOT_MODELLED, RATES, Layout, Row
 from harness.statistics import Interval, wilson_interval
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
+WIDEST = 1000  # [characters] that any table may have
 INDENT = "  "  # of a row under its section
 GAP = 2  # [characters] between columns
 TITLE_LINE = 9  # [characters] at which a column's title is broken; eight columns then fit into PLAIN_WIDTH
@@ -78,6 +80,15 @@ def report_table(title: str | None = None) -> Table:
         show_edge=False,
         pad_edge=False,
     )
+
+
+def print_table(table: Table, console: Console) -> None:
+    """Print a table at its full width, wherever it goes: what is cut off is lost."""
+    given = console.width
+    whole = Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
+    console.width = max(given, whole)
+    console.print(table)
+    console.width = given
 
 
 def render_tables(columns: Sequence[Column], console: Console) -> None:

@@ -22,7 +22,7 @@ _NOT_NEGATIVE = (
 class MpcParams:
     """``navstack::JerkLimitedMPC``; docs/mpc.md has the formulas.
 
-    The bucket's popcorn stays at rest below 4.5 m/s2 (``harness.world.world_params``); the limits keep braking and
+    The bucket's popcorn stays at rest below 4.5 m/s2 as the simulated world has it; the limits keep braking and
     turning together well below that. Automatic braking of road vehicles at less than 5 m/s is bounded by 5 m/s2 and
     5 m/s3 (ISO 15622:2018, operational limits of adaptive cruise control); passengers find acceleration, not jerk,
     uncomfortable (de Winkel et al., Applied Ergonomics 2023): the jerk limit is the standard's, acceleration lower.
