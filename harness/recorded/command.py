@@ -117,10 +117,10 @@ def _require_no_input(request: Request) -> None:
 
 
 def _is_same(out: Path, given: Path) -> bool:
-    """Whether both are the same file, or one in the folder that is given."""
-    if not given.exists():
+    """Whether both are the same file, or one that is already in the folder that is given."""
+    if not (out.exists() and given.exists()):
         return False
-    return (out.exists() and out.samefile(given)) or (given.is_dir() and out.parent.samefile(given))
+    return out.samefile(given) or (given.is_dir() and out.parent.samefile(given))
 
 
 def _require_writable(out: Path) -> None:

@@ -1,15 +1,19 @@
 """``navbench ablate`` from end to end on deliveries of a few seconds."""
 
+import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from rich.console import Console
 
+from harness.ablation.analysis import DECLARATION
 from harness.benchmark import TABLES
 from harness.cli import main
 from harness.report.figures import SUFFIXES
+from harness.report.tables import print_table, report_table
 from harness.resources import shipped
 from harness.runs import JOURNAL, RunFolder
 from harness.world.sensors import SensorParams
@@ -133,3 +137,23 @@ def test_a_run_is_no_ablation(given: list[str], tmp_path: Path, capsys: pytest.C
     capsys.readouterr()
     status, out, line = navbench(capsys, "--resume", str(tmp_path / "run"))
     assert status == 1 and out == "" and "is no ablation" in line and line.count("\n") == 1
+
+
+def test_run_does_not_take_an_ablation_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / DECLARATION).write_text("stack: nav2-gps\nagainst: gps\n")
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--resume", str(tmp_path)])
+    assert leaving.value.code == 1
+    assert "navbench ablate --resume" in capsys.readouterr().err
+
+
+def test_tables_are_printed_whole() -> None:
+    table = report_table()
+    for number in range(20):
+        table.add_column(f"column {number}", no_wrap=True)
+    table.add_row(*(f"value {number}" for number in range(20)))
+    console = Console(file=io.StringIO(), width=40)
+    print_table(table, console)
+    assert all(f"value {number}" in console.file.getvalue() for number in range(20))
+    assert console.width == 40

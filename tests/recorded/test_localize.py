@@ -256,3 +256,11 @@ class TestTheHusky:
         link = folder / "test1.bag"
         link.symlink_to(self.bag)
         return replay(link, localizer, *HUSKY_MOUNTING, *more)
+
+
+def test_what_is_read_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag = tmp_path / "drive.bag"
+    bag.write_bytes(b"#ROSBAG V2.0\n")
+    given = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", bag)
+    assert "is a file that is read; give another" in complaint(capsys, *given)
+    assert bag.read_bytes() == b"#ROSBAG V2.0\n"
