@@ -85,7 +85,7 @@ def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int)
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
     )
     journal = out / "journal.jsonl"
-    deadline = time.monotonic() + 120.0
+    deadline = time.monotonic() + 300.0  # a fresh checkout compiles first
     while time.monotonic() < deadline and not (journal.exists() and journal.stat().st_size):
         time.sleep(0.1)
     process.send_signal(number)

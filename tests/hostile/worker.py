@@ -17,6 +17,7 @@ from pathlib import Path
 
 from harness.cli import _status
 
+from .case import run_arguments
 from .corpus import CASES
 
 MEMORY = 1 << 30  # [bytes]
@@ -39,8 +40,11 @@ def main() -> None:
     """Try every input from the first on."""
     first, root = int(sys.argv[1]), Path(sys.argv[2])
     if first < 0:  # a fresh checkout compiles its kernels now, which is no input's fault
-        os.chdir(root)
-        attempt(CASES[0].make(root))
+        for name, make in (("run", run_arguments), ("case", CASES[0].make)):
+            folder = root / name
+            folder.mkdir()
+            os.chdir(folder)
+            attempt(make(folder))
         return
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     highest = 0
