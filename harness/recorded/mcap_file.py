@@ -3,8 +3,9 @@
 import struct
 from pathlib import Path
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, BagFile, DamageError, Topic, type_name
-from harness.recorded.blocks import WHOLE_FILE, Block, Blocks
+from harness.recorded.bag_file import LARGEST_MESSAGE, DamageError, Topic, type_name
+from harness.recorded.block_file import BlockFile
+from harness.recorded.blocks import WHOLE_FILE, Block
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6  # opcode of a record
@@ -15,23 +16,14 @@ _ENCODINGS = ("cdr", "ros1")
 _LONGEST = 10_000_000  # [bytes] of a schema or channel
 
 
-class McapFile(BagFile):
+class McapFile(BlockFile):
     """A ``.mcap`` file; also one that was not closed, or lost its end."""
 
     def __init__(self, path: Path, types: frozenset[str]) -> None:
         """Open the file."""
         super().__init__(path, types)
-        self._blocks = Blocks(path)
         self._schemas: dict[int, str] = {}
         self._wanted: dict[int, int | None] = {}  # channel -> its topic; None: of another type
-
-    def close(self) -> None:
-        """Let go of the file."""
-        self._blocks.close()
-
-    def read(self, *place: int) -> bytes:
-        """See :meth:`BagFile.read`."""
-        return self._blocks.message(*place)
 
     def _scan(self) -> None:
         position, size = len(MAGIC), self._blocks.size

@@ -3,8 +3,9 @@
 import struct
 from pathlib import Path
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, BagFile, DamageError, Topic, type_name
-from harness.recorded.blocks import WHOLE_FILE, Block, Blocks
+from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, DamageError, Topic, type_name
+from harness.recorded.block_file import BlockFile
+from harness.recorded.blocks import WHOLE_FILE, Block
 
 MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
@@ -16,22 +17,13 @@ _LENGTH, _TIME = struct.Struct("<I"), struct.Struct("<II")
 Header = dict[bytes, bytes]
 
 
-class Ros1File(BagFile):
+class Ros1File(BlockFile):
     """A ``.bag`` file; also one that was not closed, or lost its end."""
 
     def __init__(self, path: Path, types: frozenset[str]) -> None:
         """Open the file."""
         super().__init__(path, types)
-        self._blocks = Blocks(path)
         self._wanted: dict[int, int | None] = {}  # connection -> its topic; None: of another type
-
-    def close(self) -> None:
-        """Let go of the file."""
-        self._blocks.close()
-
-    def read(self, *place: int) -> bytes:
-        """See :meth:`BagFile.read`."""
-        return self._blocks.message(*place)
 
     def _scan(self) -> None:
         if self._blocks.bytes_at(0, len(_VERSION)) != _VERSION:

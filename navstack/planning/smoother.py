@@ -9,10 +9,7 @@ from navstack.types import Path
 class Smoother(ABC):
     """Makes a planner's path smoother without leading it into obstacles."""
 
-    @property
-    def refusal(self) -> str:
-        """Why the last path was given back as it came; empty: it was smoothed."""
-        return ""
+    refusal = ""  # why the last path, or a stretch of it, was given back as it came; empty: it was smoothed
 
     @abstractmethod
     def smooth(self, path: Path, costmap: Costmap) -> Path:

@@ -37,16 +37,10 @@ class ConstrainedSmoother(Smoother):
 
     def __init__(self, params: ConstrainedSmootherParams) -> None:
         self._params = params
-        self._refusal = ""
-
-    @property
-    def refusal(self) -> str:
-        """Why the last path, or a stretch of it, was given back as it came."""
-        return self._refusal
 
     def smooth(self, path: Path, costmap: Costmap) -> Path:
         """The path with every stretch between cusps smoothed and its poses evenly apart; a new object."""
-        poses, self._refusal = path.poses.copy(), ""
+        poses, self.refusal = path.poses.copy(), ""
         first = 0
         for last in self._stretch_ends(poses):
             stretch = poses[first : last + 1]
@@ -85,7 +79,7 @@ class ConstrainedSmoother(Smoother):
         failure = (
             "an obstacle is met" if is_hit else f"a radius of {self._params.minimum_turning_radius:g} m is not kept"
         )
-        self._refusal = f"ConstrainedSmoother: {failure} after {ATTEMPTS} attempts; the given path is kept there"
+        self.refusal = f"ConstrainedSmoother: {failure} after {ATTEMPTS} attempts; the given path is kept there"
 
     def _fix_ends(self, knots: FloatArray, poses: FloatArray, backwards: bool) -> BoolArray:
         """Which points (N,) stay; the second and the last but one are put along the poses' headings, in place."""

@@ -22,16 +22,10 @@ class SavitzkyGolaySmoother(Smoother):
     def __init__(self, params: SavitzkyGolayParams) -> None:
         self._params = params
         self._weights = savgol_coeffs(params.window_size, params.poly_order, use="dot")
-        self._refusal = ""
-
-    @property
-    def refusal(self) -> str:
-        """Why a stretch of the last path was given back as it came."""
-        return self._refusal
 
     def smooth(self, path: Path, costmap: Costmap) -> Path:
         """The path with every stretch smoothed that has more than ``window_size`` + 3 poses; a new object."""
-        poses, self._refusal = path.poses.copy(), ""
+        poses, self.refusal = path.poses.copy(), ""
         first = 0
         ends = stretch_ends(poses).tolist() if self._params.enforce_path_inversion and len(poses) else [len(poses) - 1]
         for last in ends:
@@ -49,7 +43,7 @@ class SavitzkyGolaySmoother(Smoother):
             points[1:-1] = (windows @ self._weights)[1:-1]
         cells = (points - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
         if any(is_obstacle(costmap.data, x, y) for x, y in cells):
-            self._refusal = "SavitzkyGolaySmoother: the smoothed path meets an obstacle; the given one is kept there"
+            self.refusal = "SavitzkyGolaySmoother: the smoothed path meets an obstacle; the given one is kept there"
             return
         poses[:, :2] = points
         heading = math.atan2(poses[2, 1] - poses[1, 1], poses[2, 0] - poses[1, 0])
