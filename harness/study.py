@@ -23,7 +23,7 @@ MAX_SEED = 2**63 - 1  # what a table can hold
 
 # Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
 # stacks meet the same missions, people and noise (common random numbers).
-CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer")
+CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer", "controller")
 
 
 def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:

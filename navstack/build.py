@@ -1,7 +1,10 @@
-"""From a Nav2 parameter file to a navigator: the only place that knows every algorithm."""
+"""From a Nav2 parameter file to a navigator: the only place that knows every algorithm.
+
+What brings filterpy along, and with it scipy.stats, is imported when it is asked for: it takes half of the start-up.
+"""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from navstack.behavior_tree import NavigateToPose
 from navstack.behaviors.behavior_server import BEHAVIORS, BehaviorServer
@@ -10,6 +13,7 @@ from navstack.control.controller_server import ControllerServer
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.goal_checker import GOAL_CHECKERS
 from navstack.control.mpc.mpc_controller import JerkLimitedMpcController
+from navstack.control.mppi.mppi_controller import MppiController
 from navstack.control.progress_checker import PROGRESS_CHECKERS
 from navstack.control.rotation_shim import RotationShimController
 from navstack.control.rpp.rpp_controller import RegulatedPurePursuitController
@@ -21,7 +25,6 @@ from navstack.errors import ParameterError, UnknownNameError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.gps import GpsLocalizer
-from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
@@ -45,21 +48,36 @@ from navstack.params.nav2_views import (
     read_tracker,
     read_velocity_smoother,
 )
-from navstack.perception.tracker import Tracker
 from navstack.planning.planner import RobotShape
 from navstack.planning.planners import PLANNERS
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import BoolArray, FloatArray
 
+if TYPE_CHECKING:
+    from navstack.perception.tracker import Tracker
+
 MOST_FREQUENT = 1000.0  # [Hz] of any part
+
+
+def _gps_ekf(nav2: Nav2File, uses_fixes: bool = True) -> Localizer:
+    from navstack.localization.gps_ekf import GpsEkfLocalizer
+
+    return GpsEkfLocalizer(read_gps_ekf(nav2), uses_fixes=uses_fixes)
+
+
+def _tracker(nav2: Nav2File, static_map: OccupancyGrid) -> "Tracker":
+    from navstack.perception.tracker import Tracker
+
+    return Tracker(read_tracker(nav2), static_map)
+
 
 # A new localizer or controller is one line here.
 # A localizer is made from the parameter file and the map that it takes for the static one.
 LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {
     "gps": lambda *_: GpsLocalizer(),
-    "gps-ekf": lambda nav2, _: GpsEkfLocalizer(read_gps_ekf(nav2)),
-    "odom_imu": lambda nav2, _: GpsEkfLocalizer(read_gps_ekf(nav2), uses_fixes=False),
+    "gps-ekf": lambda nav2, _: _gps_ekf(nav2),
+    "odom_imu": lambda nav2, _: _gps_ekf(nav2, uses_fixes=False),
     "amcl": lambda nav2, static_map: AmclLocalizer(read_amcl(nav2), static_map),
     "amcl-gps": lambda nav2, static_map: AmclGpsLocalizer(read_amcl(nav2), read_amcl_gps(nav2), static_map),
 }
@@ -67,6 +85,7 @@ LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {
 CONTROLLERS: dict[str, Callable[[Any, FloatArray, float, float], Controller]] = {
     "dwb_core::DWBLocalPlanner": lambda params, footprint, frequency, _: DwbController(params, footprint, frequency),
     "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RegulatedPurePursuitController,
+    "nav2_mppi_controller::MPPIController": MppiController,
     "navstack::JerkLimitedMPC": JerkLimitedMpcController,
 }
 
@@ -123,7 +142,7 @@ def build_navigator(
     )
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller_server.set_speed_limit)
-    tracker = Tracker(read_tracker(nav2), static_map) if controller.wants_tracks else None
+    tracker = _tracker(nav2, static_map) if controller.wants_tracks else None
     planner = read_planner(nav2)
     tree = NavigateToPose(
         PLANNERS[planner.type](planner.params, robot_shape(global_costmap)),

@@ -3,6 +3,8 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+import numpy as np
+
 from navstack.control.decision import DecisionRecord
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
@@ -21,6 +23,9 @@ class Controller(ABC):
     """Follows a plan. A new plan is recognised as a new object."""
 
     wants_tracks = False  # whether it looks at what moves about
+
+    def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
+        """Draw all chance from ``rng`` from now on."""
 
     @abstractmethod
     def reset(self) -> None:

@@ -107,7 +107,7 @@ class DwbParams:
     prune_distance: float = 2.0  # [m] kept of the plan behind the robot
     forward_prune_distance: float = 2.0  # [m] kept ahead, along the straight line; negative: everything
     shorten_transformed_plan: bool = True  # show the critics forward_prune_distance only
-    short_circuit_trajectory_evaluation: bool = True  # accepted; never changes the winner, all critics always score
+    short_circuit_trajectory_evaluation: bool = True  # accepted; it never changes the winner
     debug_trajectory_details: bool = False  # accepted; rejections per critic are always counted
     xy_goal_tolerance: float = 0.25  # [m] within which RotateToGoal acts
     trans_stopped_velocity: float = 0.25  # [m/s] at or below which the robot has stopped

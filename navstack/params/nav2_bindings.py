@@ -26,6 +26,7 @@ from navstack.params.dwb import DwbParams
 from navstack.params.filters import FilterInfoServerParams, MaskServerParams
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.mpc import MpcParams
+from navstack.params.mppi import MppiParams
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
@@ -63,6 +64,7 @@ PLUGINS: Mapping[str, Mapping[str, Params | None]] = {
         "dwb_core::DWBLocalPlanner": DwbParams,
         "nav2_rotation_shim_controller::RotationShimController": RotationShimParams,
         "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RppParams,
+        "nav2_mppi_controller::MPPIController": MppiParams,
         "navstack::JerkLimitedMPC": MpcParams,
     },
     "planners": {

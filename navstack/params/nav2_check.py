@@ -113,6 +113,8 @@ class Checker:
         prefix = f"{place.prefix}{name}."
         if name in place.block.groups:
             params = place.nested_params.get(name)
+            if place.params and params is None:
+                self.findings.ignored.append(f"{self._node}: {place.prefix}{name}")
             self._check(_Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
             return
         left_over = self._left_over(place, name, child)

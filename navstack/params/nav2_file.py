@@ -124,8 +124,12 @@ class Nav2File:
         yaml.dump(self.merged(), stream)
         return stream.getvalue()
 
-    def with_values(self, changes: Mapping[str, Value]) -> "Nav2File":
+    def with_values(self, changes: Mapping[str, Value], allow_unknown: bool = False) -> "Nav2File":
         """A copy with parameters set, named ``node.dotted_name``; the rest of the text stays as it is.
+
+        Args:
+            changes: name -> value.
+            allow_unknown: as in :func:`load_nav2`.
 
         Raises:
             ParameterError: a name without a node, or one that is unknown to Nav2.
@@ -137,7 +141,7 @@ class Nav2File:
                 raise ParameterError(f"'{name}' is not node.parameter, e.g. controller_server.FollowPath.max_vel_x")
             owner = self._owner_of(node, dotted)
             text = nav2_edit.set_value(text, owner, dotted, value, str(self.path))
-        return parse_nav2(text, self.path, catalog=self.catalog)
+        return parse_nav2(text, self.path, self.catalog, allow_unknown)
 
     def dump(self, path: Path) -> None:
         """Write the file: as it was read, comments and order included, but for changed values."""
@@ -179,13 +183,13 @@ def inspect_nav2(path: Path, allow_unknown: bool = False, more: PluginTable | No
     return _checked(load_document(path), path, allow_unknown, Catalog.build(more))
 
 
-def parse_nav2(text: str, path: Path, catalog: Catalog) -> Nav2File:
+def parse_nav2(text: str, path: Path, catalog: Catalog, allow_unknown: bool = False) -> Nav2File:
     """Check the text of a parameter file.
 
     Raises:
         ParameterError: it has errors.
     """
-    file = _checked(parse_document(text, str(path)), path, False, catalog)
+    file = _checked(parse_document(text, str(path)), path, allow_unknown, catalog)
     if file.errors:
         raise ParameterError(f"{path}: {file.errors[0]}")
     return file

@@ -17,6 +17,7 @@ from navstack.params.collision_monitor import (
 from navstack.params.costmap import (
     LAYER_PARAMS,
     CostmapParams,
+    InflationLayerParams,
     LayerParams,
     ObservationSourceParams,
     ObstacleLayerParams,
@@ -25,6 +26,7 @@ from navstack.params.costmap import (
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
 from navstack.params.gps_ekf import GpsEkfParams
+from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.nav2_catalog import nested_params, plugin_type
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_filters import find_mask
@@ -188,6 +190,31 @@ def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
     return replace(params, named_critics=named) if named else params
 
 
+def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
+    """MPPI and its critics, with what they have to know of the local costmap.
+
+    Raises:
+        ParameterError: a critic considers the footprint of a robot that is given by its radius.
+    """
+    params = nav2.read(MppiParams, CONTROLLER, name, local_costs=_local_costs(read_costmap(nav2, "local_costmap")))
+    for critic in params.critics:
+        if params.local_costs.is_round and getattr(getattr(params, critic), "consider_footprint", False):
+            raise ParameterError(
+                f"{nav2.path.name}: {CONTROLLER}: {name}.{critic}.consider_footprint is true, but local_costmap has no "
+                "footprint; give it one, or set this to false"
+            )
+    return params
+
+
+def _local_costs(costmap: CostmapParams) -> LocalCosts:
+    """What MPPI's critics have to know of the local costmap."""
+    layers = list(costmap.enabled_layers((*costmap.plugins, *costmap.filters)).items())
+    inflation = {name: layer for name, layer in layers if isinstance(layer, InflationLayerParams)}
+    is_round = costmap.footprint.strip() in ("", "[]")
+    ends_inflated = bool(layers) and layers[-1][0] in inflation
+    return LocalCosts(inflation, costmap.track_unknown_space, is_round, ends_inflated)
+
+
 def read_costmap(nav2: Nav2File, node: str) -> CostmapParams:
     """A costmap with its layers, in their order; ``node`` is local_costmap or global_costmap.
 
@@ -243,6 +270,8 @@ def _params(nav2: Nav2File, node: str, family: str, kind: str, name: str) -> Any
     params = nav2.catalog.available[family][kind]
     if params is DwbParams:
         return read_dwb(nav2, name)
+    if params is MppiParams:
+        return read_mppi(nav2, name)
     return None if params is None else nav2.read(params, node, name)
 
 

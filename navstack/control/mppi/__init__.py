@@ -1,0 +1,1 @@
+"""Model predictive path integral control, after nav2_mppi_controller."""

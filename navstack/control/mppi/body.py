@@ -1,0 +1,157 @@
+"""Whether the robot's outline touches an obstacle, answered quickly.
+
+The answer is that of :func:`navstack.control.footprint_cost.outline_cost`. Where the costmap is inflated, a cost tells
+how far the nearest lethal cell is at least: mostly one look per circle around a part of the body is enough.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
+from navstack.costmap.inflation import HIGHEST_FALLING_COST, inflation_cost
+from navstack.geometry import footprint_radii
+from navstack.params.costmap import InflationLayerParams
+from navstack.params.mppi import LocalCosts
+from navstack.types import ByteArray, FloatArray
+
+_CIRCLES = (4, 2)  # along and across the body
+_SLACK = 2.0  # [cells] between the body's edge and the outline's cells, and between a point and its cell's centre
+OUTLINE_SLACK = 2.5  # [cells] twice between the body's edge and the outline's cells: at one pose and at a later one
+ALWAYS = 0.0  # check_from: the outline counts everywhere
+
+
+class Body(NamedTuple):
+    """What the collision check needs of robot and costmap; lengths in cells."""
+
+    footprint: FloatArray  # (V, 2) [m] base frame
+    corners: FloatArray  # (V, 2) the same in cells
+    circles: FloatArray  # (C, 2) centres of circles that cover the body
+    free_radius: float  # that an obstacle has to be away from all these centres
+    radius: float  # of the circle around the base that holds the body
+    reach: FloatArray  # (256,) to the nearest lethal cell at least, by the cost of a cell
+    uses_outline: bool  # False: the centre alone counts
+    check_from: float  # cost of the centre from which the outline is looked at; ALWAYS: everywhere
+    tracks_unknown: bool  # unknown cells are no obstacles
+
+
+def make_body(
+    footprint: FloatArray, uses_outline: bool, costs: LocalCosts, layer: InflationLayerParams | None, resolution: float
+) -> Body:
+    """The body of a ``footprint`` (V, 2) [m], padded, on a local costmap of a ``resolution`` [m]."""
+    inscribed, circumscribed = footprint_radii(footprint)
+    centres, half = _cover(footprint)
+    bound = np.zeros(256) if layer is None or not costs.ends_inflated else _least_distances(layer, inscribed)
+    check_from = ALWAYS
+    if layer is not None and layer.inflation_radius >= circumscribed:
+        check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
+    return Body(
+        np.ascontiguousarray(footprint),
+        np.ascontiguousarray(footprint / resolution),
+        centres / resolution,
+        half / resolution + _SLACK,
+        circumscribed / resolution,
+        bound / resolution,
+        uses_outline,
+        check_from,
+        costs.tracks_unknown,
+    )
+
+
+def _cover(footprint: FloatArray) -> tuple[FloatArray, float]:
+    """Centres (C, 2) of circles that cover the footprint's bounding box, and their radius, in [m]."""
+    low, high = footprint.min(axis=0), footprint.max(axis=0)
+    counts = _CIRCLES if high[0] - low[0] >= high[1] - low[1] else _CIRCLES[::-1]
+    part = (high - low) / counts
+    along, across = (low[i] + part[i] * (np.arange(counts[i]) + 0.5) for i in range(2))
+    centres = np.column_stack((np.repeat(along, len(across)), np.tile(across, len(along))))
+    return centres, 0.5 * math.hypot(*part)
+
+
+def _least_distances(layer: InflationLayerParams, inscribed_radius: float) -> FloatArray:
+    """The distance (256,) in [m] that the nearest lethal cell has at least, by the cost of a cell."""
+    costs = np.arange(256.0)
+    bound = np.full(256, layer.inflation_radius)
+    if layer.cost_scaling_factor > 0.0:
+        falling = inscribed_radius - np.log((costs + 1.0) / HIGHEST_FALLING_COST) / layer.cost_scaling_factor
+        bound = np.minimum(bound, falling)
+    else:
+        bound[1:] = min(inscribed_radius, layer.inflation_radius)
+    bound[INSCRIBED_INFLATED_OBSTACLE:] = 0.0
+    least: FloatArray = np.maximum(bound, 0.0)
+    return least
+
+
+@njit(cache=True)
+def clearance(
+    costs: ByteArray,
+    cx: float,
+    cy: float,
+    cosine: float,
+    sine: float,
+    circles: FloatArray,
+    free_radius: float,
+    radius: float,
+    reach: FloatArray,
+) -> float:
+    """How far in cells a body at (cx, cy) may move at least before its outline touches anything; negative: unknown.
+
+    Lengths in cells; see :class:`Body`.
+    """
+    height, width = costs.shape
+    edge: float = min(min(cx, width - cx), min(cy, height - cy)) - radius  # of the map
+    if edge < 0.0:
+        return edge
+    worst = 0
+    for i in range(len(circles)):
+        mx = int(cx + circles[i, 0] * cosine - circles[i, 1] * sine)
+        my = int(cy + circles[i, 0] * sine + circles[i, 1] * cosine)
+        worst = max(worst, int(costs[my, mx]))
+    return min(edge, float(reach[worst]) - free_radius)
+
+
+@njit(cache=True)
+def outline_worst(costs: ByteArray, cx: float, cy: float, cosine: float, sine: float, corners: FloatArray) -> int:
+    """The greatest cost under the outline with ``corners`` (V, 2) in cells, of a body at (cx, cy), as ``outline_cost``.
+
+    Where a lethal cell is found, the rest is not looked at.
+    """
+    height, width = costs.shape
+    count = len(corners)
+    worst = 0
+    last_x = last_y = 0
+    for i in range(count + 1):
+        corner_x, corner_y = corners[i % count, 0], corners[i % count, 1]
+        fx = cx + corner_x * cosine - corner_y * sine
+        fy = cy + corner_x * sine + corner_y * cosine
+        if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
+            return LETHAL_OBSTACLE
+        mx, my = int(fx), int(fy)
+        if i > 0 and worst < LETHAL_OBSTACLE:
+            worst = max(worst, line_worst(costs, last_x, last_y, mx, my))
+        last_x, last_y = mx, my
+    return worst
+
+
+@njit(cache=True)
+def line_worst(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
+    """The greatest cost on the Bresenham line of ``line_cost``."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    width = costs.shape[1]
+    step_x = 1 if x1 >= x0 else -1
+    step_y = width if y1 >= y0 else -width
+    along, across = max(dx, dy), min(dx, dy)
+    step_along, step_aside = (step_x, step_y) if dx >= dy else (step_y, step_x)
+    flat = costs.reshape(-1)
+    cell = y0 * width + x0
+    error = along // 2
+    worst = 0
+    for _ in range(along + 1):
+        worst = max(worst, int(flat[cell]))
+        error += across
+        aside = 1 if error >= along else 0  # no branch: it would be guessed wrong too often
+        cell += step_along + aside * step_aside
+        error -= aside * along
+    return worst

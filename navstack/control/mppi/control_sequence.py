@@ -1,0 +1,115 @@
+"""The control sequence: how samples improve it, what it may be, how it is smoothed and shifted (``optimizer.cpp``)."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.types import Float32Array
+
+# Savitzky and Golay's quadratic filter over nine points (``utils.hpp``).
+_FILTER = (np.array((-21, 14, 39, 54, 59, 54, 39, 14, -21)) / 231).astype(np.float32)
+HISTORY = 4  # commands of late that the filter looks back on
+_SHORTEST = 21  # values of a sequence that is smoothed
+_LANES = 16  # partial sums, so that the processor adds several at once
+
+
+@njit(cache=True)
+def add_control_costs(controls: Float32Array, sequence: Float32Array, factor: np.float32, costs: Float32Array) -> None:
+    """Add ``factor`` times the samples' (rows 1..T of ``controls``) distance from ``sequence`` (T,), along it."""
+    for t in range(len(sequence)):
+        wanted = sequence[t]
+        if wanted != np.float32(0.0):
+            _add_deviation(controls[t + 1], wanted, factor * wanted, costs)
+
+
+@njit(cache=True)
+def _add_deviation(row: Float32Array, wanted: np.float32, factor: np.float32, costs: Float32Array) -> None:
+    for b in range(len(costs)):
+        costs[b] += factor * (row[b] - wanted)
+
+
+@njit(cache=True)
+def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
+    """Shares (B,) of the trajectories in the next sequence, which sum up to 1: the cheaper, the more."""
+    least = costs[0]
+    for b in range(len(costs)):
+        least = min(least, costs[b])
+    shares = np.empty_like(costs)
+    total = np.float32(0.0)
+    for b in range(len(costs)):
+        shares[b] = np.float32(math.exp((least - costs[b]) / temperature))
+        total += shares[b]
+    for b in range(len(costs)):
+        shares[b] /= total
+    return shares
+
+
+@njit(cache=True)
+def weighted_mean(controls: Float32Array, shares: Float32Array, sequence: Float32Array) -> None:
+    """Write the mean of rows 1..T of ``controls`` (T + 1, B), weighted by ``shares``, into ``sequence`` (T,)."""
+    for t in range(len(sequence)):
+        sequence[t] = _dot(controls[t + 1], shares)
+
+
+@njit(cache=True)
+def _dot(a: Float32Array, b: Float32Array) -> np.float32:
+    """Inner product, in an order that does not depend on the machine."""
+    sums = np.zeros(_LANES, dtype=np.float32)
+    whole = len(a) // _LANES * _LANES
+    for begin in range(0, whole, _LANES):
+        for lane in range(_LANES):
+            sums[lane] += a[begin + lane] * b[begin + lane]
+    total = np.float32(0.0)
+    for lane in range(_LANES):
+        total += sums[lane]
+    for i in range(whole, len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@njit(cache=True)
+def limit(sequence: Float32Array, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32) -> None:
+    """Keep a sequence (T,) within [``least``, ``most``], and its changes from one value to the next in [fall, rise]."""
+    last = min(most, max(sequence[0], least))
+    sequence[0] = last
+    for t in range(1, len(sequence)):
+        wanted = min(most, max(sequence[t], least))
+        last = min(last + rise, max(wanted, last + fall))
+        sequence[t] = last
+
+
+@njit(cache=True)
+def limit_curvature(v: Float32Array, w: Float32Array, radius: np.float32) -> None:
+    """Turn no tighter than ``radius`` [m] (``AckermannMotionModel::applyConstraints``)."""
+    for t in range(len(v)):
+        most = abs(v[t]) / radius
+        w[t] = min(most, max(w[t], -most))
+
+
+@njit(cache=True)
+def smooth(sequence: Float32Array, history: Float32Array) -> None:
+    """Smooth a sequence (T,) that follows on ``history`` (4,), the commands of late; a short one stays as it is.
+
+    The last value stays, too; beyond it the filter sees it repeated (``savitskyGolayFilter``).
+    """
+    length = len(sequence)
+    if length < _SHORTEST:
+        return
+    reach = len(_FILTER) // 2
+    padded = np.empty(length + 2 * reach, dtype=np.float32)
+    padded[:reach] = history
+    padded[reach : reach + length] = sequence
+    padded[reach + length :] = sequence[-1]
+    for t in range(length - 1):
+        total = np.float32(0.0)
+        for i in range(len(_FILTER)):
+            total += _FILTER[i] * padded[t + i]
+        sequence[t] = total
+
+
+@njit(cache=True)
+def shift(sequence: Float32Array) -> None:
+    """Drop the first value; the last one is repeated."""
+    for t in range(len(sequence) - 1):
+        sequence[t] = sequence[t + 1]

@@ -1,0 +1,31 @@
+"""What every critic does."""
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.scene import Scene
+from navstack.types import Float32Array
+
+
+class Scores(NamedTuple):
+    """What a critic says of B trajectories."""
+
+    raw: Float32Array  # (B,) before weight and power
+    colliding: int = 0  # trajectories in collision, as far as the critic looks for that
+
+
+class Critic(ABC):
+    """Scores trajectories: each costs ``(weight * raw) ** power``."""
+
+    def __init__(self, name: str, weight: float, power: int) -> None:
+        self.name, self.weight, self.power = name, weight, power
+
+    @abstractmethod
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """Raw scores; None: it does not count in this situation."""
+
+    def weighted(self, raw: Float32Array) -> Float32Array:
+        """Raw scores as they count; a power of 0 is as 1."""
+        costs: Float32Array = raw * raw.dtype.type(self.weight)
+        return costs**self.power if self.power > 1 else costs

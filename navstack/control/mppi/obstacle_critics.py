@@ -1,0 +1,94 @@
+"""The critics that look at the costmap."""
+
+import math
+
+import numpy as np
+
+from navstack.control.mppi.body import Body, make_body
+from navstack.control.mppi.critic import Critic, Scores
+from navstack.control.mppi.obstacle_kernels import cost_scores, obstacle_scores
+from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.scene import Scene
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.geometry import footprint_radii
+from navstack.params.mppi import MppiParams
+from navstack.types import FloatArray
+
+_HIGHEST = 254.0  # cost by which CostCritic's weight is divided
+
+
+class CostCritic(Critic):
+    """The costs under the trajectory; a collision makes it all but impossible (``cost_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
+        self._own, self._costs, self._footprint = params.CostCritic, params.local_costs, footprint
+        super().__init__(name, self._own.cost_weight / _HIGHEST, self._own.cost_power)
+        self._body: Body | None = None
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+        """See the base class."""
+        own = self._own
+        if self._body is None:
+            layer = self._costs.inflation(own.inflation_layer_name)
+            self._body = make_body(self._footprint, own.consider_footprint, self._costs, layer, scene.grid[2])
+        raw, hits = cost_scores(
+            rollouts.x,
+            rollouts.y,
+            rollouts.yaw,
+            rollouts.cosine,
+            rollouts.sine,
+            own.trajectory_point_step,
+            scene.costs,
+            scene.grid,
+            self._body,
+            own.consider_footprint and scene.has_unknown,
+            own.near_collision_cost,
+            np.float32(own.critical_cost),
+            np.float32(own.collision_cost),
+            not scene.goal_distance < own.near_goal_distance,
+        )
+        looked_at = (len(rollouts.x) - 1) // own.trajectory_point_step + 1
+        return Scores(raw / np.float32(looked_at), int(hits.sum()))
+
+
+class ObstaclesCritic(Critic):
+    """The distances to obstacles, as the inflated costmap tells them (``obstacles_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
+        self._own, self._costs, self._footprint = params.ObstaclesCritic, params.local_costs, footprint
+        super().__init__(name, 1.0, self._own.cost_power)
+        self._layer = self._costs.inflation(self._own.inflation_layer_name)
+        self._inscribed_radius = footprint_radii(footprint)[0]
+        self._distances = np.zeros(256)
+        if self._layer is not None and self._layer.cost_scaling_factor > 0.0:
+            costs = np.arange(256.0).clip(1.0)
+            self._distances = self._inscribed_radius - (
+                np.log(costs / INSCRIBED_INFLATED_OBSTACLE) / self._layer.cost_scaling_factor
+            )
+        self._body: Body | None = None
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
+        """See the base class; the raw score holds its two weights."""
+        own, layer = self._own, self._layer
+        if self._body is None:
+            self._body = make_body(self._footprint, own.consider_footprint, self._costs, layer, scene.grid[2])
+        reach = math.inf  # no distances
+        if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
+            reach = -math.inf if scene.goal_distance < own.near_goal_distance else layer.inflation_radius
+        near, repulsion, hits = obstacle_scores(
+            rollouts.x,
+            rollouts.y,
+            rollouts.cosine,
+            rollouts.sine,
+            scene.costs,
+            scene.grid,
+            self._body,
+            self._distances,
+            self._inscribed_radius,
+            own.collision_margin_distance,
+            reach,
+        )
+        near[hits] = own.collision_cost
+        repulsion = (repulsion - repulsion.min()) / np.float32(len(rollouts.x))
+        raw = np.float32(own.critical_weight) * near + np.float32(own.repulsion_weight) * repulsion
+        return Scores(raw, int(hits.sum()))

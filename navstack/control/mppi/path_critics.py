@@ -1,0 +1,123 @@
+"""The critics that look at path and goal."""
+
+import math
+
+import numpy as np
+
+from navstack.control.mppi.critic import Critic, Scores
+from navstack.control.mppi.path_kernels import bearing_errors, mean_angle, mean_distance, mean_misalignment
+from navstack.control.mppi.rollouts import Rollouts
+from navstack.control.mppi.scene import Scene
+from navstack.geometry import shortest_angular_distance
+from navstack.params.mppi import MppiParams
+from navstack.params.mppi_critics import AS_THE_PATH, EITHER, FORWARD
+
+_MOST_IGNORED = 2  # path points in obstacles that never make the path a blocked one
+
+
+class GoalCritic(Critic):
+    """The mean distance to the goal, near it (``goal_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams) -> None:
+        super().__init__(name, params.GoalCritic.cost_weight, params.GoalCritic.cost_power)
+        self._threshold = params.GoalCritic.threshold_to_consider
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """See the base class."""
+        if not scene.goal_distance < self._threshold:
+            return None
+        return Scores(mean_distance(rollouts.x, rollouts.y, np.float32(scene.goal[0]), np.float32(scene.goal[1])))
+
+
+class GoalAngleCritic(Critic):
+    """The mean angle to the path's last yaw, near the goal (``goal_angle_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams) -> None:
+        super().__init__(name, params.GoalAngleCritic.cost_weight, params.GoalAngleCritic.cost_power)
+        self._threshold = params.GoalAngleCritic.threshold_to_consider
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """See the base class."""
+        if not scene.goal_distance < self._threshold:
+            return None
+        return Scores(mean_angle(rollouts.yaw, scene.path_yaw[-1]))
+
+
+class PathAlignCritic(Critic):
+    """The mean distance to the path's point as far along, as long as the path is free (``path_align_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams) -> None:
+        self._own = params.PathAlignCritic
+        super().__init__(name, self._own.cost_weight, self._own.cost_power)
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """See the base class."""
+        own = self._own
+        if scene.goal_distance < own.threshold_to_consider:
+            return None
+        reached = scene.furthest(rollouts)
+        if reached < max(1, own.offset_from_furthest):
+            return None
+        blocked = reached - np.count_nonzero(scene.free[:reached])
+        if blocked > max(_MOST_IGNORED, own.max_path_occupancy_ratio * reached):
+            return None
+        return Scores(
+            mean_misalignment(
+                rollouts.x,
+                rollouts.y,
+                rollouts.yaw,
+                own.trajectory_point_step,
+                scene.path_x[:reached],
+                scene.path_y[:reached],
+                scene.path_yaw[:reached],
+                scene.free[:reached],
+                own.use_path_orientations,
+            )
+        )
+
+
+class PathAngleCritic(Critic):
+    """The last pose's bearing to a point ahead, where the robot looks away from it (``path_angle_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams) -> None:
+        self._own = params.PathAngleCritic
+        super().__init__(name, self._own.cost_weight, self._own.cost_power)
+        reverses = abs(params.vx_min) >= 1e-6 and params.vx_min < 0.0
+        self._mode = self._own.mode if reverses or self._own.mode != EITHER else FORWARD
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """See the base class."""
+        if scene.goal_distance < self._own.threshold_to_consider:
+            return None
+        i = min(scene.furthest(rollouts) + self._own.offset_from_furthest, len(scene.path_x) - 1)
+        x, y, yaw = float(scene.path_x[i]), float(scene.path_y[i]), float(scene.path_yaw[i])
+        if self._error_now(scene.yaw, math.atan2(y, x), yaw) < self._own.max_angle_to_furthest:
+            return None
+        return Scores(bearing_errors(rollouts.x[-1], rollouts.y[-1], rollouts.yaw[-1], x, y, self._mode, yaw))
+
+    def _error_now(self, heading: float, bearing: float, path_yaw: float) -> float:
+        """The angle in [rad] between the robot and the point."""
+        error = abs(shortest_angular_distance(bearing, heading))
+        if self._mode == EITHER:
+            return min(error, math.pi - error)
+        is_behind = abs(shortest_angular_distance(bearing, path_yaw)) > 0.5 * math.pi
+        return math.pi - error if self._mode == AS_THE_PATH and is_behind else error
+
+
+class PathFollowCritic(Critic):
+    """The last pose's distance to the first free point some way ahead (``path_follow_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams) -> None:
+        self._own = params.PathFollowCritic
+        super().__init__(name, self._own.cost_weight, self._own.cost_power)
+
+    def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
+        """See the base class."""
+        last = len(scene.path_x) - 1
+        if last < 1 or scene.goal_distance < self._own.threshold_to_consider:
+            return None
+        i = min(scene.furthest(rollouts) + self._own.offset_from_furthest, last)
+        while i < last - 1 and not scene.free[i]:
+            i += 1
+        x, y = scene.path_x[i], scene.path_y[i]
+        return Scores(mean_distance(rollouts.x[-1:], rollouts.y[-1:], x, y))

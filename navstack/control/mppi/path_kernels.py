@@ -1,0 +1,188 @@
+"""Inner loops of the critics that look at the path, whose points (N,) are seen from the robot, along the map's axes."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
+
+_TABLE_FINENESS = 16  # places per point of the path
+_ROUNDING = 0.999  # share of a gap between distances that single precision surely does not close
+
+
+@njit(cache=True)
+def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float32Array) -> int:
+    """The furthest of the path's points that is nearest to some trajectory's last position (B,).
+
+    Each trajectory looks from the furthest point so far on (``findPathFurthestReachedPoint``). Points that the triangle
+    inequality excludes are skipped.
+    """
+    longest = 0.0
+    for i in range(1, len(px)):
+        longest = max(longest, math.hypot(px[i] - px[i - 1], py[i] - py[i - 1]))
+    furthest = 0
+    for b in range(len(x)):
+        least = np.float32(np.inf)
+        j = nearest = furthest
+        while j < len(px):
+            dx, dy = px[j] - x[b], py[j] - y[b]
+            squared = dx * dx + dy * dy
+            if squared < least:
+                least, nearest = squared, j
+                j += 1
+            elif longest > 0.0:
+                gap = math.sqrt(squared) - math.sqrt(least)
+                j += max(1, int(_ROUNDING * gap / longest))
+            else:
+                break
+        furthest = nearest
+    return furthest
+
+
+@njit(cache=True)
+def free_points(
+    px: Float32Array,
+    py: Float32Array,
+    costs: ByteArray,
+    grid: tuple[float, float, float],
+    tracks_unknown: bool,
+) -> BoolArray:
+    """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
+    height, width = costs.shape
+    free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)
+    for i in range(len(free)):
+        fx, fy = (px[i] - grid[0]) / grid[2], (py[i] - grid[1]) / grid[2]
+        if fx >= 0.0 and fy >= 0.0 and fx < width and fy < height:
+            cost = costs[int(fy), int(fx)]
+            is_obstacle = cost == LETHAL_OBSTACLE or cost == INSCRIBED_INFLATED_OBSTACLE
+            free[i] = not is_obstacle and (cost != NO_INFORMATION or tracks_unknown)
+    return free
+
+
+@njit(cache=True)
+def mean_misalignment(
+    x: Float32Array,
+    y: Float32Array,
+    yaw: Float32Array,
+    step: int,
+    px: Float32Array,
+    py: Float32Array,
+    pyaw: Float32Array,
+    free: BoolArray,
+    use_orientations: bool,
+) -> Float32Array:
+    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the path's point as far along.
+
+    How far along is measured in length driven; poses whose point is not ``free`` do not count
+    (``path_align_critic.cpp``).
+    """
+    steps, count = x.shape
+    length = np.zeros(len(px), dtype=np.float32)
+    for i in range(1, len(px)):
+        dx, dy = px[i] - px[i - 1], py[i] - py[i - 1]
+        length[i] = length[i - 1] + math.sqrt(dx * dx + dy * dy)
+    middle, table, scale = nearest_table(length)
+    driven = np.zeros(count, dtype=np.float32)
+    total = np.zeros(count, dtype=np.float32)
+    counted = np.zeros(count, dtype=np.int32)
+    for t in range(step, steps, step):
+        _add_distances(x[t], x[t - step], y[t], y[t - step], driven)
+        for b in range(count):
+            i = nearest_along(driven[b], middle, table, scale)
+            if free[i]:
+                dx, dy = px[i] - x[t, b], py[i] - y[t, b]
+                squared = dx * dx + dy * dy
+                if use_orientations:
+                    turn = angle_between(pyaw[i], yaw[t, b])
+                    squared += turn * turn
+                total[b] += math.sqrt(squared)
+                counted[b] += 1
+    for b in range(count):
+        if counted[b] > 0:
+            total[b] /= np.float32(counted[b])
+    return total
+
+
+@njit(cache=True)
+def _add_distances(
+    x: Float32Array, last_x: Float32Array, y: Float32Array, last_y: Float32Array, driven: Float32Array
+) -> None:
+    for b in range(len(driven)):
+        dx, dy = x[b] - last_x[b], y[b] - last_y[b]
+        driven[b] += math.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.float32]:
+    """What :func:`nearest_along` needs of the points' lengths (N,) along the path."""
+    middle = np.empty(len(length), dtype=np.float32)  # from where on a point is no longer the nearest
+    for i in range(len(length) - 1):
+        middle[i] = np.float32(0.5) * (length[i] + length[i + 1])
+    middle[-1] = np.float32(np.inf)
+    places = _TABLE_FINENESS * len(length)
+    scale = np.float32(places / length[-1]) if length[-1] > np.float32(0.0) else np.float32(0.0)
+    table = np.empty(places + 2, dtype=np.int64)
+    i = 0
+    for place in range(len(table)):
+        while middle[i] * scale < place:
+            i += 1
+        table[place] = i
+    return middle, table, scale
+
+
+@njit(cache=True)
+def nearest_along(driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32) -> int:
+    """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
+    i = int(table[min(int(driven * scale), len(table) - 1)])
+    while middle[i] <= driven:  # seldom: the table is fine
+        i += 1
+    return i
+
+
+@njit(cache=True)
+def angle_between(start: np.float32, end: np.float32) -> np.float32:
+    """The shortest angle from ``start`` to ``end``, in [-pi, pi]."""
+    turn = end - start
+    return np.float32(turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)))
+
+
+@njit(cache=True)
+def bearing_errors(
+    x: Float32Array, y: Float32Array, yaw: Float32Array, target_x: float, target_y: float, mode: int, target_yaw: float
+) -> Float32Array:
+    """Angles (B,) between last poses (B,) and the bearing of a point (``path_angle_critic.cpp``).
+
+    ``mode`` 0: of the robot's front; 1: of its front or back; 2: of that end with which the path goes on at the point.
+    """
+    errors = np.empty(len(x), dtype=np.float32)
+    for b in range(len(x)):
+        bearing = np.float32(math.atan2(np.float32(target_y) - y[b], np.float32(target_x) - x[b]))
+        backwards = mode == 2 and abs(angle_between(np.float32(target_yaw), bearing)) >= 0.5 * math.pi
+        backwards = backwards or (mode == 1 and abs(angle_between(yaw[b], bearing)) >= 0.5 * math.pi)
+        if backwards:
+            bearing += np.float32(math.pi)
+        errors[b] = abs(angle_between(yaw[b], bearing))
+    return errors
+
+
+@njit(cache=True)
+def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32) -> Float32Array:
+    """Mean distance (B,) in [m] of the poses (T, B) to a point."""
+    total = np.zeros(x.shape[1], dtype=np.float32)
+    for t in range(len(x)):
+        for b in range(x.shape[1]):
+            dx, dy = x[t, b] - goal_x, y[t, b] - goal_y
+            total[b] += math.sqrt(dx * dx + dy * dy)
+    return total / np.float32(len(x))
+
+
+@njit(cache=True)
+def mean_angle(yaw: Float32Array, goal_yaw: np.float32) -> Float32Array:
+    """Mean angle (B,) in [rad] between the poses' yaws (T, B) and another."""
+    total = np.zeros(yaw.shape[1], dtype=np.float32)
+    for t in range(len(yaw)):
+        for b in range(yaw.shape[1]):
+            total[b] += abs(angle_between(yaw[t, b], goal_yaw))
+    return total / np.float32(len(yaw))

@@ -1,0 +1,142 @@
+"""Noisy control sequences and the trajectories that they make.
+
+All arrays are single precision, as in Nav2, and have a row per time and a column per trajectory, so that inner loops
+run over trajectories. Positions are relative to the robot's, along the axes of the map frame.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from navstack.types import Float32Array
+
+_BLOCK = 256  # trajectories rolled out together: their last poses stay in the fastest cache
+_SMALL_TURN = np.float32(0.7)  # [rad] in one step, up to which the series below are exact to single precision
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rollouts:
+    """T poses of each of B trajectories; row 0 is reached after one step at the measured velocity."""
+
+    v: Float32Array  # (T + 1, B) [m/s] rows 0..T-1: velocities; rows 1..T: the controls, the last one not limited
+    w: Float32Array  # (T + 1, B) [rad/s] likewise
+    x: Float32Array  # (T, B) [m] from the robot
+    y: Float32Array  # (T, B) [m] from the robot
+    yaw: Float32Array  # (T, B) [rad] not normalized
+    cosine: Float32Array  # (T, B) of yaw
+    sine: Float32Array  # (T, B)
+
+    @staticmethod
+    def empty(steps: int, count: int) -> "Rollouts":
+        """Room for ``count`` trajectories of ``steps`` poses."""
+        controls = (np.zeros((steps + 1, count), dtype=np.float32) for _ in range(2))
+        return Rollouts(*controls, *(np.zeros((steps, count), dtype=np.float32) for _ in range(5)))
+
+    @property
+    def count(self) -> int:
+        """Trajectories."""
+        return int(self.x.shape[1])
+
+
+@njit(cache=True)
+def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Array) -> None:
+    """Write ``sequence`` (T,) plus ``noise`` (T, B) into rows 1..T of ``controls`` (T + 1, B)."""
+    for t in range(len(sequence)):
+        wanted = sequence[t]
+        for b in range(noise.shape[1]):
+            controls[t + 1, b] = wanted + noise[t, b]
+
+
+@njit(cache=True)
+def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32) -> None:
+    """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
+
+    The last row stays as it is, as in ``MotionModel::predict``: no pose depends on it.
+    """
+    for b in range(controls.shape[1]):
+        controls[0, b] = start
+    for t in range(1, len(controls) - 1):
+        for b in range(controls.shape[1]):
+            last = controls[t - 1, b]
+            controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
+
+
+@njit(cache=True)
+def roll_out(
+    v: Float32Array,
+    w: Float32Array,
+    start_yaw: np.float32,
+    dt: np.float32,
+    largest_turn: np.float32,
+    x: Float32Array,
+    y: Float32Array,
+    yaw: Float32Array,
+    cosine: Float32Array,
+    sine: Float32Array,
+) -> None:
+    """Drive the velocities in rows 0..T-1 of ``v`` and ``w`` (T + 1, B); see :class:`Rollouts` for the rest.
+
+    All begin at the same velocity. Each step is a straight line along the heading with which it begins
+    (``Optimizer::integrateStateVelocities``). Heading's cosine and sine follow by rotation, in steps of at most
+    ``largest_turn`` [rad].
+    """
+    steps, count = x.shape
+    x[0], y[0] = v[0, 0] * np.float32(math.cos(start_yaw)) * dt, v[0, 0] * np.float32(math.sin(start_yaw)) * dt
+    yaw[0] = start_yaw + w[0, 0] * dt
+    cosine[0], sine[0] = np.float32(math.cos(yaw[0, 0])), np.float32(math.sin(yaw[0, 0]))
+    for begin in range(0, count, _BLOCK):
+        part = slice(begin, min(count, begin + _BLOCK))
+        for t in range(1, steps):
+            advance(x[t - 1, part], v[t, part], cosine[t - 1, part], dt, x[t, part])
+            advance(y[t - 1, part], v[t, part], sine[t - 1, part], dt, y[t, part])
+            turn(yaw[t - 1, part], w[t, part], dt, yaw[t, part])
+            if largest_turn <= _SMALL_TURN:
+                rotate(cosine[t - 1, part], sine[t - 1, part], w[t, part], dt, cosine[t, part], sine[t, part])
+            else:
+                for b in range(begin, min(count, begin + _BLOCK)):
+                    cosine[t, b], sine[t, b] = np.float32(math.cos(yaw[t, b])), np.float32(math.sin(yaw[t, b]))
+
+
+@njit(cache=True)
+def advance(last: Float32Array, speed: Float32Array, share: Float32Array, dt: np.float32, after: Float32Array) -> None:
+    """A coordinate (n,) after ``dt`` at the ``share`` of a speed that lies along it."""
+    for b in range(len(after)):
+        after[b] = last[b] + speed[b] * share[b] * dt
+
+
+@njit(cache=True)
+def turn(last: Float32Array, rate: Float32Array, dt: np.float32, after: Float32Array) -> None:
+    """Yaws (n,) after ``dt``."""
+    for b in range(len(after)):
+        after[b] = last[b] + rate[b] * dt
+
+
+@njit(cache=True)
+def rotate(
+    last_cosine: Float32Array,
+    last_sine: Float32Array,
+    rate: Float32Array,
+    dt: np.float32,
+    cosine: Float32Array,
+    sine: Float32Array,
+) -> None:
+    """Headings' cosines and sines (n,) after ``dt`` at small yaw rates."""
+    for b in range(len(rate)):
+        turn_cosine, turn_sine = _small_cosine_sine(rate[b] * dt)
+        c, s = last_cosine[b], last_sine[b]
+        cosine[b] = c * turn_cosine - s * turn_sine
+        sine[b] = s * turn_cosine + c * turn_sine
+
+
+@njit(cache=True)
+def _small_cosine_sine(angle: np.float32) -> tuple[np.float32, np.float32]:
+    """Cosine and sine in single precision of an angle up to ``_SMALL_TURN``, by Taylor series."""
+    one = np.float32(1.0)
+    q = angle * angle
+    cosine = one - q * np.float32(1 / 2) * (
+        one - q * np.float32(1 / 12) * (one - q * np.float32(1 / 30) * (one - q * np.float32(1 / 56)))
+    )
+    sine = angle * (one - q * np.float32(1 / 6) * (one - q * np.float32(1 / 20) * (one - q * np.float32(1 / 42))))
+    return cosine, sine

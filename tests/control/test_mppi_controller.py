@@ -1,0 +1,368 @@
+"""MPPI as a controller: what it drives, what it keeps to, what it tells, and its place in a Nav2 file."""
+
+import math
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+
+from navstack.build import CONTROLLERS
+from navstack.control.controller import Surroundings
+from navstack.control.mppi.mppi_controller import MppiController
+from navstack.control.rotation_shim import RotationShimController
+from navstack.costmap.costmap import Costmap
+from navstack.costmap.inflation import Inflation
+from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
+from navstack.params.costmap import InflationLayerParams
+from navstack.params.mppi import LocalCosts, MppiParams
+from navstack.params.mppi_critics import CostParams, PathAlignParams
+from navstack.params.nav2_file import inspect_nav2, load_nav2
+from navstack.params.nav2_views import read_controller, read_primary_controller
+from navstack.params.rotation_shim import RotationShimParams
+from navstack.types import Path, Pose2D, RobotState, Twist2D
+
+FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+FREQUENCY = 20.0  # [Hz]
+LAYER = InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0)
+CRITICS = (  # of Nav2's own file
+    *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic", "PathAlignCritic", "PathFollowCritic"),
+    *("PathAngleCritic", "PreferForwardCritic"),
+)
+PARAMS = MppiParams(
+    critics=CRITICS,
+    batch_size=600,
+    vx_max=1.0,
+    vx_min=0.0,
+    vx_std=0.4,
+    prune_distance=3.0,
+    local_costs=LocalCosts({"inflation_layer": LAYER}, ends_inflated=True),
+    CostCritic=CostParams(consider_footprint=True),
+)
+
+
+def make(params: MppiParams = PARAMS, seed: int = 0, frequency: float = FREQUENCY) -> MppiController:
+    controller = MppiController(params, FOOTPRINT, frequency, xy_goal_tolerance=0.25)
+    controller.seed(np.random.default_rng(seed))
+    return controller
+
+
+def surroundings(*boxes: tuple[float, float, float, float]) -> Surroundings:
+    costmap = Costmap(np.zeros((200, 400), dtype=np.uint8), 0.05, -5.0, -5.0)
+    for x0, x1, y0, y1 in boxes:
+        (left, low), (right, high) = costmap.world_to_map(x0, y0), costmap.world_to_map(x1, y1)
+        costmap.data[low : high + 1, left : right + 1] = 254
+    Inflation(LAYER, 0.05, 0.19).apply(costmap.data, 0, 400, 0, 200)
+    return Surroundings(costmap)
+
+
+FREE = surroundings()
+
+
+def straight(length: float = 6.0) -> Path:
+    count = round(length / 0.05) + 1
+    return Path(np.column_stack((np.linspace(0.0, length, count), np.zeros((count, 2)))))
+
+
+def drive(
+    controller: MppiController,
+    plan: Path,
+    seconds: float,
+    around: Surroundings = FREE,
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> np.ndarray:
+    """Rows (t, x, y, yaw, v, w) of a robot that does at once as it is told; it ends at the plan's end."""
+    x, y, yaw = pose
+    v = w = 0.0
+    rows = []
+    for cycle in range(round(seconds * FREQUENCY)):
+        state = RobotState(Pose2D(x, y, yaw), Twist2D(v, 0.0, w), cycle / FREQUENCY)
+        command = controller.compute_velocity(state, plan, around)
+        v, w = command.linear_x, command.angular_z
+        yaw += w / FREQUENCY
+        x, y = x + v * math.cos(yaw) / FREQUENCY, y + v * math.sin(yaw) / FREQUENCY
+        rows.append((cycle / FREQUENCY, x, y, yaw, v, w))
+        if math.hypot(x - plan.poses[-1, 0], y - plan.poses[-1, 1]) < 0.25:
+            break
+    return np.array(rows)
+
+
+def test_it_drives_to_the_end_of_a_path() -> None:
+    rows = drive(make(), straight(), 12.0)
+    assert rows[-1, 0] < 11.0 and abs(rows[-1, 2]) < 0.1
+    assert rows[:, 4].max() > 0.9  # [m/s] nearly as fast as it may
+
+
+def test_it_turns_to_a_path_behind_it() -> None:
+    rows = drive(make(), straight(), 12.0, pose=(0.0, 0.0, 2.8))
+    assert math.hypot(rows[-1, 1] - 6.0, rows[-1, 2]) < 0.25
+    assert rows[:, 4].min() >= 0.0
+
+
+def test_it_drives_around_what_the_path_goes_round() -> None:
+    x = np.linspace(0.0, 6.0, 121)
+    y = 1.1 * np.exp(-((x - 3.0) ** 2) / 1.2)
+    plan = Path(np.column_stack((x, y, np.arctan2(np.gradient(y), np.gradient(x)))))
+    around = surroundings((2.8, 3.2, -0.4, 0.1))
+    rows = drive(make(), plan, 15.0, around)
+    assert math.hypot(rows[-1, 1] - 6.0, rows[-1, 2]) < 0.25
+    for _, px, py, yaw, _, _ in rows[::5]:
+        corners = (px, py) + FOOTPRINT @ np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
+        assert max(around.costmap.cost_at(*corner) for corner in corners) < 254
+
+
+def test_control_cost_bounds_the_speed() -> None:
+    """The speed at which PathFollowCritic's pull and the control cost balance: weight dt std^2 / gamma."""
+    weight, std = PARAMS.PathFollowCritic.cost_weight, 0.2
+    rows = drive(make(replace(PARAMS, vx_max=2.0, vx_std=std, batch_size=2000)), straight(12.0), 6.0)
+    assert rows[-40:, 4].mean() == pytest.approx(weight * 0.05 * std**2 / PARAMS.gamma, rel=0.08)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_limits_are_held_wherever_it_stands(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    params = replace(PARAMS, vx_min=-0.3, ax_max=1.5, ax_min=-2.0, az_max=2.0, wz_max=0.8, batch_size=200, vx_std=0.6)
+    controller = make(params, seed)
+    sequences = controller._optimizer
+    for cycle in range(40):
+        pose = Pose2D(*rng.uniform((-0.5, -0.5, -3.0), (2.0, 0.5, 3.0)))
+        twist = Twist2D(*rng.uniform((-0.3, 0.0, -0.8), (1.0, 0.0, 0.8)))
+        command = controller.compute_velocity(RobotState(pose, twist, cycle / FREQUENCY), straight(), FREE)
+        assert -0.3 <= command.linear_x <= 1.0 and abs(command.angular_z) <= 0.8 + 1e-6
+        sequences._limit(sequences._v, sequences._w)
+        changes = np.diff(sequences._v) * FREQUENCY
+        assert changes.min() >= -2.0 - 1e-4 and changes.max() <= 1.5 + 1e-4
+        assert abs(np.diff(sequences._w) * FREQUENCY).max() <= 2.0 + 1e-4
+
+
+def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoothed(monkeypatch) -> None:
+    kept = []
+    controller = make(replace(PARAMS, ax_max=1.0, ax_min=-1.5, az_max=1.0, wz_max=0.5))
+    conclude = controller._optimizer._conclude
+
+    def spy(colliding):
+        kept.append((controller._optimizer._v.copy(), controller._optimizer._w.copy()))
+        return conclude(colliding)
+
+    monkeypatch.setattr(controller._optimizer, "_conclude", spy)
+    drive(controller, straight(), 2.0)
+    for v, w in kept:
+        assert v.min() >= 0.0 and v.max() <= 1.0 and abs(w).max() <= 0.5
+        assert np.diff(v).max() <= 0.05 + 1e-6 and np.diff(v).min() >= -0.075 - 1e-6
+        assert abs(np.diff(w)).max() <= 0.05 + 1e-6
+
+
+def test_where_all_collide_it_tries_again_and_says_so(monkeypatch) -> None:
+    controller = make(replace(PARAMS, retry_attempt_limit=2))
+    inside = surroundings((-3.0, 3.0, -3.0, 3.0))
+    attempts = []
+    optimize = controller._optimizer._optimize
+    monkeypatch.setattr(controller._optimizer, "_optimize", lambda scene: attempts.append(1) or optimize(scene))
+    with pytest.raises(NoLegalVelocity) as error:
+        controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), inside)
+    assert error.value.rejections == {"CostCritic": 600} and len(attempts) == 3
+    told = controller.decision
+    assert told is not None and (told.status, told.rejected, told.samples, told.total) == ("failed", 600, 600, None)
+    assert [score.rejections for score in told.scores if score.critic == "CostCritic"] == [600]
+
+
+def test_a_second_attempt_may_succeed(monkeypatch) -> None:
+    controller = make()
+    optimizer = controller._optimizer
+    answers = [{"CostCritic": 600}, {"CostCritic": 3}]
+    monkeypatch.setattr(optimizer, "_optimize", lambda scene: answers.pop(0))
+    optimizer._v[:] = 1.0
+    command = controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), FREE)
+    assert command == Twist2D() and not answers  # the sequence was forgotten before the second one
+
+
+def test_same_generator_same_commands() -> None:
+    first, again, other = (drive(make(seed=seed), straight(), 1.5) for seed in (5, 5, 6))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+def test_noise_is_kept_until_the_next_reset_unless_it_is_to_be_new() -> None:
+    state = RobotState(Pose2D(), Twist2D(), 0.0)
+    controller = make()
+    controller.compute_velocity(state, straight(), FREE)
+    noise = controller._optimizer._noise
+    controller.compute_velocity(replace(state, stamp=0.05), straight(), FREE)
+    assert controller._optimizer._noise is noise
+    controller.reset()
+    controller.compute_velocity(state, straight(), FREE)
+    assert not np.array_equal(controller._optimizer._noise.v, noise.v)
+    assert noise.v.std() == pytest.approx(0.4, rel=0.02) and noise.w.std() == pytest.approx(0.4, rel=0.02)
+
+    controller = make(replace(PARAMS, regenerate_noises=True))
+    controller.compute_velocity(state, straight(), FREE)
+    noise = controller._optimizer._noise
+    controller.compute_velocity(replace(state, stamp=0.05), straight(), FREE)
+    assert not np.array_equal(controller._optimizer._noise.v, noise.v)
+
+
+def test_the_sequence_is_forgotten_after_a_pause() -> None:
+    controller = make()
+    drive(controller, straight(), 1.0)
+    kept = controller._optimizer._v.copy()
+    assert kept.max() > 0.3
+    controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 10.0), straight(), FREE)
+    assert controller._optimizer._v.max() < 0.5 * kept.max()
+
+
+def test_one_value_is_used_per_cycle_where_the_model_step_is_a_control_period() -> None:
+    state = RobotState(Pose2D(), Twist2D(0.5), 0.0)
+    for frequency, index in ((20.0, 1), (50.0, 0)):
+        controller = make(frequency=frequency)
+        command = controller.compute_velocity(state, straight(), FREE)
+        solution = controller._cycle.solution
+        assert command.linear_x == pytest.approx(solution.sequence_v[index])
+        kept = solution.sequence_v[index:]
+        np.testing.assert_array_equal(controller._optimizer._v[: len(kept)], kept)
+    with pytest.raises(ParameterError, match="shorter than a control period"):
+        make(frequency=10.0)
+
+
+def test_a_speed_limit_lowers_the_speed_and_can_be_lifted() -> None:
+    controller = make()
+    controller.set_speed_limit(0.4, is_percentage=False)
+    assert drive(controller, straight(), 3.0)[:, 4].max() <= 0.4 + 1e-6
+    controller.reset()
+    assert drive(controller, straight(), 3.0)[:, 4].max() <= 0.4 + 1e-6
+    controller.set_speed_limit(70.0, is_percentage=True)
+    assert 0.5 < drive(controller, straight(), 4.0)[:, 4].max() <= 0.7 + 1e-6
+    controller.set_speed_limit(0.0, is_percentage=False)
+    assert drive(controller, straight(), 4.0)[:, 4].max() > 0.8
+
+
+def test_a_decision_tells_what_the_chosen_sequence_costs() -> None:
+    controller = make()
+    assert controller.decision is None
+    rows = drive(controller, straight(), 2.0)
+    told = controller.decision
+    assert told is not None and told.decided_by == "MPPIController" and told.status == "solved"
+    assert told.command == Twist2D(rows[-1, 4], 0.0, rows[-1, 5]) and told.samples == 600
+    assert [score.critic for score in told.scores] == list(CRITICS)
+    weighted = {score.critic: score.weighted for score in told.scores}
+    assert weighted["GoalCritic"] is None and weighted["PathFollowCritic"] > 0.1
+    assert told.total == pytest.approx(sum(value for value in weighted.values() if value is not None))
+    raw = {score.critic: score.raw for score in told.scores}
+    assert weighted["PathFollowCritic"] == pytest.approx(5.0 * raw["PathFollowCritic"])
+    sequence = controller._optimizer._v.copy()
+    assert controller.decision == told  # asking changes nothing
+    np.testing.assert_array_equal(controller._optimizer._v, sequence)
+
+
+def test_plans_that_cannot_be_followed() -> None:
+    state = RobotState(Pose2D(), Twist2D(), 0.0)
+    with pytest.raises(InvalidPathError, match="no poses"):
+        make().compute_velocity(state, Path(np.empty((0, 3))), FREE)
+    with pytest.raises(InvalidPathError, match="off the local costmap"):
+        make().compute_velocity(state, Path(straight().poses + (40.0, 0.0, 0.0)), FREE)
+
+
+def test_a_cusp_ends_the_path_until_the_robot_is_there() -> None:
+    there = np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros((41, 2))))
+    back = np.column_stack((np.linspace(1.95, 0.0, 40), np.zeros((40, 2))))
+    plan = Path(np.vstack((there, back)))
+    controller = make(replace(PARAMS, enforce_path_inversion=True, prune_distance=10.0))
+    handler = controller._path_handler
+    assert len(handler.near(plan, Pose2D(0.0, 0.0, 0.0), FREE.costmap)) == 41
+    assert len(handler.near(plan, Pose2D(1.9, 0.0, 0.1), FREE.costmap)) <= 4
+    assert len(handler.near(plan, Pose2D(1.9, 0.0, 0.1), FREE.costmap)) >= 38
+
+
+FILE = """
+controller_server:
+  ros__parameters:
+    controller_frequency: 20.0
+    controller_plugins: ["FollowPath"]
+    FollowPath:
+      plugin: "nav2_mppi_controller::MPPIController"
+      vx_max: 0.8
+      visualize: true
+      TrajectoryVisualizer:
+        trajectory_step: 5
+      critics: ["CostCritic", "PathAlignCritic"]
+      PathAlignCritic:
+        cost_weight: 14.0
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      track_unknown_space: true
+      footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
+      plugins: ["obstacle_layer", "inflation_layer"]
+      obstacle_layer:
+        plugin: "nav2_costmap_2d::ObstacleLayer"
+      inflation_layer:
+        plugin: "nav2_costmap_2d::InflationLayer"
+        inflation_radius: 0.7
+"""
+
+
+def written(folder: FilePath, text: str) -> FilePath:
+    path = folder / "robot.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath) -> None:
+    file = load_nav2(written(tmp_path, FILE))
+    plugin = read_controller(file)
+    costs = LocalCosts({"inflation_layer": InflationLayerParams(inflation_radius=0.7)}, True, False, True)
+    assert plugin.params == MppiParams(
+        vx_max=0.8,
+        critics=("CostCritic", "PathAlignCritic"),
+        PathAlignCritic=PathAlignParams(cost_weight=14.0),
+        local_costs=costs,
+    )
+    own = {name for name in file.ignored if "FollowPath" in name}
+    assert own == {"controller_server: FollowPath.visualize", "controller_server: FollowPath.TrajectoryVisualizer"}
+    assert isinstance(CONTROLLERS[plugin.type](plugin.params, FOOTPRINT, 20.0, 0.25), MppiController)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("vx_max: 0.8", "vx_maxx: 0.8", "did you mean 'vx_max'"),
+        ("cost_weight: 14.0", "cost_weigth: 14.0", "did you mean 'cost_weight'"),
+        ('"PathAlignCritic"]', '"PathAlineCritic"]', "PathAlignCritic"),
+        ('"PathAlignCritic"]', '"PathAlignLegacyCritic"]', "not available here"),
+        ("vx_max: 0.8", "motion_model: Omni", "motion_model Omni must be one of DiffDrive, Ackermann"),
+        ("vx_max: 0.8", "batch_size: 1000000", "at most 4,000,000"),
+        ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be more than 0"),
+        ("cost_weight: 14.0", "trajectory_point_step: 0", "trajectory_point_step 0"),
+    ],
+)
+def test_one_line_says_what_is_wrong(tmp_path: FilePath, old: str, new: str, said: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        load_nav2(written(tmp_path, FILE.replace(old, new)))
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_robot_of_a_radius_has_no_outline(tmp_path: FilePath) -> None:
+    text = FILE.replace("vx_max: 0.8", "CostCritic.consider_footprint: true")
+    text = text.replace('      footprint: "[[', '      robot_base_frame: "[[')
+    with pytest.raises(ParameterError, match="local_costmap has no footprint"):
+        read_controller(load_nav2(written(tmp_path, text)))
+
+
+def test_it_runs_below_a_rotation_shim(tmp_path: FilePath) -> None:
+    shim = """      plugin: "nav2_rotation_shim_controller::RotationShimController"
+      primary_controller: "nav2_mppi_controller::MPPIController"
+"""
+    text = FILE.replace('      plugin: "nav2_mppi_controller::MPPIController"\n', shim)
+    file = load_nav2(written(tmp_path, text))
+    primary = read_primary_controller(file, read_controller(file))
+    assert primary.params.vx_max == 0.8 and primary.params.PathAlignCritic.cost_weight == 14.0
+    below = RotationShimController(RotationShimParams(), make(), FOOTPRINT, 20.0, 0.25)
+    below.seed(np.random.default_rng(0))
+    assert below.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), FREE).linear_x > 0.0
+
+
+def test_the_stacks_file_is_without_errors() -> None:
+    path = FilePath(__file__).parents[2] / "params" / "nav2" / "mppi.yaml"
+    file = inspect_nav2(path)
+    assert not file.errors
+    plugin = read_controller(file)
+    assert plugin.params.critics == CRITICS and plugin.params.local_costs.ends_inflated

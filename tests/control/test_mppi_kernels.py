@@ -1,0 +1,290 @@
+"""MPPI's kernels against a slow twin in NumPy: trajectories, every critic, the update of the sequence."""
+
+import importlib.util
+import math
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+
+from navstack.control.footprint_cost import line_cost, outline_cost
+from navstack.control.mppi import control_sequence
+from navstack.control.mppi.body import clearance, line_worst, make_body, outline_worst
+from navstack.control.mppi.critics import build_critics
+from navstack.control.mppi.optimizer import Noise, Optimizer
+from navstack.control.mppi.path_handler import first_cusp, window
+from navstack.control.mppi.path_kernels import furthest_point, nearest_along, nearest_table
+from navstack.control.mppi.rollouts import Rollouts, roll_out
+from navstack.control.mppi.scene import Scene
+from navstack.costmap.costmap import Costmap
+from navstack.costmap.inflation import Inflation
+from navstack.params.costmap import InflationLayerParams
+from navstack.params.mppi import CRITICS, AckermannParams, LocalCosts, MppiParams
+from navstack.params.mppi_critics import CostParams, ObstaclesParams, PathAlignParams, PathAngleParams
+from navstack.types import Pose2D, RobotState, Twist2D
+
+_spec = importlib.util.spec_from_file_location("mppi_twin", FilePath(__file__).with_name("mppi_twin.py"))
+mppi_twin = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(mppi_twin)
+
+FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
+LAYER = InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0)
+COSTS = LocalCosts({"inflation_layer": LAYER}, ends_inflated=True)
+TOLERANCE = 0.3  # [m] xy, of the goal checker
+FLOAT = np.float32
+ALL = MppiParams(
+    critics=CRITICS,
+    batch_size=150,
+    vx_max=1.5,
+    vx_min=-0.3,
+    vx_std=0.5,
+    ax_max=2.0,
+    ax_min=-2.5,
+    prune_distance=4.0,
+    local_costs=COSTS,
+    CostCritic=CostParams(consider_footprint=True),
+    PathAlignCritic=PathAlignParams(offset_from_furthest=5),
+)
+
+
+def costmap_with(*boxes, unknown=None):
+    made = Costmap(np.zeros((240, 240), dtype=np.uint8), 0.05, -6.0, -6.0)
+    for x0, x1, y0, y1 in boxes:
+        (left, low), (right, high) = made.world_to_map(x0, y0), made.world_to_map(x1, y1)
+        made.data[low : high + 1, left : right + 1] = 254
+    Inflation(LAYER, 0.05, 0.19).apply(made.data, 0, 240, 0, 240)
+    if unknown is not None:
+        made.data[unknown] = 255
+    return made
+
+
+BOXES = [(1.0, 1.3, 0.6, 1.0), (2.0, 2.2, -1.2, -0.7), (3.0, 3.4, 0.7, 0.8), (-1.5, -1.2, -0.2, 0.4)]
+GRIDS = {
+    "free": costmap_with(),
+    "boxes": costmap_with(*BOXES),
+    "blocked": costmap_with((1.5, 1.9, -0.5, 0.4), *BOXES),
+    "unknown": costmap_with(*BOXES, unknown=(slice(100, 140), slice(150, 160))),
+}
+POSES = {  # where the robot is, and how fast
+    "on the path": (Pose2D(0.02, -0.03, 0.1), Twist2D(0.9, 0.0, 0.2)),
+    "looking back": (Pose2D(0.31, 0.21, 2.6), Twist2D(0.0, 0.0, -0.4)),
+    "before the goal": (Pose2D(3.31, -0.02, -0.3), Twist2D(0.5, 0.0, 0.0)),
+    "at the goal": (Pose2D(3.89, -0.12, 0.2), Twist2D(0.1, 0.0, 0.1)),
+    "at the edge": (Pose2D(-5.71, 0.12, 2.9), Twist2D(0.8, 0.0, 0.0)),
+}
+
+
+def bent_path():
+    x = np.linspace(0.0, 4.0, 81)
+    y = 0.3 * np.sin(x)
+    return np.column_stack((x, y, np.arctan2(np.gradient(y), np.gradient(x))))
+
+
+def both(params, grid, place, seed=0):
+    """Kernels' rollouts and scene, and the twin, after the same samples."""
+    pose, twist = POSES[place]
+    rng = np.random.default_rng(seed)
+    sequence_v = np.linspace(twist.linear_x, 1.0, params.time_steps).astype(FLOAT)
+    sequence_w = (0.3 * np.sin(np.arange(params.time_steps) / 9.0)).astype(FLOAT)
+    noise = [rng.standard_normal((params.time_steps, params.batch_size), dtype=FLOAT) * FLOAT(s) for s in (0.5, 0.4)]
+    path = bent_path()
+    goal = Pose2D(*path[-1])
+    scene = Scene(RobotState(pose, twist, 0.0), path, goal, GRIDS[grid], params.local_costs.tracks_unknown)
+    critics = build_critics(params, FOOTPRINT, TOLERANCE)
+    optimizer = Optimizer(params, critics, 0.05)
+    optimizer.seed(rng)
+    rollouts = optimizer._roll_out(
+        optimizer._rollouts, sequence_v, sequence_w, Noise(*noise, float(np.abs(noise[1]).max())), scene
+    )
+    twin = mppi_twin.Twin(params, FOOTPRINT, TOLERANCE)
+    twin.roll_out(noise[0].T, noise[1].T, sequence_v.astype(float), sequence_w.astype(float), pose, twist)
+    twin.look(path, goal, pose, GRIDS[grid])
+    return rollouts, scene, optimizer, twin, (sequence_v, sequence_w)
+
+
+@pytest.mark.parametrize("az_max", [3.5, 400.0], ids=["small turns", "large turns"])
+def test_trajectories_are_the_twins(az_max):
+    params = replace(ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5)
+    rollouts, _, _, twin, _ = both(params, "free", "on the path")
+    pose = POSES["on the path"][0]
+    assert np.abs(twin.w).max() * params.model_dt > (0.0 if az_max < 10.0 else 0.7)
+    np.testing.assert_allclose(rollouts.x.T, twin.x - pose.x, atol=2e-5)
+    np.testing.assert_allclose(rollouts.y.T, twin.y - pose.y, atol=2e-5)
+    np.testing.assert_allclose(rollouts.yaw.T, twin.yaw, atol=2e-5)
+    np.testing.assert_allclose(rollouts.cosine.T, np.cos(twin.yaw), atol=2e-5)
+    np.testing.assert_allclose(rollouts.v[1:].T, twin.cv, atol=1e-6)
+
+
+@pytest.mark.parametrize("place", POSES)
+@pytest.mark.parametrize("grid", GRIDS)
+def test_every_critic_costs_what_the_twin_says(grid, place):
+    rollouts, scene, optimizer, twin, _ = both(ALL, grid, place)
+    # Single precision puts a few poses into another cell: trajectories with poses that near to an edge are left out.
+    cells = np.stack(((twin.x + 6.0) / 0.05, (twin.y + 6.0) / 0.05))
+    safe = (abs(cells - np.round(cells)) > 2e-4).all(axis=(0, 2))
+    assert safe.mean() > 0.8
+    for critic in optimizer._critics:
+        scores, expected = critic.score(rollouts, scene), twin.cost_of(critic.name)
+        assert (scores is None) == (expected is None), critic.name
+        if scores is None:
+            continue
+        found = critic.weighted(scores.raw)
+        if critic.name == "ObstaclesCritic":  # the least of all is subtracted, that of an unsafe one perhaps
+            found = found - np.median((found - expected)[safe])
+        np.testing.assert_allclose(found[safe], expected[safe], rtol=2e-4, atol=2e-3, err_msg=critic.name)
+        if critic.name in ("CostCritic", "ObstaclesCritic"):
+            assert abs(scores.colliding - twin.hits.sum()) <= (~safe).sum()
+
+
+def test_the_scenes_try_all_critics():
+    counted = {name: 0 for name in CRITICS}
+    for place in POSES:
+        rollouts, scene, optimizer, _, _ = both(ALL, "boxes", place)
+        for critic in optimizer._critics:
+            counted[critic.name] += critic.score(rollouts, scene) is not None
+    assert min(counted.values()) >= 1
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"PathAngleCritic": PathAngleParams(mode=1, max_angle_to_furthest=0.0)},
+        {"PathAngleCritic": PathAngleParams(mode=2, max_angle_to_furthest=0.0, cost_power=2)},
+        {"PathAngleCritic": PathAngleParams(mode=1, max_angle_to_furthest=0.0), "vx_min": 0.0},
+        {"PathAlignCritic": PathAlignParams(offset_from_furthest=0, use_path_orientations=True, cost_power=3)},
+        {"CostCritic": CostParams(consider_footprint=False, trajectory_point_step=3, near_collision_cost=200)},
+        {"CostCritic": CostParams(consider_footprint=True), "local_costs": LocalCosts()},
+        {"ObstaclesCritic": ObstaclesParams(consider_footprint=True, collision_margin_distance=0.6, cost_power=2)},
+        {"local_costs": replace(COSTS, tracks_unknown=True)},
+        {"motion_model": "Ackermann", "AckermannConstraints": AckermannParams(min_turning_r=0.9)},
+    ],
+    ids=lambda changed: " ".join(changed),
+)
+def test_options_of_critics(changed):
+    params = replace(ALL, **changed)
+    if not params.local_costs.inflation_layers:
+        params = replace(params, critics=tuple(name for name in CRITICS if name != "ObstaclesCritic"))
+    for place in ("on the path", "looking back"):
+        rollouts, scene, optimizer, twin, _ = both(params, "unknown", place, seed=3)
+        cells = np.stack(((twin.x + 6.0) / 0.05, (twin.y + 6.0) / 0.05))
+        safe = (abs(cells - np.round(cells)) > 2e-4).all(axis=(0, 2))
+        for critic in optimizer._critics:
+            scores, expected = critic.score(rollouts, scene), twin.cost_of(critic.name)
+            assert (scores is None) == (expected is None), critic.name
+            if scores is not None:
+                found = critic.weighted(scores.raw)
+                if critic.name == "ObstaclesCritic" and params.ObstaclesCritic.cost_power == 1:
+                    found = found - np.median((found - expected)[safe])
+                np.testing.assert_allclose(found[safe], expected[safe], rtol=1e-3, atol=5e-3, err_msg=critic.name)
+
+
+def test_the_update_is_the_twins():
+    rollouts, _, optimizer, twin, (v, w) = both(ALL, "boxes", "on the path")
+    costs = np.random.default_rng(1).uniform(0.0, 3.0, ALL.batch_size)
+    optimizer._v, optimizer._w = v.copy(), w.copy()
+    optimizer._update(rollouts, costs.astype(FLOAT))
+    expected = twin.update(costs, v.astype(float), w.astype(float))
+    np.testing.assert_allclose(optimizer._v, expected[0], atol=2e-5)
+    np.testing.assert_allclose(optimizer._w, expected[1], atol=2e-5)
+
+
+def test_smoothing_is_a_parabola_through_nine_values():
+    rng = np.random.default_rng(2)
+    for length in (21, 56):
+        sequence, history = rng.standard_normal(length).astype(FLOAT), rng.standard_normal(4).astype(FLOAT)
+        expected = mppi_twin.smoothed(sequence.astype(float), history.astype(float))
+        control_sequence.smooth(sequence, history)
+        np.testing.assert_allclose(sequence, expected, atol=1e-6)
+    short = np.arange(20, dtype=FLOAT) ** 2
+    control_sequence.smooth(short, np.zeros(4, dtype=FLOAT))
+    np.testing.assert_array_equal(short, np.arange(20) ** 2)
+
+
+def test_shares_prefer_the_cheap():
+    shares = control_sequence.softmax(np.array((1.0, 1.3, 200.0), dtype=FLOAT), FLOAT(0.3))
+    assert shares.sum() == pytest.approx(1.0) and shares[2] == 0.0
+    assert shares[0] / shares[1] == pytest.approx(math.e, rel=1e-5)
+
+
+def test_no_turn_is_tighter_than_an_ackermanns_radius():
+    v, w = np.array((1.0, -0.5, 0.0), dtype=FLOAT), np.array((3.0, -3.0, 1.0), dtype=FLOAT)
+    control_sequence.limit_curvature(v, w, FLOAT(0.5))
+    np.testing.assert_allclose(w, (2.0, -1.0, 0.0))
+
+
+def test_what_has_room_touches_nothing_within_it() -> None:
+    rng = np.random.default_rng(4)
+    grid = costmap_with(*[(x, x + 0.3, y, y + 0.2) for x, y in rng.uniform(-5.0, 5.0, (25, 2))])
+    body = make_body(FOOTPRINT, True, COSTS, LAYER, 0.05)
+    known = touched = 0
+    for x, y, yaw in rng.uniform((-6.2, -6.2, -math.pi), (6.2, 6.2, math.pi), (4000, 3)):
+        expected = outline_cost(grid.data, -6.0, -6.0, 0.05, FOOTPRINT, x, y, yaw)
+        place = ((x + 6.0) / 0.05, (y + 6.0) / 0.05, math.cos(yaw), math.sin(yaw))
+        assert outline_worst(grid.data, *place, body.corners) == expected
+        touched += expected == 254
+        room = clearance(grid.data, *place, body.circles, body.free_radius, body.radius, body.reach)
+        near = np.array((x, y)) + rng.uniform(-1.0, 1.0, 2) * max(room, 0.0) * 0.05 / math.sqrt(2.0)
+        for candidate in ((x, y), near):
+            worst = outline_cost(grid.data, -6.0, -6.0, 0.05, FOOTPRINT, *candidate, yaw)
+            assert room < 0.0 or worst < 254
+        known += room >= 0.0
+    assert 400 < touched < 3600 and known > 400
+    blind = make_body(FOOTPRINT, True, replace(COSTS, ends_inflated=False), LAYER, 0.05)
+    assert not blind.reach.any()  # nothing is known of distances
+
+
+def test_lines_are_bresenhams() -> None:
+    rng = np.random.default_rng(5)
+    costs = rng.integers(0, 256, (12, 12)).astype(np.uint8)
+    for x0, y0, x1, y1 in rng.integers(0, 12, (500, 4)):
+        assert line_worst(costs, x0, y0, x1, y1) == line_cost(costs, x0, y0, x1, y1)
+
+
+def test_the_furthest_point_is_found_without_looking_at_all():
+    rng = np.random.default_rng(6)
+    for _ in range(50):
+        path = np.cumsum(rng.normal((0.04, 0.0), 0.03, (120, 2)), axis=0).astype(FLOAT)
+        ends = (path[rng.integers(0, 120, 40)] + rng.normal(0.0, 0.5, (40, 2))).astype(FLOAT)
+        furthest = 0
+        for end in ends:
+            furthest += int(((path[furthest:] - end) ** 2).sum(axis=1).argmin())
+        assert furthest_point(path[:, 0], path[:, 1], ends[:, 0], ends[:, 1]) == furthest
+    same = np.zeros(5, dtype=FLOAT)
+    assert furthest_point(same, same, same, same) == 0
+
+
+def test_the_nearest_point_along_is_looked_up():
+    rng = np.random.default_rng(7)
+    for count in (1, 2, 90):
+        length = np.r_[0.0, np.cumsum(rng.exponential(0.05, count - 1))].astype(FLOAT)
+        table = nearest_table(length)
+        for driven in rng.uniform(0.0, 1.2 * length[-1] + 0.1, 300).astype(FLOAT):
+            found = nearest_along(driven, *table)
+            assert abs(length[found] - driven) == pytest.approx(abs(length - driven).min(), abs=1e-6)
+
+
+def test_the_window_begins_at_the_robot_and_ends_at_the_prune_distance():
+    poses = np.column_stack((np.arange(0.0, 10.0, 0.1), np.zeros((100, 2))))
+    assert window(poses, 0, 2.02, 0.5, 100.0, 1.0) == (20, 31)
+    assert window(poses, 0, 2.02, 0.5, 1.05, 1.0)[0] == 10  # not looked for farther along
+    assert window(poses, 30, 2.02, 0.5, 100.0, 100.0) == (30, 100)  # what is passed is passed
+
+
+def test_a_cusp_is_where_the_path_turns_round():
+    poses = np.zeros((9, 3))
+    poses[:, 0] = (0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 1.0, 2.0)
+    assert first_cusp(poses, 0) == 4
+    assert first_cusp(poses, 4) == 7
+    assert first_cusp(poses, 7) == 9
+
+
+def test_a_sequence_alone_is_one_trajectory():
+    rollouts = Rollouts.empty(30, 1)
+    rollouts.v[:], rollouts.w[:] = 1.0, 0.0
+    roll_out(
+        *(rollouts.v, rollouts.w, FLOAT(math.pi / 2), FLOAT(0.1), FLOAT(0.1)),
+        *(rollouts.x, rollouts.y, rollouts.yaw, rollouts.cosine, rollouts.sine),
+    )
+    assert rollouts.count == 1
+    np.testing.assert_allclose(rollouts.y[:, 0], 0.1 * np.arange(1, 31), atol=1e-5)
