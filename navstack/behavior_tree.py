@@ -25,7 +25,7 @@ from navstack.navigation_status import Counts, Status, Trouble
 from navstack.planning.planner import Planner
 from navstack.recovery import default_recoveries
 from navstack.stopwatch import Latencies, Stopwatch
-from navstack.types import Pose2D, RobotState, Track, Twist2D
+from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
 REPLANNING_PERIOD = 1.0  # [s] RateController hz="1.0"
 NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
@@ -62,10 +62,10 @@ class NavigateToPose:
         self._stopwatch = Stopwatch()  # of the planner's calls
         self._begin(Pose2D())
 
-    def reset(self, goal: Pose2D, rng: np.random.Generator) -> None:
-        """Start over with a new goal; all chance in planning is drawn from ``rng``."""
+    def reset(self, goal: Pose2D, rng: np.random.Generator, controller_rng: np.random.Generator) -> None:
+        """Start over with a new goal; chance in planning is drawn from ``rng``, in control from ``controller_rng``."""
         self._planner.reset(rng)
-        self._controller_server.reset()
+        self._controller_server.reset(controller_rng)
         self._behavior_server.reset()
         self._recoveries.reset()
         self._stopwatch.clear()
@@ -107,6 +107,11 @@ class NavigateToPose:
     def latencies(self) -> Latencies:
         """How long planner and controller took."""
         return Latencies(self._stopwatch.durations, self._controller_server.stopwatch.durations)
+
+    @property
+    def plan(self) -> Path | None:
+        """The path that is followed; None: none is."""
+        return self._controller_server.plan
 
     def decision(self, command: Twist2D, now: float) -> DecisionRecord:
         """How the ``command`` of the cycle at ``now`` [s] was decided."""

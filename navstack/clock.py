@@ -14,16 +14,20 @@ class Clock:
     def __init__(self, rate: float) -> None:
         """Make a clock of ``rate`` [Hz]."""
         self._rate = rate
-        self._last = -1
+        self.reset()
 
     def reset(self) -> None:
         """Be due at the next question."""
         self._last = -1
+        self._early = -math.inf  # [s] before which nothing is due: a bound that spares most of the arithmetic
 
     def is_due(self, stamp: float) -> bool:
         """Whether a new period has begun at ``stamp`` [s] since the last time that this was true."""
+        if stamp < self._early:
+            return False
         period = math.floor(stamp * self._rate + self._TOLERANCE)
         if period <= self._last:
             return False
         self._last = period
+        self._early = (period + 1.0 - 2.0 * self._TOLERANCE) / self._rate if self._rate > 0.0 else math.inf
         return True

@@ -2,7 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,11 +12,13 @@ from navstack.control.decision import DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Counts, Status, Trouble
-from navstack.perception.tracker import Tracker
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
-from navstack.types import Belief, Health, Observation, Odometry, Pose2D, RobotState, Track, Twist2D
+from navstack.types import Belief, Health, Observation, Odometry, Path, Pose2D, RobotState, Track, Twist2D
+
+if TYPE_CHECKING:
+    from navstack.perception.tracker import Tracker
 
 _KEPT = 64  # states of late, at 30 Hz two seconds of them
 LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
@@ -61,7 +63,7 @@ class Navigator:
         monitor: CollisionMonitor,
         frequencies: Frequencies,
         stops_when_lost: bool = False,
-        tracker: Tracker | None = None,
+        tracker: "Tracker | None" = None,
     ) -> None:
         self._localizer = localizer
         self._local_costmap = local_costmap
@@ -76,22 +78,29 @@ class Navigator:
         self._control_clock = Clock(frequencies.controller)
         self._behavior_clock = Clock(frequencies.behaviors)
         self._smoother_clock = Clock(frequencies.smoother)
-        costmap_clocks = (self._local_clock, self._global_clock)
-        self._clocks = (*costmap_clocks, self._control_clock, self._behavior_clock, self._smoother_clock)
+        self._costmaps = ((local_costmap, self._local_clock), (global_costmap, self._global_clock))
+        map_clocks = (self._local_clock, self._global_clock)
+        self._clocks = (*map_clocks, self._control_clock, self._behavior_clock, self._smoother_clock)
         self.belief = Belief(Pose2D())
 
     def reset(
-        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
+        self,
+        goal: Pose2D,
+        initial_belief: Belief,
+        rng: np.random.Generator,
+        localizer_rng: np.random.Generator,
+        controller_rng: np.random.Generator,
     ) -> None:
         """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left.
 
-        All chance in planning is drawn from ``rng``, that in localization from ``localizer_rng``.
+        All chance in planning is drawn from ``rng``, that in localization from ``localizer_rng``, that in control from
+        ``controller_rng``.
         """
         self.belief = initial_belief
         self._localizer.reset(initial_belief, localizer_rng)
         self._local_costmap.reset()
         self._global_costmap.reset()
-        self._tree.reset(goal, rng)
+        self._tree.reset(goal, rng, controller_rng)
         self._smoother.reset()
         self._monitor.reset()
         if self._tracker is not None:
@@ -136,6 +145,11 @@ class Navigator:
             return None
         decision = self._tree.decision(self._decided, self._stamp)
         return TickRecord(self.belief, decision, self._decided, self._command, self._monitor.action)
+
+    @property
+    def plan(self) -> Path | None:
+        """The path that is followed, in the map frame; None: none is."""
+        return self._tree.plan
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -202,7 +216,7 @@ class Navigator:
         taken = state if scan is None else self._state_at(scan.stamp)
         if scan is not None and self._tracker is not None:
             self._tracker.observe(scan, taken.pose, taken.odom_pose)
-        for costmap, clock in ((self._local_costmap, self._local_clock), (self._global_costmap, self._global_clock)):
+        for costmap, clock in self._costmaps:
             if scan is not None:
                 costmap.observe_scan(taken.pose, scan)
             if clock.is_due(state.stamp):

@@ -114,17 +114,18 @@ def check_decision(case: Case, prefix: str, comparison: Comparison, decision: De
     ``undefined``: RotateToGoal's scores mean nothing.
     """
     at = prefix and f"{prefix.rstrip('_')}: "
-    comparison.equal(f"{at}velocities", decision.rollouts.commands, case[f"{prefix}vel"])
-    _check_trajectories(case, prefix, comparison, decision.rollouts)
-    illegal = np.isinf(decision.raw)
+    scores = decision.scores
+    comparison.equal(f"{at}velocities", scores.rollouts.commands, case[f"{prefix}vel"])
+    _check_trajectories(case, prefix, comparison, scores.rollouts)
+    illegal = np.isinf(scores.raw)
     rejected_by = np.where(illegal.any(axis=0), illegal.argmax(axis=0), -1)
     legal = (rejected_by < 0) & (case[f"{prefix}illegal_critic"] < 0)
     for i, name in enumerate(decision.critics):
         if name != "RotateToGoal" or not undefined:
-            comparison.near(f"{at}raw score {name}", decision.raw[i][legal], case[f"{prefix}raw"][legal, i], TOLERANCE)
+            comparison.near(f"{at}raw score {name}", scores.raw[i][legal], case[f"{prefix}raw"][legal, i], TOLERANCE)
     if not undefined:
         comparison.equal(f"{at}rejecting critic", rejected_by, case[f"{prefix}illegal_critic"])
-        comparison.near(f"{at}totals", decision.totals[legal], case[f"{prefix}total"][legal], TOLERANCE)
+        comparison.near(f"{at}totals", scores.totals[legal], case[f"{prefix}total"][legal], TOLERANCE)
 
 
 def _check_trajectories(case: Case, prefix: str, comparison: Comparison, rollouts: Rollouts) -> None:
@@ -168,9 +169,9 @@ def check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Deci
         if key in step:
             comparison.equal(f"{at}{key}", chosen, [np.nan] * 3 if step[key] is None else step[key])
     if decision.is_legal and "best_index" in step:
-        comparison.equal(f"{at}index of the best", decision.best, step["best_index"])
+        comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
         comparison.equal(f"{at}rejected trajectories", sum(decision.rejections.values()), step["n_illegal"])
     if "critic_scales" in step:
         comparison.equal(f"{at}critics", decision.critics, step["critic_names"])
-        comparison.near(f"{at}critics' scales", decision.scales, step["critic_scales"], TOLERANCE)
+        comparison.near(f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE)

@@ -1,5 +1,7 @@
 """One attempt to follow a plan: controller, checkers and patience, after nav2_controller::ControllerServer."""
 
+import numpy as np
+
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import DecisionRecord
 from navstack.control.goal_checker import GoalChecker
@@ -25,13 +27,15 @@ class ControllerServer:
         self._goal_checker = goal_checker
         self._progress_checker = progress_checker
         self._plan: Path | None = None
+        self._goal: Pose2D | None = None  # the plan's last pose; None: it has none
         self._last_valid = 0.0  # [s] when the controller last found a command
         self._failed_decision: DecisionRecord | None = None
         self.stopwatch = Stopwatch()  # of the controller's cycles, over all attempts at a goal
 
-    def reset(self) -> None:
-        """Forget the goal and everything learnt on the way to it."""
+    def reset(self, rng: np.random.Generator) -> None:
+        """Forget the goal and everything learnt on the way to it; all chance in control is drawn from ``rng``."""
         self.stopwatch.clear()
+        self._controller.seed(rng)
         self._failed_decision = None
         self._forget_attempt()
 
@@ -54,11 +58,17 @@ class ControllerServer:
     def set_plan(self, plan: Path) -> None:
         """Take over a newer plan to the same goal; whether that is reached is asked afresh (``setPlannerPath``)."""
         self._plan = plan
+        self._goal = Pose2D(*plan.poses[-1].tolist()) if len(plan) else None
         self._goal_checker.reset()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Hand a speed filter's limit to the controller (``speedLimitCallback``)."""
         self._controller.set_speed_limit(limit, is_percentage)
+
+    @property
+    def plan(self) -> Path | None:
+        """What is followed; None: nothing is."""
+        return self._plan
 
     @property
     def decision(self) -> DecisionRecord | None:
@@ -67,10 +77,9 @@ class ControllerServer:
 
     def goal_reached(self, state: RobotState) -> bool:
         """Whether the plan's last pose is reached, as the goal checker sees it."""
-        if self._plan is None or len(self._plan) == 0:
+        if self._goal is None:
             return False
-        goal = Pose2D(*self._plan.poses[-1].tolist())
-        return self._goal_checker.is_goal_reached(state.pose, goal, self._thresholded(state.twist))
+        return self._goal_checker.is_goal_reached(state.pose, self._goal, self._thresholded(state.twist))
 
     def compute_command(self, state: RobotState, surroundings: Surroundings) -> Twist2D:
         """The command of this cycle; standstill while the controller fails within its tolerance.
@@ -79,11 +88,12 @@ class ControllerServer:
             ControlError: no plan, no progress, no command for longer than ``failure_tolerance``, or at once what
                 more attempts would not cure.
         """
-        if self._plan is None or len(self._plan) == 0:
+        if self._plan is None or self._goal is None:
             raise InvalidPathError("there is no plan to follow")
         if not self._progress_checker.check(state.pose, state.stamp):
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
-        measured = RobotState(state.pose, self._thresholded(state.twist), state.stamp)
+        twist = self._thresholded(state.twist)
+        measured = state if twist is state.twist else RobotState(state.pose, twist, state.stamp, state.odom_pose)
         try:
             with self.stopwatch:
                 command = self._controller.compute_velocity(measured, self._plan, surroundings)
@@ -97,7 +107,7 @@ class ControllerServer:
         return command
 
     def _forget_attempt(self) -> None:
-        self._plan = None
+        self._plan = self._goal = None
         self._controller.reset()
         self._goal_checker.reset()
         self._progress_checker.reset()
@@ -115,8 +125,9 @@ class ControllerServer:
     def _thresholded(self, twist: Twist2D) -> Twist2D:
         """Velocities below their thresholds count as zero (ControllerServer::getThresholdedTwist)."""
         params = self._params
-        return Twist2D(
-            twist.linear_x if abs(twist.linear_x) > params.min_x_velocity_threshold else 0.0,
-            twist.linear_y if abs(twist.linear_y) > params.min_y_velocity_threshold else 0.0,
-            twist.angular_z if abs(twist.angular_z) > params.min_theta_velocity_threshold else 0.0,
-        )
+        x = twist.linear_x if abs(twist.linear_x) > params.min_x_velocity_threshold else 0.0
+        y = twist.linear_y if abs(twist.linear_y) > params.min_y_velocity_threshold else 0.0
+        theta = twist.angular_z if abs(twist.angular_z) > params.min_theta_velocity_threshold else 0.0
+        if x == twist.linear_x and y == twist.linear_y and theta == twist.angular_z:
+            return twist
+        return Twist2D(x, y, theta)

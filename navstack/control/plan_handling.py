@@ -87,14 +87,20 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
     ``nav_2d_utils::adjustPlanResolution``, which spaces the new points by slightly more than ``resolution`` [m].
     """
     allowed = resolution * resolution * LONGEST_GAP**2  # [m2]
-    steps = np.ones(len(poses), dtype=np.int64)  # pieces that the gap before each pose is cut into
-    for i in range(1, len(poses)):
+    steps = np.empty(len(poses), dtype=np.int64)  # pieces that the gap before each pose is cut into
+    total = 0
+    for i in range(len(poses)):
+        steps[i] = 1
+        total += 1
+        if i == 0:
+            continue
         dx, dy = poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1]
         squared = dx * dx + dy * dy
         if squared > allowed:
             gap = math.sqrt(squared) - math.sqrt(allowed)
             steps[i] = max(1, int(gap / resolution) - 1)
-    points = np.empty((steps.sum(), 2))
+            total += steps[i] - 1
+    points = np.empty((total, 2))
     m = 0
     for i in range(len(poses)):
         for j in range(1, steps[i]):

@@ -46,6 +46,10 @@ class RotationShimController(Controller):
         self._xy_goal_tolerance = xy_goal_tolerance
         self.reset()
 
+    def seed(self, rng: np.random.Generator) -> None:
+        """For the primary controller."""
+        self._primary.seed(rng)
+
     def reset(self) -> None:
         """Forget the plan, the last command and everything the primary controller remembers."""
         self._plan: Path | None = None

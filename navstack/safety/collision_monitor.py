@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.costmap.observations import ScanProjector
+from navstack.costmap.observations import Observation, ScanProjector
 from navstack.geometry import relative_to, transform_points
 from navstack.params.collision_monitor import CollisionMonitorParams, PolygonParams
 from navstack.safety.monitor_zones import Zone, make_zone
@@ -24,6 +24,9 @@ class MonitorAction(NamedTuple):
     polygon: str = ""  # name of the zone, or INVALID_SOURCE
 
 
+_PASSED = MonitorAction()
+
+
 class CollisionMonitor:
     """The last one before the wheels. Each command is held against every zone; the slowest outcome is driven.
 
@@ -37,19 +40,25 @@ class CollisionMonitor:
         zones = ((name, params.zones[name]) for name in params.polygons)
         self._zones = [make_zone(name, zone, footprint) for name, zone in zones if params.enabled and zone.enabled]
         self._sources = {name: params.sources[name] for name in params.observation_sources}
+        self._blind = {zone.name for zone in self._zones if not self._sees_scan(zone.params)}
+        timeouts = [params.timeout_of(source) for source in self._sources.values() if source.reads_scan]
+        self._timeouts = [timeout for timeout in timeouts if timeout != 0.0]  # [s] after which the scan is stale
         self._projector = ScanProjector()
         self.reset()
 
     def reset(self) -> None:
         """Forget the scan and the last action."""
-        self.action = MonitorAction()
-        self._points = _NO_POINTS  # in the base frame at the time of the scan
+        self.action = _PASSED
+        self._scan: Observation | None = None  # in the base frame at its time
+        self._beams = 0  # of it
+        self._points: FloatArray | None = None  # (n, 2) [m] of it in the present base frame, once they were asked for
         self._stamp: float | None = None  # [s] of the scan; None: there is none yet
         self._odometry: Pose2D | None = None  # at that time
 
     def receive(self, scan: LaserScan, odometry: Pose2D | None = None) -> None:
         """Take a new scan and the pose in the odom frame at which it arrived."""
-        self._points = self._projector.project(scan, Pose2D(), inf_is_valid=False).points
+        self._scan = self._projector.project(scan, Pose2D(), inf_is_valid=False)
+        self._beams = len(scan.ranges)
         self._stamp = scan.stamp
         self._odometry = odometry
 
@@ -67,10 +76,10 @@ class CollisionMonitor:
         if self._is_stale(now):
             self.action = MonitorAction("stop", INVALID_SOURCE)
             return STANDSTILL
-        driven, self.action = command, MonitorAction()
-        points = self._points_from(odometry)
+        driven, self.action = command, _PASSED
+        self._points = None
         for zone in self._zones:
-            safe = self._safe_velocity(zone, points, command)
+            safe = self._safe_velocity(zone, command, odometry)
             if safe is None:
                 continue
             if zone.params.action_type == "stop" or _squared(safe) < _squared(driven):
@@ -82,23 +91,26 @@ class CollisionMonitor:
     def _is_stale(self, now: float) -> bool:
         """Whether an enabled source has delivered nothing for longer than its timeout, if it has one."""
         age = math.inf if self._stamp is None else now - self._stamp
-        timeouts = [self._params.timeout_of(source) for source in self._sources.values() if source.reads_scan]
-        return any(timeout != 0.0 and age > timeout for timeout in timeouts)
+        return any(age > timeout for timeout in self._timeouts)
 
     def _points_from(self, odometry: Pose2D | None) -> FloatArray:
         """The scan's points (n, 2) in the present base frame."""
-        if not self._params.base_shift_correction or self._odometry is None or odometry is None:
-            return self._points
-        if odometry == self._odometry:
-            return self._points
-        return transform_points(relative_to(odometry, self._odometry), self._points)
+        if self._points is None:
+            self._points = _NO_POINTS if self._scan is None else self._scan.points
+            then = self._odometry if self._params.base_shift_correction else None
+            if then is not None and odometry is not None and odometry != then:
+                self._points = transform_points(relative_to(odometry, then), self._points)
+        return self._points
 
-    def _safe_velocity(self, zone: Zone, points: FloatArray, command: Twist2D) -> Twist2D | None:
+    def _safe_velocity(self, zone: Zone, command: Twist2D, odometry: Pose2D | None) -> Twist2D | None:
         """What a zone leaves of the command; None: it has nothing against it."""
         params = zone.params
         if not zone.select(command) or params.action_type == "none":
             return None
-        seen = points if self._sees_scan(params) else _NO_POINTS
+        is_blind = zone.name in self._blind
+        if (0 if is_blind else self._beams) < zone.trigger_count:
+            return None
+        seen = _NO_POINTS if is_blind else self._points_from(odometry)
         if params.action_type == "approach":
             time = zone.collision_time(seen, command)
             return None if time is None else _scaled(command, time / params.time_before_collision)

@@ -16,6 +16,7 @@ class Zone:
         """``vertices`` (V, 2) in [m]; none: a circle of ``radius`` [m]."""
         self.name = name
         self.params = params
+        self.trigger_count = params.trigger_count
         self._vertices = vertices
         self._radius = radius
 
@@ -25,8 +26,7 @@ class Zone:
 
     def is_triggered(self, points: FloatArray) -> bool:
         """Whether enough points (n, 2) lie inside."""
-        enough = self.params.trigger_count
-        return bool(are_inside(points, len(points), 0.0, 0.0, 0.0, self._vertices, self._radius, enough))
+        return bool(are_inside(points, len(points), 0.0, 0.0, 0.0, self._vertices, self._radius, self.trigger_count))
 
     def collision_time(self, points: FloatArray, command: Twist2D) -> float | None:
         """Time in [s] until enough points (n, 2) lie inside, if the robot keeps driving as commanded; None: never."""
@@ -34,7 +34,7 @@ class Zone:
             points,
             self._vertices,
             self._radius,
-            self.params.trigger_count,
+            self.trigger_count,
             command.linear_x,
             command.linear_y,
             command.angular_z,

@@ -1,5 +1,7 @@
 """Keeps commands within speed and acceleration limits: nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy)."""
 
+from collections.abc import Sequence
+
 from navstack.params.safety import VelocitySmootherParams
 from navstack.types import Twist2D
 
@@ -17,10 +19,11 @@ class VelocitySmoother:
 
     def __init__(self, params: VelocitySmootherParams) -> None:
         self._params = params
-        self._max_steps: tuple[tuple[float, float], ...] = tuple(
-            (accel / params.smoothing_frequency, -decel / params.smoothing_frequency)
-            for accel, decel in zip(params.max_accel, params.max_decel, strict=True)
-        )  # per axis, largest change in one cycle while speeding up, while slowing down
+        p = params
+        self._bounds = tuple(
+            (low, high, accel / p.smoothing_frequency, -decel / p.smoothing_frequency)
+            for low, high, accel, decel in zip(p.min_velocity, p.max_velocity, p.max_accel, p.max_decel, strict=True)
+        )  # per axis: least and largest velocity, largest change in one cycle while speeding up, while slowing down
         self.reset()
 
     def reset(self) -> None:
@@ -54,44 +57,37 @@ class VelocitySmoother:
             self._command = (0.0, 0.0, 0.0)
         self._stopped = False
         current = self._last if self._params.feedback == "OPEN_LOOP" else _axes(measured)
-        self._last = self._step(current, self._clamped(self._command))
-        return Twist2D(*(self._without_deadband(axis, value) for axis, value in enumerate(self._last)))
-
-    def _clamped(self, command: Axes) -> Axes:
-        x, y, theta = (
-            min(max(value, low), high)
-            for value, low, high in zip(command, self._params.min_velocity, self._params.max_velocity, strict=True)
+        x, y, theta = self._last = self._step(current, self._command)
+        dead_x, dead_y, dead_theta = self._params.deadband_velocity
+        return Twist2D(
+            0.0 if abs(x) < dead_x else x, 0.0 if abs(y) < dead_y else y, 0.0 if abs(theta) < dead_theta else theta
         )
-        return x, y, theta
 
     def _step(self, current: Axes, command: Axes) -> Axes:
-        """One cycle from ``current`` towards ``command``."""
-        scale = self._common_scale(current, command) if self._params.scale_velocities else 1.0
+        """One cycle from ``current`` towards ``command``.
+
+        Per axis the deceleration limits the change where the speed falls or changes its sign.
+        """
+        changes, limits = [], []
+        for now, asked, (low, high, speeding_up, slowing_down) in zip(current, command, self._bounds, strict=True):
+            wanted = min(max(asked, low), high)
+            changes.append(wanted - now)
+            limits.append(speeding_up if abs(wanted) >= abs(now) and now * wanted >= 0.0 else slowing_down)
+        scale = _common_scale(changes, limits) if self._params.scale_velocities else 1.0
         x, y, theta = (
-            now + min(max(scale * (wanted - now), -limit), limit)
-            for now, wanted, limit in zip(current, command, self._limits(current, command), strict=True)
+            now + min(max(scale * change, -limit), limit)
+            for now, change, limit in zip(current, changes, limits, strict=True)
         )
         return x, y, theta
 
-    def _limits(self, current: Axes, command: Axes) -> Axes:
-        """Largest change per axis: the deceleration's where the speed falls or changes its sign."""
-        x, y, theta = (
-            speeding_up if abs(wanted) >= abs(now) and now * wanted >= 0.0 else slowing_down
-            for now, wanted, (speeding_up, slowing_down) in zip(current, command, self._max_steps, strict=True)
-        )
-        return x, y, theta
 
-    def _common_scale(self, current: Axes, command: Axes) -> float:
-        """Share of the wanted change that the most limited axis can follow (``findEtaConstraint``)."""
-        scale = 1.0
-        for now, wanted, limit in zip(current, command, self._limits(current, command), strict=True):
-            change = abs(wanted - now)
-            if change > limit > 0.0:
-                scale = min(scale, limit / change)
-        return scale
-
-    def _without_deadband(self, axis: int, value: float) -> float:
-        return 0.0 if abs(value) < self._params.deadband_velocity[axis] else value
+def _common_scale(changes: Sequence[float], limits: Sequence[float]) -> float:
+    """Share of the wanted change that the most limited axis can follow (``findEtaConstraint``)."""
+    scale = 1.0
+    for change, limit in zip(changes, limits, strict=True):
+        if abs(change) > limit > 0.0:
+            scale = min(scale, limit / abs(change))
+    return scale
 
 
 def _axes(twist: Twist2D) -> Axes:

@@ -78,7 +78,7 @@ def test_dwb_tells_the_scores_of_what_it_chose() -> None:
     controller = dwb(Fixed(2.0, {4: 1.0, 0: math.inf}, 3.0), Fixed(0.5, {4: 4.0, 1: math.inf, 0: math.inf}, 6.0))
     assert controller.decision is None
     command = controller.compute_velocity(state(7.5), plan(), around())
-    count = len(controller.last_decision.totals)
+    count = len(controller.last_decision.scores.totals)
     assert controller.decision == DecisionRecord(
         7.5,
         "DWBLocalPlanner",
@@ -88,7 +88,7 @@ def test_dwb_tells_the_scores_of_what_it_chose() -> None:
         total=4.0,
         scores=(CriticScore("One", 1.0, 2.0, 1), CriticScore("Two", 4.0, 2.0, 1), CriticScore("Idle", 0.0, 0.0, 0)),
     )
-    assert command == Twist2D(*controller.last_decision.rollouts.commands[4].tolist())
+    assert command == Twist2D(*controller.last_decision.scores.rollouts.commands[4].tolist())
 
 
 def test_a_cycle_without_a_legal_velocity_tells_who_rejected() -> None:
@@ -96,7 +96,7 @@ def test_a_cycle_without_a_legal_velocity_tells_who_rejected() -> None:
     with pytest.raises(NoLegalVelocity) as caught:
         controller.compute_velocity(state(1.0), plan(), around())
     told = controller.decision
-    count = len(controller.last_decision.totals)
+    count = len(controller.last_decision.scores.totals)
     assert caught.value.rejections == {"One": count - 1, "Two": 1}
     assert (told.command, told.samples, told.rejected, told.total) == (Twist2D(), count, count, None)
     assert [(s.critic, s.raw, s.weighted, s.rejections) for s in told.scores] == [
@@ -113,7 +113,7 @@ def test_the_server_still_knows_the_decision_that_ended_an_attempt() -> None:
         controllers.compute_command(state(2.0), around())
     controllers.begin_again(2.0)
     assert controllers.decision.stamp == 2.0 and controllers.decision.rejected > 0
-    controllers.reset()
+    controllers.reset(np.random.default_rng(0))
     assert controllers.decision is None
 
 

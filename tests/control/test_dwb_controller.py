@@ -110,8 +110,8 @@ def test_the_first_of_equals_wins_and_the_decision_explains_itself() -> None:
     controller = DwbController(PARAMS, FOOTPRINT, 20.0, critics={"One": one, "Two": two, "Idle": idle})
     command = controller.compute_velocity(RobotState(Pose2D(), Twist2D()), straight_plan(), around())
     decision = controller.last_decision
-    assert decision.best == 7
-    assert decision.totals[7] == decision.totals[9] == np.float32(4.0)
+    assert decision.choice.index == 7
+    assert decision.scores.totals[7] == decision.scores.totals[9] == np.float32(4.0)
     assert decision.raw_scores == {"One": 1.0, "Two": 4.0, "Idle": 0.0}
     assert decision.weighted_scores == {"One": 2.0, "Two": 2.0, "Idle": 0.0}
     assert decision.rejections == {"One": 1}
@@ -174,7 +174,7 @@ def test_the_limited_generator_commands_only_what_one_period_allows() -> None:
     params = replace(PARAMS, trajectory_generator_name="dwb_plugins::LimitedAccelGenerator")
     controller = make(params)
     controller.compute_velocity(RobotState(Pose2D(), Twist2D(0.5, 0.0, 0.0)), straight_plan(), around())
-    rollouts = controller.last_decision.rollouts
+    rollouts = controller.last_decision.scores.rollouts
     assert rollouts.commands[:, 0].min() == pytest.approx(0.5 - 2.5 / 20.0)
     assert rollouts.commands[:, 0].max() == pytest.approx(0.5 + 2.5 / 20.0)
     straight = int((rollouts.commands[:, 0] - 10.0 * np.abs(rollouts.commands[:, 2])).argmax())

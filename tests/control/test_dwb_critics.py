@@ -262,10 +262,14 @@ def test_oscillation_forbids_a_second_turn_until_reset(
     rollouts = roll_out(make_params(), here)
     turns_left = rollouts.commands[:, 2] > 0.0
     critic.debrief(here, Twist2D(angular_z=0.5))
+    critic.prepare(here)
     assert (critic.raw_costs(rollouts, here) == 0.0).all()
     critic.debrief(here, Twist2D(angular_z=-0.5))  # the first change is allowed, going back is not
+    assert (critic.raw_costs(rollouts, here) == 0.0).all()  # of the cycle that ended with this command
+    critic.prepare(here)
     np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_left)
     critic.debrief(there, Twist2D())
+    critic.prepare(there)
     assert np.isinf(critic.raw_costs(rollouts, here)).any() == still_forbidden
 
 
@@ -275,6 +279,7 @@ def test_oscillation_minds_turning_only_while_hardly_driving() -> None:
     rollouts = roll_out(make_params(), scene)
     for yaw_rate in (0.5, -0.5):
         critic.debrief(scene, Twist2D(0.5, 0.0, yaw_rate))
+    critic.prepare(scene)
     assert (critic.raw_costs(rollouts, scene) == 0.0).all()
 
 

@@ -90,7 +90,7 @@ def _drive(
     seconds: float,
     solid: Solids | np.ndarray | None = None,
 ) -> Drive:
-    navigator.reset(goal, Belief(start), np.random.default_rng(0), np.random.default_rng(1))
+    navigator.reset(goal, Belief(start), *(np.random.default_rng(seed) for seed in range(3)))
     pose, twist = start, Twist2D()
     result = Drive(start, seconds)
     for k in range(round(seconds / TICK)):

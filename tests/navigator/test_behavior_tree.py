@@ -55,7 +55,7 @@ class FakeControllerServer:
     def __init__(self):
         self.code, self.failures, self.begun, self.arrived = "", 0, 0, False
 
-    def reset(self):
+    def reset(self, rng):
         pass
 
     def begin(self, plan, now):
@@ -82,7 +82,7 @@ class Rig:
         known = {"wait": Wait(BehaviorServerParams(), FOOTPRINT, None)} if behaviors is None else behaviors
         server = BehaviorServer(known, self.local.master)
         self.tree = NavigateToPose(self.planner, self.controller, server, self.world, self.local)
-        self.tree.reset(Pose2D(9.0, 5.0), np.random.default_rng(0))
+        self.tree.reset(Pose2D(9.0, 5.0), np.random.default_rng(0), np.random.default_rng(1))
         self.ticks = 0
 
     def tick(self, times=1):
@@ -248,7 +248,7 @@ def test_a_new_goal_forgets_retries_recoveries_and_errors() -> None:
     rig = Rig()
     rig.plan_fails("NO_VALID_PATH")
     rig.tick(300)
-    rig.tree.reset(Pose2D(1.0, 1.0), np.random.default_rng(0))
+    rig.tree.reset(Pose2D(1.0, 1.0), np.random.default_rng(0), np.random.default_rng(1))
     assert rig.tree.status is Status.RUNNING
     assert rig.tree.counts == Counts()
     assert rig.tree.trouble.error == rig.tree.trouble.recovery_error == ""

@@ -78,7 +78,7 @@ CONSTANTS = (
     Constant("navstack/control/dwb/critics/map_grid.py", "SCALE_PER_METRE = {} ", 0.5, "dwb", "rest_straight"),
     Constant(
         "navstack/control/dwb/critics/align.py",
-        "self._ahead = {} ",
+        "super().__init__(params.scale, params.aggregation_type, {})",
         "params.forward_point_distance",
         "dwb",
         "rest_straight",

@@ -22,8 +22,10 @@ def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: f
     ``StandardTrajectoryGenerator::getTimeSteps``: the command decides, not the speed that the robot reaches.
     """
     steps = np.empty(len(commands), dtype=np.int64)
+    distance = 0.0
     for k in range(len(commands)):
-        distance = math.hypot(commands[k, 0], commands[k, 1]) * sim_time
+        if k == 0 or commands[k, 0] != commands[k - 1, 0] or commands[k, 1] != commands[k - 1, 1]:
+            distance = math.hypot(commands[k, 0], commands[k, 1]) * sim_time
         turn = abs(commands[k, 2]) * sim_time
         steps[k] = max(1, int(math.ceil(max(distance / linear, turn / angular))))
     return steps
@@ -168,25 +170,27 @@ def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_sc
 
 
 @njit(cache=True)
+def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int32:
+    """Manhattan distance in [cells] from a cell to the nearest of the seeds (S,)."""
+    x, y = np.int32(mx), np.int32(my)
+    least = np.int32(2147483647)
+    for s in range(len(seeds_x)):
+        least = min(least, np.int32(abs(seeds_x[s] - x) + abs(seeds_y[s] - y)))
+    return least
+
+
+@njit(cache=True)
 def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     """Manhattan distance (M,) in [cells] from flat cell indices (M,) to the nearest of the seeds (S, 2) as (mx, my).
 
     inf for a cell that is off the map. This is what Nav2's ``MapGrid`` holds in that cell: its wave front ignores
     obstacles, so that every value is a plain L1 distance.
     """
-    sx = seeds[:, 0].astype(np.int32)
-    sy = seeds[:, 1].astype(np.int32)
+    seeds_x, seeds_y = seeds[:, 0].astype(np.int32), seeds[:, 1].astype(np.int32)
     distances = np.empty(len(cells))
     for i in range(len(cells)):
-        if cells[i] < 0:
-            distances[i] = math.inf
-            continue
-        mx = np.int32(cells[i] % width)
-        my = np.int32(cells[i] // width)
-        nearest = np.int32(2147483647)
-        for s in range(len(sx)):
-            nearest = min(nearest, np.int32(abs(sx[s] - mx) + abs(sy[s] - my)))
-        distances[i] = nearest
+        off_map = cells[i] < 0
+        distances[i] = math.inf if off_map else nearest(cells[i] % width, cells[i] // width, seeds_x, seeds_y)
     return distances
 
 

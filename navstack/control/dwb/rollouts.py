@@ -72,7 +72,12 @@ class RolloutGenerator:
         self._params = params
         p = params
         limits = ((p.acc_lim_x, p.decel_lim_x), (p.acc_lim_y, p.decel_lim_y), (p.acc_lim_theta, p.decel_lim_theta))
-        self._limits = np.array(limits) if ramps else np.tile((math.inf, -math.inf), (3, 1))
+        self.limits = np.array(limits if ramps else ((math.inf, -math.inf),) * 3, dtype=np.float64)
+        self.times = np.array(  # (4,) as choice_kernels.best_command wants it
+            (self.sampler.acceleration_time, p.sim_time, p.linear_granularity, p.angular_granularity), dtype=np.float64
+        )
+        stays_in_line = p.min_vel_y == p.max_vel_y == 0.0
+        self.ends_suffice = stays_in_line and not (p.discretize_by_time or p.limit_vel_cmd_in_traj)
         self._length = largest_steps(params) + 1 + params.include_last_point
         self._buffer = np.empty((3, 0, self._length))
 
@@ -90,7 +95,7 @@ class RolloutGenerator:
             steps = step_counts(samples, p.sim_time, p.linear_granularity, p.angular_granularity)
         first = np.empty((count, 3))
         start_velocity = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-        roll_out(pose.as_array(), start_velocity, samples, self._limits, steps, p.sim_time, x, y, yaw, first)
+        roll_out(pose.as_array(), start_velocity, samples, self.limits, steps, p.sim_time, x, y, yaw, first)
         commands = first if p.limit_vel_cmd_in_traj else samples
         return Rollouts(commands, x, y, yaw, steps + 1 + p.include_last_point, steps, p.sim_time)
 

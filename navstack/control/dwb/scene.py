@@ -10,9 +10,8 @@ from navstack.control.plan_handling import plan_cells
 from navstack.costmap.costmap import Costmap
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
 
-
-def _nothing() -> CellArray:
-    return np.empty((0, 0), dtype=np.int32)
+_NO_CELLS: CellArray = np.empty((0, 0), dtype=np.int32)
+_NONE: BoolArray = np.empty(0, dtype=np.bool_)
 
 
 @dataclass(slots=True, eq=False)
@@ -26,12 +25,16 @@ class Scene:
     plan: FloatArray  # (N, 3) the plan near the robot
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
-    cells: CellArray = field(default_factory=_nothing)  # (K, T) flat cell index of each pose; -1 off the map
-    leaves_map: BoolArray = field(default_factory=lambda: np.empty(0, dtype=np.bool_))  # (K,) some pose is off the map
-    path_cells: IntArray = field(init=False)  # (S, 2) mx, my of the plan's cells, as far as the map is known
+    cells: CellArray = field(default_factory=lambda: _NO_CELLS)  # (K, T) flat cell index of each pose; -1 off the map
+    leaves_map: BoolArray = field(default_factory=lambda: _NONE)  # (K,) some pose is off the map
+    _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for
 
-    def __post_init__(self) -> None:
-        self.path_cells = plan_cells(self.plan, self.costmap)
+    @property
+    def path_cells(self) -> IntArray:
+        """The cells (S, 2) of the plan as mx, my, as far as the map is known."""
+        if self._path_cells is None:
+            self._path_cells = plan_cells(self.plan, self.costmap)
+        return self._path_cells
 
     def locate(self, rollouts: Rollouts) -> None:
         """Find the cells of the poses of ``rollouts``."""

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from navstack.params.dwb import DwbParams
-from navstack.types import FloatArray, Twist2D
+from navstack.types import FloatArray, IntArray, Twist2D
 
 EPSILON = 1e-5  # [m/s, rad/s] tolerance of all comparisons in one_d_velocity_iterator.hpp
 
@@ -17,16 +17,16 @@ class VelocitySampler:
     def __init__(self, params: DwbParams, acceleration_time: float) -> None:
         """``acceleration_time`` [s] is how long the robot may accelerate from its velocity to a sample."""
         p = params
-        self._acceleration_time = acceleration_time
-        self._limits = np.array(  # per axis: least and largest velocity, acceleration, deceleration
+        self.acceleration_time = acceleration_time
+        self.axes = np.array(  # (3, 4) per axis: least and largest velocity, acceleration, deceleration
             (
                 (p.min_vel_x, p.max_vel_x, p.acc_lim_x, p.decel_lim_x),
                 (p.min_vel_y, p.max_vel_y, p.acc_lim_y, p.decel_lim_y),
                 (-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta),
             )
         )
-        self._counts = np.array((p.vx_samples, p.vy_samples, p.vtheta_samples))
-        self._speeds = np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta))
+        self.counts = np.array((p.vx_samples, p.vy_samples, p.vtheta_samples))
+        self.speeds = np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta), dtype=np.float64)
         self._params = p
 
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
@@ -43,14 +43,14 @@ class VelocitySampler:
             most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
         elif limit != 0.0:
             return
-        self._limits[:, 1] = most[:3]
-        self._limits[2, 0] = -most[2]
-        self._speeds[1] = most[3]
+        self.axes[:, 1] = most[:3]
+        self.axes[2, 0] = -most[2]
+        self.speeds[1] = most[3]
 
     def sample(self, velocity: Twist2D) -> FloatArray:
         """The samples (K, 3) that can be reached from ``velocity``."""
         current = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-        samples: FloatArray = combine(current, self._limits, self._counts, self._speeds, self._acceleration_time)
+        samples: FloatArray = combine(current, self.axes, self.counts, self.speeds, self.acceleration_time)
         return samples
 
 
@@ -107,7 +107,7 @@ def is_valid_speed(vx: float, vy: float, yaw_rate: float, speeds: FloatArray) ->
 
 @njit(cache=True)
 def combine(
-    current: FloatArray, limits: FloatArray, counts: FloatArray, speeds: FloatArray, acceleration_time: float
+    current: FloatArray, limits: FloatArray, counts: IntArray, speeds: FloatArray, acceleration_time: float
 ) -> FloatArray:
     """All valid combinations (K, 3) of the axes' samples."""
     xs = axis_samples(current[0], limits[0], counts[0], acceleration_time)

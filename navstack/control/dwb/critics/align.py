@@ -3,6 +3,7 @@
 import math
 
 from navstack.control.dwb.critics.map_grid import MapGridCritic
+from navstack.control.dwb.end_score import GOAL_ALIGNMENT, PATH_ALIGNMENT
 from navstack.control.dwb.kernels import CellArray, nose_cells
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
@@ -15,8 +16,7 @@ class _AlignCritic(MapGridCritic):
     """Scores a point ahead of the robot; with "last" only the last pose is looked at (``alignment_util.cpp``)."""
 
     def __init__(self, params: AlignParams, dwb: DwbParams) -> None:
-        super().__init__(params.scale, params.aggregation_type)
-        self._ahead = params.forward_point_distance  # [m]
+        super().__init__(params.scale, params.aggregation_type, params.forward_point_distance)
 
     def scored_cells(self, rollouts: Rollouts, scene: Scene, only_last: bool) -> CellArray:
         """The cells of the nose."""
@@ -29,6 +29,8 @@ class _AlignCritic(MapGridCritic):
 
 class PathAlignCritic(_AlignCritic):
     """After ``path_align.cpp``: distance of the nose to the plan."""
+
+    kind = PATH_ALIGNMENT
 
     def seeds(self, scene: Scene) -> IntArray:
         """All cells of the plan near the robot."""
@@ -43,6 +45,8 @@ class PathAlignCritic(_AlignCritic):
 
 class GoalAlignCritic(_AlignCritic):
     """After ``goal_align.cpp``: distance of the nose to where it will be at the plan's end."""
+
+    kind = GOAL_ALIGNMENT
 
     def seeds(self, scene: Scene) -> IntArray:
         """The end of the plan, moved ahead along the bearing of the goal."""

@@ -1,11 +1,14 @@
 """Cost of the costmap under the robot's centre."""
 
 from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.end_score import CELL_COST, EndScore
 from navstack.control.dwb.kernels import obstacle_costs
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.params.dwb import DwbParams, ObstacleParams
 from navstack.types import FloatArray
+
+_LAST_COST = EndScore(CELL_COST)
 
 
 class BaseObstacleCritic(Critic):
@@ -20,3 +23,7 @@ class BaseObstacleCritic(Critic):
         costs = scene.costmap.data.reshape(-1)
         result: FloatArray = obstacle_costs(scene.cells, rollouts.lengths, costs, self._sum_scores)
         return result
+
+    def end_score(self, scene: Scene) -> EndScore | None:
+        """The last pose's cost."""
+        return None if self._sum_scores else _LAST_COST

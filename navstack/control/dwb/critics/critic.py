@@ -2,13 +2,18 @@
 
 from abc import ABC, abstractmethod
 
+from navstack.control.dwb.end_score import EndScore
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.types import FloatArray, Twist2D
 
 
 class Critic(ABC):
-    """Scores trajectories; the raw score is kept apart from its weight, so that a decision can be explained."""
+    """Scores trajectories; the raw score is kept apart from its weight, so that a decision can be explained.
+
+    Each cycle it is shown the scene once (:meth:`prepare`) and told the command (:meth:`debrief`). The raw costs may
+    be asked for at any time before the next scene, so that they must not depend on the command.
+    """
 
     def __init__(self, scale: float) -> None:
         self._scale = scale
@@ -26,6 +31,13 @@ class Critic(ABC):
     @abstractmethod
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
+
+    def end_score(self, scene: Scene) -> EndScore | None:
+        """The same in short, where that can be said in this cycle; it saves most of the work.
+
+        None: it cannot.
+        """
+        return None
 
     def debrief(self, scene: Scene, command: Twist2D) -> None:  # noqa: B027 - most critics remember nothing
         """Hear what was commanded; standstill where every trajectory was illegal."""

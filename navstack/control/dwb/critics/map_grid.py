@@ -5,6 +5,7 @@ from abc import abstractmethod
 import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.end_score import EndScore
 from navstack.control.dwb.kernels import CellArray, nearest_seed
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
@@ -22,12 +23,21 @@ class MapGridCritic(Critic):
     result.
     """
 
-    def __init__(self, scale: float, aggregation_type: str) -> None:
-        """Raises UnknownNameError for an ``aggregation_type`` that does not exist."""
+    kind: int  # of its score of the last pose, see end_score.py
+
+    def __init__(self, scale: float, aggregation_type: str, ahead: float) -> None:
+        """``ahead`` [m] of the pose lies the scored point.
+
+        Raises:
+            UnknownNameError: the ``aggregation_type`` does not exist.
+        """
         super().__init__(scale)
         self._aggregation = aggregation_type.lower()
         if self._aggregation not in AGGREGATION_TYPES:
             raise UnknownNameError("aggregation_type", aggregation_type, AGGREGATION_TYPES)
+        self._ahead = ahead
+        self._end_score = EndScore(self.kind, ahead) if self._aggregation == "last" else None
+        self._scene: Scene | None = None  # that the seeds below are of
         self._seeds: IntArray = np.empty((0, 2), dtype=np.int64)
 
     @abstractmethod
@@ -38,9 +48,15 @@ class MapGridCritic(Critic):
     def scored_cells(self, rollouts: Rollouts, scene: Scene, only_last: bool) -> CellArray:
         """Flat indices (K, T), or (K, 1) of the last poses only; -1 off the map."""
 
-    def prepare(self, scene: Scene) -> None:
-        """Find the seeds."""
-        self._seeds = self.seeds(scene)
+    def seeds_in(self, scene: Scene) -> IntArray:
+        """The same, found once per scene."""
+        if scene is not self._scene:
+            self._scene, self._seeds = scene, self.seeds(scene)
+        return self._seeds
+
+    def end_score(self, scene: Scene) -> EndScore | None:
+        """The last pose's distance."""
+        return self._end_score
 
     def scale(self, scene: Scene) -> float:
         """Half a cell's size per cell, so that the weight does not depend on the resolution."""
@@ -51,9 +67,10 @@ class MapGridCritic(Critic):
 
         Without seeds it is the score of an unreachable cell, one more than there are cells in the map.
         """
-        if len(self._seeds) == 0:
+        seeds = self.seeds_in(scene)
+        if len(seeds) == 0:
             return np.where(cells < 0, np.inf, scene.costmap.data.size + 1.0)
-        flat = nearest_seed(cells.ravel(), scene.costmap.size_x, self._seeds)
+        flat = nearest_seed(cells.ravel(), scene.costmap.size_x, seeds)
         return flat.reshape(cells.shape)
 
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:

@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.end_score import NO_SCORE, SIGNS, EndScore
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.params.dwb import DwbParams, OscillationParams
-from navstack.types import BoolArray, FloatArray, Pose2D, Twist2D
+from navstack.types import FloatArray, Pose2D, Twist2D
 
 
 class _CommandTrend:
@@ -29,14 +30,9 @@ class _CommandTrend:
         return flipped
 
     @property
-    def restricts(self) -> bool:
-        """Whether some sign is forbidden."""
-        return self._positive_only or self._negative_only
-
-    def oscillates(self, velocities: FloatArray) -> BoolArray:
-        """Which of the velocities (K,) have a forbidden sign."""
-        forbidden: BoolArray = (self._positive_only & (velocities < 0.0)) | (self._negative_only & (velocities > 0.0))
-        return forbidden
+    def forbidden(self) -> int:
+        """The forbidden signs: 1 for the negative, 2 for the positive one, 3 for both."""
+        return self._positive_only + 2 * self._negative_only
 
 
 class OscillationCritic(Critic):
@@ -47,19 +43,33 @@ class OscillationCritic(Critic):
         self._params = params
         self._imposed_pose = Pose2D()
         self._imposed_at = 0.0  # [s]
+        self._forbidden = (0, 0, 0)  # signs per axis in this cycle
         self.reset()
 
     def reset(self) -> None:
         """No restriction."""
         self._trends = [_CommandTrend() for _ in range(3)]  # x, y, yaw rate
 
+    def prepare(self, scene: Scene) -> None:
+        """See which directions are forbidden."""
+        x, y, theta = self._trends
+        self._forbidden = x.forbidden, y.forbidden, theta.forbidden
+
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """0, or inf for a forbidden direction."""
         costs = np.zeros(len(rollouts.commands))
-        for axis, trend in enumerate(self._trends):
-            if trend.restricts:
-                costs[trend.oscillates(rollouts.commands[:, axis])] = np.inf
+        for axis, signs in enumerate(self._forbidden):
+            velocities = rollouts.commands[:, axis]
+            if signs & 1:
+                costs[velocities < 0.0] = np.inf
+            if signs & 2:
+                costs[velocities > 0.0] = np.inf
         return costs
+
+    def end_score(self, scene: Scene) -> EndScore | None:
+        """The forbidden directions, if there are any."""
+        x, y, theta = self._forbidden
+        return EndScore(SIGNS, x + 4 * y + 16 * theta) if x or y or theta else NO_SCORE
 
     def debrief(self, scene: Scene, command: Twist2D) -> None:
         """Follow the signs of the commands, sideways and turning only while hardly driving forward."""
@@ -71,7 +81,7 @@ class OscillationCritic(Critic):
             flipped |= theta.update(command.angular_z)
         if flipped:
             self._imposed_pose, self._imposed_at = scene.pose, scene.stamp
-        if any(trend.restricts for trend in self._trends) and self._has_got_somewhere(scene):
+        if any(trend.forbidden for trend in self._trends) and self._has_got_somewhere(scene):
             self.reset()
 
     def _has_got_somewhere(self, scene: Scene) -> bool:

@@ -1,0 +1,141 @@
+"""Where trajectories end, all at once, without the poses in between: the inner loops behind :mod:`.end_choice`."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.control.dwb.kernels import SMALL_TURN
+from navstack.types import FloatArray, IntArray
+
+TILE = 64  # trajectories that are driven side by side; a constant, so that the loops over them use vector instructions
+# Where in the buffer of a tile the values of its trajectories stand.
+X, Y, YAW, SINE, COSINE, VX, VX_STEP, VX_LOW, VX_HIGH = (TILE * i for i in range(9))
+RATE, RATE_STEP, RATE_LOW, RATE_HIGH, DT, TURN, TURN_SINE, TURN_COSINE = (TILE * i for i in range(9, 17))
+BUFFER_SIZE = 17 * TILE
+LANES = 4  # a multiple of them is driven on, so that no loop has a rest
+
+
+@njit(cache=True)
+def end_poses(
+    robot: FloatArray, commands: FloatArray, steps: IntArray, limits: FloatArray, sim_time: float
+) -> FloatArray:
+    """Last poses (5, K) of the trajectories of ``commands`` (K, 3): x, y, yaw, and the yaw's sine and cosine.
+
+    To the last bit what :func:`~navstack.control.dwb.kernels.roll_out` makes of the same arguments, for robots that
+    do not move sideways; sine and cosine are those of its recurrence. ``robot`` (6,): pose and velocity.
+    """
+    count = len(commands)
+    ends = np.empty((5, count))
+    order = by_falling_steps(steps)
+    b = np.empty(BUFFER_SIZE)
+    sine, cosine = math.sin(robot[2]), math.cos(robot[2])
+    for first in range(0, count, TILE):
+        filled = min(TILE, count - first)
+        for i in range(TILE):
+            k = order[min(first + i, count - 1)]
+            b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = robot[0], robot[1], robot[2], sine, cosine
+            _load(b, i, robot[3], robot[5], commands[k], limits, sim_time / steps[k])
+        active = filled
+        speeds_change = turns_change = True
+        for t in range(1, steps[order[first]] + 1):
+            lanes = (active + LANES - 1) // LANES * LANES
+            if speeds_change:
+                speeds_change = _speed_up(b, lanes)
+            if turns_change:
+                turns_change = _turn(b, lanes)
+            _move(b, lanes)
+            while active > 0 and steps[order[first + active - 1]] == t:
+                active -= 1
+                for j in range(5):
+                    ends[j, order[first + active]] = b[TILE * j + active]
+    return ends
+
+
+@njit(cache=True)
+def by_falling_steps(steps: IntArray) -> IntArray:
+    """Indices (K,) of the trajectories, the longest first, equals in their order."""
+    longest = 0
+    for s in steps:
+        longest = max(longest, s)
+    position = np.zeros(longest + 2, dtype=np.int64)
+    for s in steps:
+        position[longest - s + 1] += 1
+    for i in range(1, longest + 2):
+        position[i] += position[i - 1]
+    order = np.empty(len(steps), dtype=np.int64)
+    for k in range(len(steps)):
+        at = longest - steps[k]
+        order[position[at]] = k
+        position[at] += 1
+    return order
+
+
+@njit(cache=True)
+def _load(
+    b: FloatArray, i: int, speed: float, yaw_rate: float, command: FloatArray, limits: FloatArray, dt: float
+) -> None:
+    """Start a trajectory: each axis has its change per step, and the command as its bound on one side."""
+    b[DT + i] = dt
+    rises = speed < command[0]
+    b[VX + i] = speed
+    b[VX_STEP + i] = limits[0, 0 if rises else 1] * dt
+    b[VX_LOW + i] = -math.inf if rises else command[0]
+    b[VX_HIGH + i] = command[0] if rises else math.inf
+    rises = yaw_rate < command[2]
+    b[RATE + i] = yaw_rate
+    b[RATE_STEP + i] = limits[2, 0 if rises else 1] * dt
+    b[RATE_LOW + i] = -math.inf if rises else command[2]
+    b[RATE_HIGH + i] = command[2] if rises else math.inf
+
+
+@njit(cache=True)
+def _speed_up(b: FloatArray, count: int) -> bool:
+    """Find the speed of the next step of the first ``count`` trajectories; whether any later step's may differ."""
+    changes = 0
+    for i in range(count):
+        vx = b[VX + i] + b[VX_STEP + i]
+        vx = b[VX_LOW + i] if vx < b[VX_LOW + i] else vx
+        vx = b[VX_HIGH + i] if vx > b[VX_HIGH + i] else vx
+        changes += vx != b[VX + i]
+        b[VX + i] = vx
+    return changes > 0
+
+
+@njit(cache=True)
+def _turn(b: FloatArray, count: int) -> bool:
+    """Find the turn of the next step of the first ``count`` trajectories; whether any later step's may differ."""
+    changes = wide = 0
+    for i in range(count):
+        rate = b[RATE + i] + b[RATE_STEP + i]
+        rate = b[RATE_LOW + i] if rate < b[RATE_LOW + i] else rate
+        rate = b[RATE_HIGH + i] if rate > b[RATE_HIGH + i] else rate
+        changes += rate != b[RATE + i]
+        b[RATE + i] = rate
+        turn = rate * b[DT + i]
+        b[TURN + i] = turn
+        wide += abs(turn) > SMALL_TURN
+        s = turn * turn  # as in kernels.sine_cosine
+        b[TURN_SINE + i] = turn * (
+            1.0 - s * (1.0 / 6.0) * (1.0 - s * 0.05 * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))))
+        )
+        b[TURN_COSINE + i] = 1.0 - s * 0.5 * (
+            1.0 - s * (1.0 / 12.0) * (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0)))
+        )
+    if wide > 0:
+        for i in range(count):
+            if abs(b[TURN + i]) > SMALL_TURN:
+                b[TURN_SINE + i], b[TURN_COSINE + i] = math.sin(b[TURN + i]), math.cos(b[TURN + i])
+    return changes > 0
+
+
+@njit(cache=True)
+def _move(b: FloatArray, count: int) -> None:
+    """Drive the first ``count`` trajectories one step along their headings, then turn them."""
+    for i in range(count):
+        sine, cosine, dt = b[SINE + i], b[COSINE + i], b[DT + i]
+        b[X + i] += b[VX + i] * cosine * dt
+        b[Y + i] += b[VX + i] * sine * dt
+        b[YAW + i] += b[TURN + i]
+        b[SINE + i] = sine * b[TURN_COSINE + i] + cosine * b[TURN_SINE + i]
+        b[COSINE + i] = cosine * b[TURN_COSINE + i] - sine * b[TURN_SINE + i]

@@ -1,0 +1,22 @@
+"""What a critic's raw score comes to, where the ends of the trajectories tell it."""
+
+from typing import NamedTuple
+
+# Kinds of scores, and what the number that goes with them means. Those from CELL_COST on look at a cell.
+NOTHING = 0  # 0 for every trajectory
+SIGNS = 1  # 0, or illegal for a sign of the command; the number has bit 2 i for axis i's negative, 2 i + 1 for positive
+CELL_COST = 2  # the cost under the last pose; illegal if any pose is off the map or in an obstacle
+PATH_DISTANCE = 3  # [cells] from the last pose to the plan; illegal if any pose is off the map
+GOAL_DISTANCE = 4  # [cells] from the last pose to the plan's end; illegal if any pose is off the map
+PATH_ALIGNMENT = 5  # [cells] from the point ``number`` [m] ahead of the last pose to the plan
+GOAL_ALIGNMENT = 6  # the same to the plan's end, moved ``number`` [m] ahead along the bearing of the goal
+
+
+class EndScore(NamedTuple):
+    """A score in short, exactly what :meth:`~navstack.control.dwb.critics.critic.Critic.raw_costs` would answer."""
+
+    kind: int
+    number: float = 0.0
+
+
+NO_SCORE = EndScore(NOTHING)
