@@ -14,28 +14,33 @@ from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import InflationKernel
 from navstack.costmap.obstacle_cells import ObstacleCells
-from navstack.costmap.window import Window, copy_window
+from navstack.costmap.window import Box, Window
 from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
+
+_LENGTH = 5  # of the array that a rolling window moves along, in windows
+_MOST = 0.7  # of the window: if that much is to be written, all is
 
 
 class FastUpdate:
     """Keeps the master equal to the inflated map with the obstacles' kernels stamped on.
 
+    The master of a rolling window is a part of a longer array. As the window moves, the part moves along it: what the
+    window keeps stays where it is in memory, and the cells that come in take the places of those that go out.
+
     Args:
         obstacles: the obstacle layers.
-        inflated: the inflated costs of the map (height, width), with ``margin`` more cells on each side.
-        shown: the same, raised to the masks that come after the inflation.
+        shown: the inflated costs of the map (height, width), raised to the masks that come after the inflation, with
+            ``margin`` more cells on each side.
         kernel: what to stamp.
         master: the costmap to write.
         window: where it lies; cell (0, 0) of its lattice is the map's first.
-        rolling: the window moves; every update then writes all of it, otherwise only what changed.
+        rolling: the window moves.
         fill: cost of what lies beyond the map.
     """
 
     def __init__(
         self,
         obstacles: Sequence[ObstacleCells],
-        inflated: ByteArray,
         shown: ByteArray,
         margin: int,
         kernel: InflationKernel,
@@ -45,21 +50,42 @@ class FastUpdate:
         fill: int,
     ) -> None:
         self._obstacles = obstacles
-        self._inflated = inflated
-        self._shown = shown
+        self._shown = shown.view()
+        self._shown.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
         self._kernel = kernel
         self._master = master
         self._window = window
         self._rolling = rolling
         self._fill = fill
-        if not rolling:
-            self._restore(self._window.cells)
+        self._entered: list[Box] = []  # what the window has moved over and nobody has written yet
+        self._all_is_stale = True
+        if rolling:
+            self._strip: ByteArray = np.full(_LENGTH * master.data.size, fill, dtype=np.uint8)
+            self._show_from(_LENGTH // 2 * master.data.size)
+        else:
+            self._write()
+
+    def _show_from(self, start: int) -> None:
+        """Let the master be the part of the strip from an index on."""
+        size, shape = self._master.data.size, self._master.data.shape
+        self._start = start
+        self._master.data = self._strip[start : start + size].reshape(shape)
 
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
         for obstacles in self._obstacles:
             obstacles.drop_outside(self._window)
+        window, size = self._window, self._master.data.size
+        start = self._start + dy * window.size_x + dx
+        if abs(dx) >= window.size_x or abs(dy) >= window.size_y or not 0 <= start <= len(self._strip) - size:
+            self._all_is_stale, start = True, _LENGTH // 2 * size
+        self._show_from(start)
+        x0, xn, y0, yn = window.bounds
+        if dx:
+            self._entered.append((xn - dx, xn, y0, yn) if dx > 0 else (x0, x0 - dx, y0, yn))
+        if dy:
+            self._entered.append((x0, xn, yn - dy, yn) if dy > 0 else (x0, xn, y0, y0 - dy))
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
         """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
@@ -68,16 +94,17 @@ class FastUpdate:
         self._write()
 
     def clear(self) -> None:
-        """Forget all obstacles; the map remains."""
+        """Forget all obstacles; the map remains. The window may have been put anywhere."""
         for obstacles in self._obstacles:
             obstacles.clear()
+        self._all_is_stale = self._rolling
         self._write()
 
     def clear_box(self, x0: int, xn: int, y0: int, yn: int) -> None:
         """Forget the obstacles in cells of the window (ends exclusive)."""
         left, low = self._window.cell_x, self._window.cell_y
         for obstacles in self._obstacles:
-            obstacles.drop_box(np.array((x0 + left, xn + left, y0 + low, yn + low), dtype=np.int64))
+            obstacles.drop_box((x0 + left, xn + left, y0 + low, yn + low))
         self._write()
 
     @property
@@ -86,49 +113,37 @@ class FastUpdate:
         return [obstacles.as_grid(self._window) for obstacles in self._obstacles]
 
     def _write(self) -> None:
-        """Write the window, or where it stands still the cells that a changed obstacle can reach."""
-        changed = [obstacles.take_changed() for obstacles in self._obstacles]
-        region = self._window.cells
-        if not self._rolling:
-            region = _around(changed, self._kernel.radius, region)
-            if region[0] >= region[1] or region[2] >= region[3]:
-                return
-        self._restore(region)
+        """Write what came into the window and the cells that a changed obstacle can reach."""
+        stale = self._take_stale()
+        if not stale:
+            return
+        if sum((xn - x0) * (yn - y0) for x0, xn, y0, yn in stale) >= _MOST * self._master.data.size:
+            stale = [self._window.bounds]
+        boxes: IntArray = np.array(stale, dtype=np.int64)
+        target, box = self._master.data, self._window.box
+        inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, box, boxes)
         for obstacles in self._obstacles:
-            self._stamp(obstacles, region)
+            if obstacles.count > 0:
+                obstacles.stamp(self._kernel, self._window, boxes, target)
 
-    def _restore(self, region: IntArray) -> None:
-        """Write the map as it is shown over lattice cells x0, xn, y0, yn of the master."""
-        x0, xn, y0, yn = region.tolist()
-        left, low = self._window.cell_x, self._window.cell_y
-        target = self._master.data[y0 - low : yn - low, x0 - left : xn - left]
-        copy_window(self._shown, x0 + self._margin, y0 + self._margin, target, self._fill)
-
-    def _stamp(self, obstacles: ObstacleCells, region: IntArray) -> None:
-        """Stamp the obstacles that reach into the region, within it."""
-        radius, window = self._kernel.radius, self._window
-        reach = region + (-radius, radius, -radius, radius)
-        runs = obstacles.runs_to_stamp(window, self._inflated, self._margin, reach)
-        x0, xn, y0, yn = region.tolist()
-        inflation_kernels.stamp(
-            self._master.data,
-            runs,
-            len(runs),
-            self._kernel.patterns,
-            radius,
-            x0 - window.cell_x,
-            xn - window.cell_x,
-            y0 - window.cell_y,
-            yn - window.cell_y,
-        )
+    def _take_stale(self) -> list[Box]:
+        """The boxes of lattice cells to write, which are then up to date."""
+        stale, self._entered = self._entered, []
+        for obstacles in self._obstacles:
+            changed = obstacles.take_changed()
+            if changed is not None:
+                stale.append(_around(changed, self._kernel.radius, self._window.bounds))
+        if self._all_is_stale:
+            self._all_is_stale, stale = False, [self._window.bounds]
+        return [box for box in stale if box[0] < box[1] and box[2] < box[3]]
 
 
-def _around(changed: Sequence[IntArray], radius: int, whole: IntArray) -> IntArray:
-    """The box of all changed cells with ``radius`` cells around it, cut to ``whole``; empty if nothing changed."""
-    boxes = np.array(changed)
-    lower, upper = boxes[:, ::2].min(axis=0), boxes[:, 1::2].max(axis=0)
-    if (lower >= upper).any():
-        return np.zeros(4, dtype=np.int64)
-    lower = np.maximum(lower - radius, whole[::2])
-    upper = np.minimum(upper + radius, whole[1::2])
-    return np.array((lower[0], upper[0], lower[1], upper[1]), dtype=np.int64)
+def _around(changed: Box, radius: int, whole: Box) -> Box:
+    """The box of all changed cells with ``radius`` cells around it, cut to ``whole``; it may be empty."""
+    x0, xn, y0, yn = changed
+    return (
+        max(x0 - radius, whole[0]),
+        min(xn + radius, whole[1]),
+        max(y0 - radius, whole[2]),
+        min(yn + radius, whole[3]),
+    )

@@ -1,12 +1,19 @@
-"""Arrays that are dear to compute, kept on disk between runs.
+"""Arrays that are dear to compute, kept on disk between runs and shared by all processes of a machine.
 
 The folder is ``$NAVSTACK_CACHE``, by default ``~/.cache/navbench``. The cache is only a cache: whatever is wrong with
-the folder or a file in it, the array is computed anew and the caller never notices.
+the folder or a file in it, the array is computed anew and the caller never notices. Beyond ``MOST_BYTES`` the arrays
+that have not been used for longest go.
+
+A file is an ordinary ``.npy`` file with a CRC-32 of all before it at its end. It is mapped into memory, not read:
+processes that use the same array hold it once.
 """
 
+import contextlib
 import hashlib
+import mmap
 import os
 import tempfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
+
+MOST_BYTES = 2_000_000_000  # of all arrays: those of a large map take some 150 MB
+SHARED_FROM = 1_000_000  # cells of a map from which fields are worth a file that are quick to compute
+_CHECK_BYTES = 4  # of the CRC-32, little endian
 
 
 def cache_folder() -> Path:
@@ -32,7 +43,7 @@ def content_key(name: str, *parts: Array | float | int | str) -> str:
     for part in parts:
         if isinstance(part, np.ndarray):
             digest.update(f"|{part.dtype.str}{part.shape}|".encode())
-            digest.update(part.tobytes())
+            digest.update(np.ascontiguousarray(part).data)
         else:
             digest.update(f"|{part!r}|".encode())
     return digest.hexdigest()
@@ -46,25 +57,47 @@ def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
         compute: makes the array; what it raises is passed on.
 
     Returns:
-        A C-contiguous, writable array.
+        A C-contiguous, writable array. Who writes to it gets pages of his own; the file stays as it is.
     """
     raw = key.encode() if isinstance(key, str) else key
-    file = cache_folder() / f"{hashlib.blake2b(raw, digest_size=20).hexdigest()}.npz"
+    file = cache_folder() / f"{hashlib.blake2b(raw, digest_size=20).hexdigest()}.npy"
     known = _read(file)
     if known is not None:
         return known
     array = np.ascontiguousarray(compute())
+    beaten = _read(file)  # another process was faster: hold its copy, not one more
+    if beaten is not None:
+        return beaten
     _write(file, array)
-    return array
+    _make_room(file.parent)
+    mapped = _read(file)
+    return array if mapped is None else mapped
 
 
 def _read(file: Path) -> Array | None:
-    """The stored array; None when there is none or it is damaged (the zip container checks its CRC-32)."""
+    """The stored array; None when there is none or it is damaged."""
     try:
-        with np.load(file, allow_pickle=False) as stored:
-            return np.ascontiguousarray(stored["array"])
-    except Exception:  # a damaged archive raises anything from OSError to zlib.error; all mean: compute again
+        with file.open("rb") as stream:
+            shape, is_fortran, dtype = _header(stream)
+            start, count = stream.tell(), int(np.prod(shape, dtype=np.int64))
+            end = start + count * dtype.itemsize
+            if is_fortran or dtype.hasobject or os.fstat(stream.fileno()).st_size != end + _CHECK_BYTES:
+                return None
+            content = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_COPY)
+        if zlib.crc32(memoryview(content)[:end]) != int.from_bytes(content[end:], "little"):
+            return None
+        with contextlib.suppress(OSError):  # of somebody else
+            os.utime(file)
+        return np.frombuffer(content, dtype, count, start).reshape(shape)
+    except Exception:  # a damaged header raises anything from OSError to SyntaxError; all mean: compute again
         return None
+
+
+def _header(stream: Any) -> tuple[tuple[int, ...], bool, "np.dtype[Any]"]:
+    """Shape, whether columns come first, and type of the array in a ``.npy`` file, of which the header is read."""
+    if np.lib.format.read_magic(stream) != (1, 0):
+        raise ValueError("an unknown version")
+    return np.lib.format.read_array_header_1_0(stream)
 
 
 def _write(file: Path, array: Array) -> None:
@@ -74,10 +107,37 @@ def _write(file: Path, array: Array) -> None:
         with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".partial", delete=False) as stream:
             partial = Path(stream.name)
             try:
-                np.savez(stream, array=array)
+                check = _Checked(stream)
+                np.lib.format.write_array(check, array, version=(1, 0), allow_pickle=False)
+                stream.write(check.crc.to_bytes(_CHECK_BYTES, "little"))
                 stream.close()
                 os.replace(partial, file)
             finally:
                 partial.unlink(missing_ok=True)
     except OSError:
         return  # read-only, full, or not a folder: go on without
+
+
+def _make_room(folder: Path) -> None:
+    """Remove the arrays that have not been used for longest; who has one mapped keeps it."""
+    with contextlib.suppress(OSError):  # another process removes them just now
+        used = sorted((file.stat().st_mtime, file.stat().st_size, file) for file in folder.glob("*.np[yz]"))
+        total = sum(size for _, size, _ in used)
+        for _, size, file in used:
+            if total <= MOST_BYTES:
+                return
+            file.unlink()
+            total -= size
+
+
+class _Checked:
+    """A stream to write to that knows the CRC-32 of what was written."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self.crc = 0
+
+    def write(self, content: bytes) -> None:
+        """Write on."""
+        self._stream.write(content)
+        self.crc = zlib.crc32(content, self.crc)

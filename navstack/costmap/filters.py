@@ -11,6 +11,7 @@ import numpy as np
 
 from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.layers import Bounds, Layer
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap
@@ -49,7 +50,12 @@ class KeepoutMask:
         self.params = params
         self.x = first_x  # lattice x of the first cell
         self.y = first_y  # lattice y of the first cell
-        self.costs: ByteArray = np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
+
+        def compute() -> ByteArray:
+            return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
+
+        key = content_key("mask costs 1", grid.data, rows, columns)
+        self.costs: ByteArray = cached_array(key, compute) if grid.data.size >= SHARED_FROM else compute()
 
     def is_lethal_at(self, pose: Pose2D) -> bool:
         """Whether a pose is forbidden: of all occupancies only the highest becomes a cost of 253 or more."""

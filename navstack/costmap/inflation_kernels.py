@@ -1,13 +1,11 @@
 """Numba kernels of the inflation: finding sources and stamping cost kernels with the maximum."""
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from navstack.costmap.cell_kernels import LISTED, CellArray
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import ByteArray, IntArray
-
-CellArray = npt.NDArray[np.int32]
 
 RUN = 4  # cells beside each other that are stamped at once
 BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector instructions
@@ -15,6 +13,7 @@ BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
 _UNKNOWN = np.uint8(NO_INFORMATION)
 _INSCRIBED = np.uint8(INSCRIBED_INFLATED_OBSTACLE)
+_LISTED = np.uint8(LISTED)
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
 
 
@@ -153,26 +152,40 @@ def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn:
 
 
 @njit(cache=True)
-def _is_lethal(costs: ByteArray, x: int, y: int) -> bool:
-    """Whether a cell is lethal; nothing beyond the edges is."""
-    return 0 <= x < costs.shape[1] and 0 <= y < costs.shape[0] and bool(costs[_u(y), _u(x)] == _LETHAL)
+def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray) -> None:
+    """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
+
+    The lattice cell (x, y) is ``source`` [y + margin, x + margin], or ``fill`` where that is beyond the edges.
+    ``window`` is x, y of the target's first cell, width and height.
+    """
+    height, width = source.shape
+    flat, to, cost = source.reshape(-1), target.reshape(-1), np.uint8(fill)
+    for k in range(boxes.shape[0]):
+        x0, xn = boxes[k, 0], boxes[k, 1]
+        begin, end = min(max(x0, -margin), xn), max(min(xn, width - margin), x0)  # what the source has
+        for y in range(boxes[k, 2], boxes[k, 3]):
+            at = _u((y - window[1]) * window[2] + x0 - window[0])
+            row = y + margin
+            if row < 0 or row >= height or begin >= end:
+                for j in range(_u(xn - x0)):
+                    to[at + j] = cost
+                continue
+            for j in range(_u(begin - x0)):
+                to[at + j] = cost
+            into, out = at + _u(begin - x0), _u(row * width + begin + margin)
+            for j in range(_u(end - begin)):
+                to[into + j] = flat[out + j]
+            for j in range(_u(end - x0), _u(xn - x0)):
+                to[at + j] = cost
 
 
 @njit(cache=True)
-def runs_to_stamp(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
-    background: ByteArray,
-    margin: int,
-    box: IntArray,
-    runs: CellArray,
+def find_runs(
+    cells: CellArray, count: int, present: ByteArray, window: IntArray, box: IntArray, runs: CellArray
 ) -> int:
     """Obstacle cells as ``cell_kernels`` lists them, as runs for :func:`stamp`, counted from the window's corner.
 
     Only cells in the lattice box x0, xn, y0, yn (ends exclusive) make runs.
-    Left out is what is lethal in ``background`` anyway, whose [y + margin, x + margin] is the lattice cell (x, y).
 
     Returns:
         How many runs there are.
@@ -180,11 +193,9 @@ def runs_to_stamp(
     height, width = present.shape
     corner_x, corner_y = window[0] % width, window[1] % height  # where ``present`` holds the window's first cell
     number = 0
-    for i in range(count):
+    for i in range(_u(count)):
         x, y = cells[i, 0], cells[i, 1]
         if x < box[0] or x >= box[1] or y < box[2] or y >= box[3]:
-            continue
-        if _is_lethal(background, x + margin, y + margin):
             continue
         column, row = x - window[0], y - window[1]
         line = present[row + corner_y - (height if row + corner_y >= height else 0)]
@@ -192,13 +203,47 @@ def runs_to_stamp(
         pattern, leader = 0, x
         for j in range(min(RUN, width - first)):
             at = first + j + corner_x
-            if line[_u(at - (width if at >= width else 0))] == 0:
+            if line[_u(at - (width if at >= width else 0))] != _LISTED:
                 continue
             pattern |= 1 << j
             other = window[0] + first + j
-            if box[0] <= other < leader and not _is_lethal(background, other + margin, y + margin):
+            if box[0] <= other < leader:
                 leader = other
         if leader == x:  # the first cell of the run speaks for all
             runs[number, 0], runs[number, 1], runs[number, 2] = first, row, pattern
             number += 1
     return number
+
+
+@njit(cache=True)
+def stamp_cells(
+    cells: CellArray,
+    count: int,
+    present: ByteArray,
+    window: IntArray,
+    boxes: IntArray,
+    kernels: ByteArray,
+    radius: int,
+    target: ByteArray,
+    runs: CellArray,
+) -> None:
+    """Raise the window's costs in lattice boxes (k, 4) x0, xn, y0, yn to the kernels of the cells that reach there.
+
+    Args:
+        cells: as ``cell_kernels`` lists them.
+        count: how many.
+        present: their states.
+        window: x, y of the first cell, width and height.
+        boxes: ends exclusive, all in the window.
+        kernels: see :func:`stamp`.
+        radius: see :func:`stamp`.
+        target: costs (height, width) of the window.
+        runs: (n, 3) room, n at least ``count``.
+    """
+    reach = np.empty(4, dtype=np.int64)
+    left, low = window[0], window[1]
+    for k in range(boxes.shape[0]):
+        x0, xn, y0, yn = boxes[k, 0], boxes[k, 1], boxes[k, 2], boxes[k, 3]
+        reach[0], reach[1], reach[2], reach[3] = x0 - radius, xn + radius, y0 - radius, yn + radius
+        number = find_runs(cells, count, present, window, reach, runs)
+        stamp(target, runs, number, kernels, radius, x0 - left, xn - left, y0 - low, yn - low)

@@ -72,7 +72,10 @@ def ray(x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float
         The first cell x, y, the signed differences x, y from there to cell 1 and the number of steps, -1: no cell.
     """
     dx, dy = x1 - x0, y1 - y0
-    distance = math.hypot(dx, dy)
+    squared = dx * dx + dy * dy
+    if min_length == 0.0 and squared <= max_length * max_length:
+        return x0, y0, dx, dy, max(abs(dx), abs(dy))
+    distance = math.sqrt(float(squared))
     if distance < min_length:
         return x0, y0, 0, 0, -1
     if distance == 0.0:
@@ -92,7 +95,7 @@ def clear_rays(
     oy: float,
     origin: FloatArray,
     resolution: float,
-    limits: FloatArray,
+    limits: tuple[float, float],
     bounds: FloatArray,
 ) -> None:
     """Free the cells from the sensor (ox, oy) through each point's cell, within the raytrace ranges ``limits``."""
@@ -103,7 +106,7 @@ def clear_rays(
         return
     touch(bounds, ox, oy)
     end_x, end_y = origin_x + size_x * resolution, origin_y + size_y * resolution
-    min_cells, max_cells = math.ceil(limits[0] / resolution), math.ceil(limits[1] / resolution)
+    min_cells, max_cells = float(math.ceil(limits[0] / resolution)), float(math.ceil(limits[1] / resolution))
     for i in range(points.shape[0]):
         wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin_x, origin_y, end_x, end_y)
         x1, y1 = to_cell(wx, wy, origin_x, origin_y, resolution, size_x, size_y)
@@ -143,7 +146,7 @@ def free_line(grid: ByteArray, x: int, y: int, dx: int, dy: int, steps: int) -> 
 
 
 @njit(cache=True)
-def is_in_range(px: float, py: float, ox: float, oy: float, limits: FloatArray) -> bool:
+def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float, float]) -> bool:
     """The test of a point's horizontal distance [m] that comes before the one of its cell."""
     squared = (px - ox) * (px - ox) + (py - oy) * (py - oy)
     return bool(limits[0] * limits[0] <= squared < limits[1] * limits[1])
@@ -157,7 +160,7 @@ def mark_points(
     oy: float,
     origin: FloatArray,
     resolution: float,
-    limits: FloatArray,
+    limits: tuple[float, float],
     bounds: FloatArray,
 ) -> None:
     """Make the cells of points within the obstacle ranges ``limits`` of the sensor (ox, oy) lethal."""
@@ -200,6 +203,17 @@ def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, hig
 
 
 @njit(cache=True)
+def transformed(points: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
+    """Points (N, 2) given in the frame that stands at (x, y) [m], ``yaw`` [rad], expressed in its parent."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    moved = np.empty(points.shape)
+    for i in range(points.shape[0]):
+        moved[i, 0] = points[i, 0] * cos - points[i, 1] * sin + x
+        moved[i, 1] = points[i, 0] * sin + points[i, 1] * cos + y
+    return moved
+
+
+@njit(cache=True)
 def polygon_columns(
     polygon: FloatArray,
     origin: FloatArray,
@@ -229,7 +243,7 @@ def polygon_columns(
     highest[first : last + 1] = -1
     for i in range(count):
         j = (i + 1) % count
-        x, y, dx, dy, steps = ray(cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1], math.inf, 0)
+        x, y, dx, dy, steps = ray(cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1], math.inf, 0.0)
         _outline(x, y, dx, dy, steps, lowest, highest)
     return first, last
 

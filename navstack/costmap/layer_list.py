@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.filters import FilterMask, KeepoutMask, SpeedFilter
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.costmap.window import Window
@@ -98,6 +100,12 @@ def with_world_mask(
         return dict(masks)
     if keepout.shape != static.data.shape:
         raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {static.data.shape}; they must agree")
-    own = FilterMask(OccupancyGrid(keepout.astype(np.int8) * np.int8(OCCUPIED), static.resolution, static.origin))
+
+    def compute() -> npt.NDArray[np.int8]:
+        return keepout.astype(np.int8) * np.int8(OCCUPIED)
+
+    is_large = keepout.size >= SHARED_FROM
+    cells = cached_array(content_key("keepout cells 1", keepout), compute) if is_large else compute()
+    own = FilterMask(OccupancyGrid(cells, static.resolution, static.origin))
     names = [name for name, layer in params.layers.items() if isinstance(layer, KeepoutFilterParams)]
     return {**dict.fromkeys(names, own), **masks}

@@ -9,9 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, NO_INFORMATION, Costmap
 from navstack.costmap.fast_update import FastUpdate
-from navstack.costmap.field_cache import content_key
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.filters import FilterMask, KeepoutLayer, KeepoutMask, SpeedLimitReceiver
 from navstack.costmap.full_update import FullUpdate
 from navstack.costmap.inflation import Inflation
@@ -30,7 +31,7 @@ from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.costmap.window import make_window
 from navstack.errors import MapError
-from navstack.geometry import footprint_radii, pad_footprint, transform_points
+from navstack.geometry import footprint_radii, pad_footprint
 from navstack.params.costmap import (
     CostmapParams,
     DenoiseLayerParams,
@@ -125,7 +126,8 @@ class LayeredCostmap:
             if moved != (0, 0):
                 self._updater.moved(*moved)
                 self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
-        self._updater.update(robot_pose, transform_points(robot_pose, self.footprint))
+        footprint = kernels.transformed(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw)
+        self._updater.update(robot_pose, footprint)
         for speed_filter in self._layers.speed_filters:
             speed_filter.update(robot_pose, self._tell)
         self.stamp = stamp
@@ -214,14 +216,13 @@ class LayeredCostmap:
         assert self._map is not None
         inflation = self._inflation(parts.inflation)
         margin = inflation.kernel.radius if self.params.rolling_window else 0
-        obstacles = [ObstacleCells(layer, sources, self._window) for layer, sources in self._buffers]
         inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
             self.master.floor = shown  # obstacles only ever raise it
+        obstacles = [ObstacleCells(layer, sources, self._window, inflated, margin) for layer, sources in self._buffers]
         return FastUpdate(
             obstacles,
-            inflated,
             shown,
             margin,
             inflation.kernel,
@@ -272,9 +273,14 @@ def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> Byte
 def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation) -> ByteArray:
     """A map's costs, inflated, with ``margin`` more cells of cost ``fill`` on each side; kept for the next caller."""
     key = content_key("inflated-map-1", costs, margin, fill, inflation.kernel.costs)
-    if key not in _inflated_maps:
+
+    def inflate() -> ByteArray:
         inflated = np.pad(costs, margin, constant_values=fill)
         inflation.apply(inflated, 0, inflated.shape[1], 0, inflated.shape[0])
+        return inflated
+
+    if key not in _inflated_maps:
+        inflated = cached_array(key, inflate) if costs.size >= SHARED_FROM else inflate()
         inflated.flags.writeable = False
         while len(_inflated_maps) >= _KEPT_MAPS:
             del _inflated_maps[next(iter(_inflated_maps))]

@@ -14,6 +14,7 @@ import numpy as np
 from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.denoise import remove_small_groups
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.observations import Observation, ObservationBuffer
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
@@ -43,12 +44,19 @@ def static_costs(grid: OccupancyGrid, params: CostmapParams, keepout: BoolArray 
     scaled = 0 if params.trinary_costmap else np.abs(occupancy) / max(threshold, 1) * LETHAL_OBSTACLE
     table = np.where((occupancy >= threshold) | (occupancy < UNKNOWN), LETHAL_OBSTACLE, scaled).astype(np.uint8)
     table[occupancy == UNKNOWN] = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
-    costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]
-    if keepout is not None:
-        if keepout.shape != costs.shape:
-            raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {costs.shape}; they must be equal")
-        costs[keepout] = LETHAL_OBSTACLE
-    return costs
+    if keepout is not None and keepout.shape != grid.data.shape:
+        raise MapError(f"the keepout mask has the shape {keepout.shape}, the map {grid.data.shape}; they must be equal")
+
+    def compute() -> ByteArray:
+        costs: ByteArray = table[np.ascontiguousarray(grid.data).view(np.uint8)]
+        if keepout is not None:
+            costs[keepout] = LETHAL_OBSTACLE
+        return costs
+
+    if grid.data.size < SHARED_FROM:
+        return compute()
+    forbidden = 0 if keepout is None else np.packbits(keepout)
+    return cached_array(content_key("static costs 1", grid.data, table, forbidden), compute)
 
 
 def resampled(costs: ByteArray, resolution: float, wanted: float) -> ByteArray:
@@ -164,12 +172,12 @@ class ObstacleLayer(Layer):
         self._extra = Bounds.empty()
         origin = window.origin
         for source, seen in each_observation(self._sources, clearing=True):
-            limits = np.array((source.raytrace_min_range, source.raytrace_max_range))
+            limits = (source.raytrace_min_range, source.raytrace_max_range)
             kernels.clear_rays(
                 self.grid, seen.points, seen.origin_x, seen.origin_y, origin, window.resolution, limits, bounds.values
             )
         for source, seen in each_observation(self._sources, clearing=False):
-            limits = np.array((source.obstacle_min_range, source.obstacle_max_range))
+            limits = (source.obstacle_min_range, source.obstacle_max_range)
             kernels.mark_points(
                 self.grid, seen.marking, seen.origin_x, seen.origin_y, origin, window.resolution, limits, bounds.values
             )

@@ -1,16 +1,16 @@
 """What sensors saw, in the map frame: scans turned into points and kept for a while (``observation_buffer.cpp``)."""
 
 import math
-from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from navstack.costmap import cell_kernels
+from navstack.costmap import beam_kernels
 from navstack.geometry import compose
 from navstack.params.costmap import ObservationSourceParams
 from navstack.types import FloatArray, IntArray, LaserScan, Pose2D
 
-SECTORS = 360  # of the index of bearings
+SECTORS = 512  # of the index of bearings
 _BELOW_RANGE_MAX = 1e-4  # [m] a beam without return that counts as valid ends so far before range_max
 
 
@@ -19,27 +19,70 @@ class Bearings:
 
     def __init__(self, points: FloatArray, origin_x: float, origin_y: float) -> None:
         self.starts: IntArray = np.empty(SECTORS + 1, dtype=np.int64)
-        self.order: IntArray = np.empty(len(points), dtype=np.int64)
-        cell_kernels.sort_by_bearing(points, origin_x, origin_y, self.starts, self.order)
+        self.points: FloatArray = np.empty(points.shape)
+        beam_kernels.sort_by_bearing(points, origin_x, origin_y, self.starts, self.points)
 
 
-@dataclass(slots=True, eq=False)
 class Observation:
     """The points of one scan in the map frame, with the place of the sensor."""
 
-    stamp: float  # [s]
-    points: FloatArray  # (n, 2) [m]; beams clear on the way to them
-    marking: FloatArray  # (m, 2) [m] those that may mark
-    origin_x: float  # [m] of the sensor
-    origin_y: float  # [m]
-    _bearings: Bearings | None = field(default=None, repr=False)
+    def __init__(self, stamp: float, points: FloatArray, marking: FloatArray, origin_x: float, origin_y: float) -> None:
+        """An observation.
 
-    @property
+        Args:
+            stamp: [s].
+            points: (n, 2) [m]; beams clear on the way to them.
+            marking: (m, 2) [m] those that may mark.
+            origin_x: [m] of the sensor.
+            origin_y: [m].
+        """
+        self.stamp = stamp
+        self.origin_x = origin_x
+        self.origin_y = origin_y
+        self.points = points
+        self.marking = marking
+
+    @cached_property
     def bearings(self) -> Bearings:
         """The index of the points' bearings, made when first asked for."""
-        if self._bearings is None:
-            self._bearings = Bearings(self.points, self.origin_x, self.origin_y)
-        return self._bearings
+        return Bearings(self.points, self.origin_x, self.origin_y)
+
+
+class ScanObservation(Observation):
+    """What a scan shows; its points, all of which may mark, are worked out when first asked for.
+
+    Most scans that a slow costmap is shown are replaced by newer ones before it is updated.
+    """
+
+    def __init__(self, scan: LaserScan, sensor: Pose2D, directions: FloatArray, inf_is_valid: bool) -> None:
+        """``sensor`` is in the map frame, ``directions`` (n, 2) are the beams' unit vectors in the sensor's frame."""
+        self.stamp = scan.stamp
+        self.origin_x = sensor.x
+        self.origin_y = sensor.y
+        self._yaw = sensor.yaw
+        self._scan = scan
+        self._directions = directions
+        self._inf_is_valid = inf_is_valid
+
+    @cached_property
+    def points(self) -> FloatArray:  # type: ignore[override]
+        """See :class:`Observation`."""
+        scan = self._scan
+        points = np.empty(self._directions.shape)
+        count = beam_kernels.project(
+            scan.ranges,
+            self._directions,
+            (scan.range_min, scan.range_max),
+            scan.range_max - _BELOW_RANGE_MAX if self._inf_is_valid else math.inf,
+            (self.origin_x, self.origin_y, math.cos(self._yaw), math.sin(self._yaw)),
+            points,
+        )
+        return points[:count]
+
+    @property
+    def marking(self) -> FloatArray:  # type: ignore[override]
+        """See :class:`Observation`."""
+        return self.points
 
 
 class ScanProjector:
@@ -60,17 +103,7 @@ class ScanProjector:
             angles = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment
             self._directions = np.column_stack((np.cos(angles), np.sin(angles)))
             self._key = key
-        ranges = scan.ranges
-        if inf_is_valid:
-            ranges = np.where(ranges == math.inf, scan.range_max - _BELOW_RANGE_MAX, ranges)
-        is_valid = (ranges >= scan.range_min) & (ranges < scan.range_max)  # False for nan
-        points = self._directions[is_valid] * ranges[is_valid, None]
-        sensor = compose(robot_pose, scan.sensor_pose)
-        cos, sin = math.cos(sensor.yaw), math.sin(sensor.yaw)
-        moved = np.empty_like(points)
-        moved[:, 0] = cos * points[:, 0] - sin * points[:, 1] + sensor.x
-        moved[:, 1] = sin * points[:, 0] + cos * points[:, 1] + sensor.y
-        return Observation(scan.stamp, moved, moved, sensor.x, sensor.y)
+        return ScanObservation(scan, compose(robot_pose, scan.sensor_pose), self._directions, inf_is_valid)
 
 
 class ObservationBuffer:

@@ -1,19 +1,21 @@
 """The obstacle layer as the list of its lethal cells: quick where little is occupied.
 
-Equal to :class:`~navstack.costmap.layers.ObstacleLayer` but for unknown space, which a list of lethal cells cannot tell
-from free space.
+Equal to :class:`~navstack.costmap.layers.ObstacleLayer` but for what is lethal in the map anyway, which is left out,
+and for unknown space, which a list of lethal cells cannot tell from free space.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from navstack.costmap import cell_kernels, inflation_kernels, kernels
+from navstack.costmap import cell_kernels, inflation_kernels
+from navstack.costmap.beam_kernels import LineArray
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.costmap.inflation import InflationKernel
 from navstack.costmap.layers import each_observation
 from navstack.costmap.observations import ObservationBuffer
-from navstack.costmap.window import Window
+from navstack.costmap.window import Box, Window
 from navstack.params.costmap import ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
@@ -21,55 +23,111 @@ from navstack.types import ByteArray, FloatArray, IntArray
 # of the end point, half a cell for the rounding across; a line from a least range on starts in a truncated cell.
 _LATERAL = 1.5
 _LATERAL_FROM_MIN_RANGE = 3.0
-_NOTHING = (1 << 40, -(1 << 40), 1 << 40, -(1 << 40))  # an empty box x0, xn, y0, yn
+_NOTHING = (1 << 40, -(1 << 40), 1 << 40, -(1 << 40))  # an empty box
+_EVERYTHING = (-(1 << 40), 1 << 40, -(1 << 40), 1 << 40)
+_NO_MAP: ByteArray = np.zeros((1, 1), dtype=np.uint8)
 
 
 class ObstacleCells:
-    """What the scans show to be occupied, in cells of the window's lattice."""
+    """What the scans show to be occupied and the map does not, in cells of the window's lattice."""
 
-    def __init__(self, params: ObstacleLayerParams, sources: Sequence[ObservationBuffer], window: Window) -> None:
+    def __init__(
+        self,
+        params: ObstacleLayerParams,
+        sources: Sequence[ObservationBuffer],
+        window: Window,
+        background: ByteArray = _NO_MAP,
+        margin: int = 0,
+    ) -> None:
+        """An empty layer.
+
+        Args:
+            params: of the layer.
+            sources: what it sees.
+            window: where it lies.
+            background: costs of the map, the lattice cell (x, y) at [y + margin, x + margin]; cells that are lethal
+                there are left out, for they make no difference: most of what a scan shows is on the map.
+            margin: see ``background``.
+        """
         self._params = params
         self._sources = sources
+        self._background = background.view()
+        self._background.flags.writeable = False  # one compiled kernel for all
+        self._margin = margin
         self.cells: CellArray = np.empty((1024, 2), dtype=np.int32)  # (x, y); the first ``count`` count
         self.count = 0
+        self._box = window.box  # of the window that the cells lie in
         self._runs: CellArray = np.empty((1024, 3), dtype=np.int32)
+        self._lines: LineArray = np.empty((512, 8), dtype=np.int32)
         self._present: ByteArray = np.zeros((window.size_y, window.size_x), dtype=np.uint8)
         self._changed: IntArray = np.array(_NOTHING, dtype=np.int64)
-        self._lowest = np.empty(window.size_x, dtype=np.int64)
-        self._highest = np.empty(window.size_x, dtype=np.int64)
+        self._columns: IntArray = np.empty((2, window.size_x), dtype=np.int64)
 
     def update(self, window: Window, footprint: FloatArray) -> None:
         """Clear along all beams, mark all returns, free the cells under the robot."""
+        self._box = window.box
         self._clear_beams(window)
         self._mark(window)
         if self._params.footprint_clearing_enabled:
-            self._free_footprint(window, footprint)
+            self.count = cell_kernels.drop_polygon(
+                self.cells,
+                self.count,
+                self._present,
+                window.box,
+                footprint,
+                window.origin,
+                window.resolution,
+                self._columns,
+                self._changed,
+            )
+        else:
+            self.count = cell_kernels.drop_doubted(self.cells, self.count, self._present, window.box, self._changed)
 
-    def take_changed(self) -> IntArray:
-        """The box x0, xn, y0, yn (ends exclusive) of cells that came or went since the last call."""
-        changed, self._changed = self._changed, np.array(_NOTHING, dtype=np.int64)
-        return changed
+    def take_changed(self) -> Box | None:
+        """The box of cells that came or went since the last call, if any did."""
+        x0, xn, y0, yn = self._changed.tolist()
+        if x0 >= xn:
+            return None
+        self._changed[:] = _NOTHING
+        return x0, xn, y0, yn
 
     def clear(self) -> None:
         """Forget everything."""
-        self.drop_box(np.array((-(1 << 40), 1 << 40, -(1 << 40), 1 << 40), dtype=np.int64))
+        self._drop(_EVERYTHING, True)
 
-    def drop_box(self, box: IntArray) -> None:
-        """Forget the cells in the box x0, xn, y0, yn (ends exclusive)."""
-        self.count = cell_kernels.drop_box(self.cells, self.count, self._present, box, True, self._changed)
+    def drop_box(self, box: Box) -> None:
+        """Forget the cells in a box."""
+        self._drop(box, True)
 
     def drop_outside(self, window: Window) -> None:
         """Forget the cells that the window has left behind."""
-        self.count = cell_kernels.drop_box(self.cells, self.count, self._present, window.cells, False, self._changed)
+        self._drop(window.bounds, False)
+        self._box = window.box
 
-    def runs_to_stamp(self, window: Window, background: ByteArray, margin: int, box: IntArray) -> CellArray:
-        """The cells in the box x0, xn, y0, yn that ``background`` does not have; see ``inflation_kernels``."""
+    def _drop(self, box: Box, drop_inside: bool) -> None:
+        if self.count > 0:
+            self.count = cell_kernels.drop_box(
+                self.cells, self.count, self._present, self._box, box, drop_inside, self._changed
+            )
+
+    def stamp(self, kernel: InflationKernel, window: Window, boxes: IntArray, target: ByteArray) -> None:
+        """Raise costs in lattice boxes (k, 4) x0, xn, y0, yn to the kernels of the cells.
+
+        The boxes' ends are exclusive; all lie in the window, whose costs ``target`` are.
+        """
         if self.count > len(self._runs):
             self._runs = np.empty((len(self.cells), 3), dtype=np.int32)
-        number = inflation_kernels.runs_to_stamp(
-            self.cells, self.count, self._present, window.box, background, margin, box, self._runs
+        inflation_kernels.stamp_cells(
+            self.cells,
+            self.count,
+            self._present,
+            window.box,
+            boxes,
+            kernel.patterns,
+            kernel.radius,
+            target,
+            self._runs,
         )
-        return self._runs[:number]
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""
@@ -79,23 +137,23 @@ class ObstacleCells:
         return grid
 
     def _clear_beams(self, window: Window) -> None:
-        origin, resolution, box = window.origin, window.resolution, window.box
         for source, seen in each_observation(self._sources, clearing=True):
-            limits = np.array((source.raytrace_min_range, source.raytrace_max_range))
             index = seen.bearings
-            lines = cell_kernels.trace_rays(
-                seen.points, index.order, seen.origin_x, seen.origin_y, origin, resolution, box, limits
-            )
-            sensor = np.array(
-                (
-                    (seen.origin_x - origin[0]) / resolution + window.cell_x,
-                    (seen.origin_y - origin[1]) / resolution + window.cell_y,
-                    (limits[0] + limits[1]) / resolution + 5.0,  # no cell of a line is farther away
-                    _LATERAL if limits[0] == 0.0 else _LATERAL_FROM_MIN_RANGE,
-                )
-            )
-            self.count = cell_kernels.drop_hit(
-                self.cells, self.count, self._present, sensor, lines, index.starts, self._changed
+            if len(index.points) > len(self._lines):
+                self._lines = np.empty((2 * len(index.points), 8), dtype=np.int32)
+            cell_kernels.clear_hit(
+                self.cells,
+                self.count,
+                self._present,
+                window.box,
+                index.points,
+                index.starts,
+                (seen.origin_x, seen.origin_y),
+                window.origin,
+                window.resolution,
+                (source.raytrace_min_range, source.raytrace_max_range),
+                _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE,
+                self._lines,
             )
 
     def _mark(self, window: Window) -> None:
@@ -105,23 +163,16 @@ class ObstacleCells:
                 self.cells,
                 self.count,
                 self._present,
+                window.box,
                 seen.marking,
-                seen.origin_x,
-                seen.origin_y,
+                (seen.origin_x, seen.origin_y),
                 window.origin,
                 window.resolution,
-                window.box,
-                np.array((source.obstacle_min_range, source.obstacle_max_range)),
+                (source.obstacle_min_range, source.obstacle_max_range),
+                self._background,
+                self._margin,
                 self._changed,
             )
-
-    def _free_footprint(self, window: Window, footprint: FloatArray) -> None:
-        columns = kernels.polygon_columns(
-            footprint, window.origin, window.resolution, window.size_x, window.size_y, self._lowest, self._highest
-        )
-        self.count = cell_kernels.drop_columns(
-            self.cells, self.count, self._present, window.box, columns, self._lowest, self._highest, self._changed
-        )
 
     def _make_room(self, more: int) -> None:
         if self.count + more > len(self.cells):

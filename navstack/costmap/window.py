@@ -12,6 +12,8 @@ from navstack.types import ByteArray, FloatArray, IntArray
 
 MOST_CELLS = 20_000_000  # of a costmap, or of a map at its resolution; 223 m x 223 m at 0.05 m
 
+Box = tuple[int, int, int, int]  # x0, xn, y0, yn of lattice cells, ends exclusive
+
 
 class Window:
     """A grid of ``size_x`` x ``size_y`` cells on the lattice that has a cell corner at (base_x, base_y)."""
@@ -41,7 +43,8 @@ class Window:
         self.origin_y += dy * self.resolution
         self.cell_x += dx
         self.cell_y += dy
-        self._refresh()
+        if dx or dy:
+            self._refresh()
         return dx, dy
 
     def _refresh(self) -> None:
@@ -49,7 +52,7 @@ class Window:
         x, y = self.cell_x, self.cell_y
         self.origin: FloatArray = np.array((self.origin_x, self.origin_y))  # lower left corner [m]
         self.box: IntArray = np.array((x, y, self.size_x, self.size_y), dtype=np.int64)  # lattice x, y, width, height
-        self.cells: IntArray = np.array((x, x + self.size_x, y, y + self.size_y), dtype=np.int64)  # x0, xn, y0, yn
+        self.bounds = (x, x + self.size_x, y, y + self.size_y)  # lattice x0, xn, y0, yn; ends exclusive
 
     def clamped_cell(self, x: float, y: float) -> tuple[int, int]:
         """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``); takes infinite coordinates."""

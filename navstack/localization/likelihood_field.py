@@ -22,11 +22,11 @@ class LikelihoodField:
     off the convention of costmaps. The codes have a border of one cell that reads ``outside``.
     """
 
-    def __init__(self, codes: npt.NDArray[np.integer], resolution: float, origin: Pose2D, max_distance: float) -> None:
+    def __init__(self, codes: CodeArray, resolution: float, origin: Pose2D, max_distance: float) -> None:
         """A field of known codes.
 
         Args:
-            codes: (H, W) squared distances in cells; ``far`` or more beyond ``max_distance``.
+            codes: (H + 2, W + 2) as :func:`bordered_codes` makes them.
             resolution: [m/cell].
             origin: of the map's lower left corner, [m]; its yaw does not count.
             max_distance: [m].
@@ -36,8 +36,7 @@ class LikelihoodField:
         self.distances = self._distances(resolution, max_distance)
         self.resolution = resolution
         self.origin = origin
-        dtype = np.min_scalar_type(self.outside)
-        self.codes: CodeArray = np.pad(np.minimum(codes, self.far).astype(dtype), 1, constant_values=self.outside)
+        self.codes = codes
 
     @classmethod
     def of_map(cls, grid: OccupancyGrid, max_distance: float) -> "LikelihoodField":
@@ -49,8 +48,8 @@ class LikelihoodField:
         grid.require_unrotated("map")
         farthest = farthest_code(max_distance, grid.resolution)
         occupied = grid.data >= OCCUPIED
-        key = content_key("squared distances 1", np.packbits(occupied), grid.width, farthest)
-        codes = cached_array(key, lambda: squared_distances(occupied, farthest))
+        key = content_key("likelihood codes 1", np.packbits(occupied), grid.width, farthest)
+        codes = cached_array(key, lambda: bordered_codes(squared_distances(occupied, farthest), farthest + 1))
         return cls(codes, grid.resolution, grid.origin, max_distance)
 
     @classmethod
@@ -60,7 +59,8 @@ class LikelihoodField:
         """The field of known distances (H, W) in [m] between cells; rounded to those that cells can have."""
         codes = np.rint((distances.astype(np.float64) / resolution) ** 2).astype(np.int64)
         beyond = farthest_code(max_distance, resolution) + 1
-        return cls(np.where(distances < max_distance, codes, beyond), resolution, origin, max_distance)
+        codes = np.where(distances < max_distance, codes, beyond)
+        return cls(bordered_codes(codes, beyond), resolution, origin, max_distance)
 
     def _distances(self, resolution: float, max_distance: float) -> FloatArray:
         """The distance (outside + 1,) in [m] that each code stands for; off the map it is the greatest."""
@@ -88,6 +88,12 @@ class LikelihoodField:
         rows = np.clip(cells[:, 1], 0.0, height - 1.0).astype(np.int64)
         found: FloatArray = self.distances[self.codes[rows, columns]]
         return found
+
+
+def bordered_codes(squares: npt.NDArray[np.integer], far: int) -> CodeArray:
+    """Squared distances (H, W) in cells as codes up to ``far``, with a border of one cell that reads ``far`` + 1."""
+    codes = np.minimum(squares, far).astype(np.min_scalar_type(far + 1))
+    return np.pad(codes, 1, constant_values=far + 1)
 
 
 def farthest_code(max_distance: float, resolution: float) -> int:

@@ -3,13 +3,24 @@
 # mypy: disable-error-code="arg-type, assignment, return-value"
 # as in the other kernels: mypy takes 32-bit numbers for mistakes
 
+import math
+
 import numpy as np
 from numba import njit
 
 from navstack.planning.navfn_kernels import BLOCK_SIZE, COST_OBSTACLE, POT_HIGH, Buffers, run_wave, set_border, unmark
-from navstack.types import ByteArray, Float32Array
+from navstack.types import ByteArray, Float32Array, FloatArray
 
 SETTLED = 2  # a dirty block that has not been written since it was last rolled back
+
+
+@njit(cache=True)
+def differ(one: ByteArray, other: ByteArray, begin: int, end: int) -> bool:
+    """Whether two arrays differ in a range; compiles to vector instructions."""
+    found = np.uint8(0)
+    for n in range(np.uint64(begin), np.uint64(end)):
+        found |= one[n] ^ other[n]
+    return bool(found != 0)
 
 
 @njit(cache=True)
@@ -32,57 +43,86 @@ def take_in_changes(
     x0, xn, y0, yn = window
     level = POT_HIGH
     for y in range(y0, yn):
-        for n in range(y * width + x0, y * width + xn):
-            if costs[n] == known[n] or (only_cheaper and crossing[costs[n]] > crossing[known[n]]):
+        for x in range(x0, xn, BLOCK_SIZE):
+            begin, end = y * width + x, y * width + min(x + BLOCK_SIZE, xn)
+            if not differ(costs, known, begin, end):
                 continue
-            known[n] = costs[n]
-            beside = min(potential[n - 1], potential[n + 1])
-            above = min(potential[n - width], potential[n + width])
-            level = min(level, potential[n], beside, above)
+            for n in range(begin, end):
+                if costs[n] == known[n] or (only_cheaper and crossing[costs[n]] > crossing[known[n]]):
+                    continue
+                known[n] = costs[n]
+                beside = min(potential[n - 1], potential[n + 1])
+                above = min(potential[n - width], potential[n + width])
+                level = min(level, potential[n], beside, above)
     return level
 
 
 @njit(cache=True)
-def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, level: float) -> None:
+def crosses_costlier(
+    points: FloatArray, costs: ByteArray, known: ByteArray, crossing: Float32Array, width: int
+) -> bool:
+    """Whether one of the points (n, 2) [cells] lies in a cell that costs more than ``known`` says."""
+    for i in range(points.shape[0]):
+        n = int(math.floor(points[i, 1] + 0.5)) * width + int(math.floor(points[i, 0] + 0.5))
+        if crossing[costs[n]] > crossing[known[n]]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, level: float, edge: Buffers) -> int:
     """Set the potentials of ``level`` and above back to POT_HIGH.
 
     ``tops`` (blocks,) keeps the highest potential of each block that is SETTLED, not written since; blocks whose top
-    lies well below the level are passed over.
+    lies well below the level are passed over. The blocks that hold cells just below the level are put into ``edge``.
+
+    Returns:
+        How many these are; those that ``edge`` has no room for are left out.
     """
-    for i in range(dirty.size):
-        if dirty[i] and (dirty[i] != SETTLED or tops[i] >= level):
-            top = np.float32(0.0)
-            for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
-                if potential[n] >= level:
-                    potential[n] = POT_HIGH
-                elif potential[n] > top:
-                    top = potential[n]
-            tops[i] = top
-            dirty[i] = SETTLED
+    lowest = level - COST_OBSTACLE  # a cell costs less to cross
+    words = dirty.view(np.uint64)
+    count = 0
+    for w in range(words.size):
+        if words[w] == 0:
+            continue
+        for i in range(8 * w, 8 * w + 8):
+            if dirty[i] == 0 or (dirty[i] == SETTLED and tops[i] < lowest):
+                continue
+            if dirty[i] != SETTLED or tops[i] >= level:
+                top = np.float32(0.0)
+                for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
+                    if potential[n] >= level:
+                        potential[n] = POT_HIGH
+                    elif potential[n] > top:
+                        top = potential[n]
+                tops[i] = top
+                dirty[i] = SETTLED
+            if tops[i] >= lowest and count < edge.size:
+                edge[count] = i
+                count += 1
+    return count
 
 
 @njit(cache=True)
 def seed_edge(
     potential: Float32Array,
-    tops: Float32Array,
-    dirty: ByteArray,
+    edge: Buffers,
     costs: ByteArray,
     gain: Float32Array,
     width: int,
     level: float,
     buffer: Buffers,
 ) -> int:
-    """Let the unreached neighbours of the cells just below ``level`` wait; returns how many.
+    """Let the unreached neighbours of the cells just below ``level``, in the blocks ``edge``, wait; returns how many.
 
     It ends where the next block might not fit into the buffer any more.
     """
-    lowest = level - COST_OBSTACLE  # a cell costs less to cross
+    lowest = level - COST_OBSTACLE
     count = 0
-    for i in range(dirty.size):
-        if dirty[i] and tops[i] >= lowest:
-            for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
-                if lowest <= potential[n] < level:
-                    count = push_unreached(potential, costs, gain, width, n, buffer, count)
+    for i in edge:
+        for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
+            if lowest <= potential[n] < level:
+                count = push_unreached(potential, costs, gain, width, n, buffer, count)
         if count > buffer.size - 4 * BLOCK_SIZE:
             break
     return count
@@ -115,14 +155,15 @@ def respread(
     level: float,  # of potential, > COST_OBSTACLE
     buffers: Buffers,
     margin: float,
+    limit: float,  # see run_wave
 ) -> float:
     """Forget the potentials of ``level`` and above, then spread the wave again from those below to ``target``.
 
     Returns what :func:`run_wave` does, or -1.0 where more cells would wait than the buffers hold.
     """
-    roll_back(potential, dirty, tops, level)
+    blocks = roll_back(potential, dirty, tops, level, buffers[1])
     set_border(potential, width, -POT_HIGH)
-    count = seed_edge(potential, tops, dirty, costs, gain, width, level, buffers[0])
+    count = seed_edge(potential, buffers[1, :blocks], costs, gain, width, level, buffers[0])
     if count > buffers[0].size - 4 * BLOCK_SIZE:
         unmark(potential, buffers[0], count)
         threshold = np.float32(-1.0)
@@ -140,8 +181,8 @@ def respread(
             count,
             np.float32(level),
             margin,
-            tops[:0],  # no bound
-            POT_HIGH,
+            tops[:0],
+            np.float32(limit),
         )
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0

@@ -6,9 +6,9 @@ import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams
-from navstack.planning.incremental_kernels import take_in_changes
+from navstack.planning.incremental_kernels import crosses_costlier, take_in_changes
 from navstack.planning.navfn import NavfnPlanner, cell, end_at
-from navstack.planning.navfn_kernels import COST_OBSTACLE, PRIORITY_STEP, cost_tables
+from navstack.planning.navfn_kernels import COST_NEUTRAL, COST_OBSTACLE, POT_HIGH, PRIORITY_STEP, cost_tables
 from navstack.planning.placement import face_along_last_step, goal_occupied, require_on_map, single_pose
 from navstack.planning.planner import Planner
 from navstack.planning.potential_field import PotentialField, flat_costs
@@ -16,6 +16,7 @@ from navstack.types import ByteArray, FloatArray, Path, Pose2D
 
 WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from its whole edge
 MARGIN = 1000.0  # of potential (1 m of free cells) beyond the robot, so that straying does not end the field
+HALF_REACH = 2000.0  # of potential (2 m of free cells); twice that beyond the robot's, a field is not spread anew
 
 
 class IncrementalNavfn(Planner):
@@ -24,7 +25,7 @@ class IncrementalNavfn(Planner):
     While the goal stays, a plan is a descent from the robot. Cells that have become costlier matter only where the path
     crosses them: without them the field is a lower bound, and a path that attains it is the best. Cells that
     have become cheaper always matter. What matters is taken in: potentials below the lowest one touched stay,
-    the rest is forgotten and spread anew as far as the robot.
+    the rest is forgotten and spread anew as far as the robot, leaving out what lies too far off its way to matter.
 
     Changes are looked for within ``change_radius`` of the robot only (along x and y), which must cover the reach of the
     sensors and the way between two plans. Elsewhere a costlier cell is noticed when the path crosses it, a cheaper
@@ -38,7 +39,10 @@ class IncrementalNavfn(Planner):
         self._crossing, _ = cost_tables(params.allow_unknown)
         self._known: ByteArray = np.empty(0, dtype=np.uint8)  # the costs that the potential stands for
         self._key: tuple[object, ...] = ()  # what the field was made for
-        self._sound_below = 0.0  # potentials below this are final for the costs known
+        self._sound_below = 0.0  # potentials below this are final for the costs known, but for gaps:
+        self._gap_level = math.inf  # where the field has been spread anew from this level on, there may be gaps,
+        self._gap_limit = math.inf  # but no way from the robot over them costs less than this
+        self._robot = 0  # where it stood at the last plan
         self._fallback = NavfnPlanner(
             NavfnParams(params.tolerance, False, params.allow_unknown, params.use_final_approach_orientation)
         )
@@ -85,6 +89,7 @@ class IncrementalNavfn(Planner):
         """As :meth:`_descend`, with a field from nothing."""
         self._key = key
         self._known = flat_costs(costmap).copy()
+        self._gap_level, self._gap_limit, self._robot = math.inf, math.inf, robot
         self._sound_below = self._field.expand(costmap, source, robot, margin=MARGIN) - float(PRIORITY_STEP)
         return self._field.descend(robot, source)
 
@@ -111,20 +116,43 @@ class IncrementalNavfn(Planner):
 
     def _repair(self, robot: int, source: int, costmap: Costmap) -> bool:
         """Spread the field anew above the sound level unless the robot stands below; False: it has to be renewed."""
-        needed = float(self._field.potential.reshape(-1)[robot]) + 2.0 * float(COST_OBSTACLE)
-        if needed < self._sound_below:
+        self._follow(robot, costmap.size_x)
+        potential = float(self._field.flat[robot])
+        if potential + HALF_REACH > self._gap_limit:
+            self._sound_below = min(self._sound_below, self._gap_level)
+        elif potential + 2.0 * float(COST_OBSTACLE) < self._sound_below:
             return True
-        if self._sound_below <= 2.0 * float(COST_OBSTACLE):
+        if not self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH):
+            return False
+        if float(self._field.flat[robot]) + HALF_REACH <= self._gap_limit:
+            return True
+        self._sound_below = min(self._sound_below, self._gap_level)
+        return self._resume(robot, source, costmap, math.inf)
+
+    def _resume(self, robot: int, source: int, costmap: Costmap, limit: float) -> bool:
+        """Spread the field anew above the sound level, but where ways would cost more than ``limit``."""
+        level = self._sound_below
+        if level <= 2.0 * float(COST_OBSTACLE):
             return False
         known = Costmap(self._known.reshape(costmap.data.shape), costmap.resolution, costmap.origin_x, costmap.origin_y)
-        self._sound_below = self._field.resume(known, source, robot, self._sound_below, MARGIN) - float(PRIORITY_STEP)
+        limit = limit if limit < float(POT_HIGH) else math.inf
+        self._sound_below = self._field.resume(known, source, robot, level, MARGIN, limit) - float(PRIORITY_STEP)
+        if level <= self._gap_level:
+            self._gap_level, self._gap_limit = level, limit
+        else:
+            self._gap_limit = min(self._gap_limit, limit)
         return self._sound_below > 0.0
+
+    def _follow(self, robot: int, width: int) -> None:
+        """Lower the least cost of ways over the gaps in the field by what the robot has moved since the last plan."""
+        row, column = divmod(robot, width)
+        last_row, last_column = divmod(self._robot, width)
+        self._gap_limit -= math.hypot(row - last_row, column - last_column) * float(COST_NEUTRAL)
+        self._robot = robot
 
     def _crosses_costlier(self, points: FloatArray, costmap: Costmap) -> bool:
         """Whether the path leads through a cell that costs more than the field knows."""
-        columns, rows = np.floor(points + 0.5).astype(np.int64).T
-        cells = rows * costmap.size_x + columns
-        return bool((self._crossing[flat_costs(costmap)[cells]] > self._crossing[self._known[cells]]).any())
+        return bool(crosses_costlier(points, flat_costs(costmap), self._known, self._crossing, costmap.size_x))
 
     def _is_open(self, n: int, costmap: Costmap) -> bool:
         """Whether NavFn can cross a cell: on the map, off its border, not an obstacle."""

@@ -1,4 +1,4 @@
-"""The descent along the gradient of NavFn's potential (calcPath, gradCell of nav2_navfn_planner/navfn.cpp)."""
+"""Where NavFn's descent begins, and the descent along its potential's gradient (nav2_navfn_planner/navfn.cpp)."""
 
 import math
 
@@ -16,6 +16,12 @@ STEP = np.float32(0.5)  # [cells] pathStep
 
 
 @njit(cache=True)
+def length(x: float, y: float) -> float:
+    """C's hypotf: the length of a vector of float32."""
+    return np.float32(math.sqrt(np.float64(x) * np.float64(x) + np.float64(y) * np.float64(y)))
+
+
+@njit(cache=True)
 def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]:
     """Unit vector of steepest descent in a reached cell; (0, 0) where there is none (gradCell)."""
     dx = dy = np.float32(0.0)
@@ -30,24 +36,29 @@ def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]
         dy = np.float32(dy + (potential[n - width] - centre))
     if potential[n + width] < POT_HIGH:
         dy = np.float32(dy + (centre - potential[n + width]))
-    norm = np.float32(math.hypot(dx, dy))
+    norm = length(dx, dy)
     if norm > 0.0:
         norm = np.float32(1.0 / np.float64(norm))
     return np.float32(norm * dx), np.float32(norm * dy)
 
 
 @njit(cache=True)
-def interpolated_gradient(potential: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[float, float]:
-    """Gradient at the offset (dx, dy) from cell ``n``, bilinear between it and its three upper right neighbours."""
-    x00, y00 = gradient(potential, width, n)
-    x10, y10 = gradient(potential, width, n + 1)
-    x01, y01 = gradient(potential, width, n + width)
-    x11, y11 = gradient(potential, width, n + width + 1)
+def take_corners(potential: Float32Array, width: int, n: int, corners: Float32Array) -> None:
+    """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both."""
+    corners[0, 0], corners[0, 1] = gradient(potential, width, n)
+    corners[1, 0], corners[1, 1] = gradient(potential, width, n + 1)
+    corners[2, 0], corners[2, 1] = gradient(potential, width, n + width)
+    corners[3, 0], corners[3, 1] = gradient(potential, width, n + width + 1)
+
+
+@njit(cache=True)
+def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
+    """Gradient at the offset (dx, dy) from a cell, bilinear between the ``corners`` of :func:`take_corners`."""
     rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
-    x1 = np.float32(rest_x * x00 + np.float32(dx * x10))
-    x2 = np.float32(rest_x * x01 + np.float32(dx * x11))
-    y1 = np.float32(rest_x * y00 + np.float32(dx * y10))
-    y2 = np.float32(rest_x * y01 + np.float32(dx * y11))
+    x1 = np.float32(rest_x * corners[0, 0] + np.float32(dx * corners[1, 0]))
+    x2 = np.float32(rest_x * corners[2, 0] + np.float32(dx * corners[3, 0]))
+    y1 = np.float32(rest_x * corners[0, 1] + np.float32(dx * corners[1, 1]))
+    y2 = np.float32(rest_x * corners[2, 1] + np.float32(dx * corners[3, 1]))
     return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(rest_y * y1 + np.float32(dy * y2))
 
 
@@ -77,12 +88,12 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
 
 
 @njit(cache=True)
-def advance(potential: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
+def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
     """Half a cell down the gradient from cell ``n`` and offset (dx, dy); cell -1 where the gradient is zero."""
-    x, y = interpolated_gradient(potential, width, n, dx, dy)
+    x, y = interpolated_gradient(corners, dx, dy)
     if x == 0.0 and y == 0.0:
         return -1, dx, dy
-    scale = np.float32(STEP / np.float32(math.hypot(x, y)))
+    scale = np.float32(STEP / length(x, y))
     dx, dy = np.float32(dx + np.float32(x * scale)), np.float32(dy + np.float32(y * scale))
     one = np.float32(1.0)
     if dx > one:
@@ -97,14 +108,30 @@ def advance(potential: Float32Array, width: int, n: int, dx: float, dy: float) -
 
 
 @njit(cache=True)
-def step(potential: Float32Array, width: int, n: int, dx: float, dy: float, on_grid: bool) -> tuple[int, float, float]:
-    """The next cell and offset: down the gradient, or to the lowest neighbour near unreached cells; cell -1: stuck."""
+def step(
+    potential: Float32Array,
+    width: int,
+    n: int,
+    dx: float,
+    dy: float,
+    on_grid: bool,
+    held: int,
+    corners: Float32Array,
+) -> tuple[int, float, float, int]:
+    """The next cell and offset: down the gradient, or to the lowest neighbour near unreached cells; cell -1: stuck.
+
+    ``corners`` (4, 2) are those of cell ``held``, which has been found to be among reached ones; the number of the cell
+    that they are of then comes last.
+    """
     if n <= width or n >= potential.size - width - 1:
-        return -1, dx, dy
-    if on_grid or not all_reached(potential, width, n):
+        return -1, dx, dy, held
+    if on_grid or (n != held and not all_reached(potential, width, n)):
         lowest = lowest_neighbour(potential, width, n)
-        return (lowest if potential[lowest] < POT_HIGH else -1), np.float32(0.0), np.float32(0.0)
-    return advance(potential, width, n, dx, dy)
+        return (lowest if potential[lowest] < POT_HIGH else -1), np.float32(0.0), np.float32(0.0), held
+    if n != held:
+        take_corners(potential, width, n, corners)
+    m, dx, dy = advance(corners, width, n, dx, dy)
+    return m, dx, dy, n
 
 
 @njit(cache=True)
@@ -119,6 +146,7 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
     n, dx, dy = start, np.float32(0.0), np.float32(0.0)
     lowest, lowest_n, lowest_i = np.inf, start, 0
     grid_until, stalled_i, i = 0, -1, 0
+    held, corners = -1, np.empty((4, 2), dtype=np.float32)  # most steps stay in their cell
     while i < len(path):
         nearest = n + round_half_away(dx) + width * round_half_away(dy)
         value = potential[max(0, min(potential.size - 1, nearest))]
@@ -129,7 +157,7 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
             lowest, lowest_n, lowest_i = value, max(0, min(potential.size - 1, nearest)), i
         path[i, 0], path[i, 1] = np.float32(n % width) + dx, np.float32(n // width) + dy
         oscillates = i >= 2 and path[i, 0] == path[i - 2, 0] and path[i, 1] == path[i - 2, 1]
-        n, dx, dy = step(potential, width, n, dx, dy, oscillates or i < grid_until)
+        n, dx, dy, held = step(potential, width, n, dx, dy, oscillates or i < grid_until, held, corners)
         i += 1
         if n < 0 or i - lowest_i > STALLED_STEPS:
             if lowest_i == stalled_i:  # no lower point since the last time
@@ -138,3 +166,45 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
             n, dx, dy = lowest_n, np.float32(0.0), np.float32(0.0)
             grid_until = i + GRID_STEPS
     return EXHAUSTED
+
+
+@njit(cache=True)
+def nearest_reachable(
+    potential: Float32Array,
+    width: int,
+    goal_x: float,  # [m]
+    goal_y: float,  # [m]
+    tolerance: float,  # [m]
+    resolution: float,  # [m/cell]
+    origin_x: float,  # [m]
+    origin_y: float,  # [m]
+) -> tuple[float, float]:
+    """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
+
+    The goal itself where it is reached; NaN where nothing is.
+    """
+    if potential_at(potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution) < POT_HIGH:
+        return goal_x, goal_y
+    best, best_x, best_y = np.inf, np.nan, np.nan
+    y = goal_y - tolerance
+    while y <= goal_y + tolerance:
+        x = goal_x - tolerance
+        while x <= goal_x + tolerance:
+            squared = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
+            value = potential_at(potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution)
+            if value < POT_HIGH and squared < best:
+                best, best_x, best_y = squared, x, y
+            x += resolution
+        y += resolution
+    return best_x, best_y
+
+
+@njit(cache=True)
+def potential_at(potential: Float32Array, width: int, x: float, y: float) -> float:
+    """Potential of the grid point nearest to a point in [cells]; POT_HIGH off the map."""
+    if x < 0.0 or y < 0.0:
+        return POT_HIGH
+    column, row = round_half_away(x), round_half_away(y)
+    if column >= width or row >= potential.size // width:
+        return POT_HIGH
+    return potential[row * width + column]

@@ -31,6 +31,7 @@ BLOCK_SHIFT = np.uint64(6)
 BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
 NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
+STRAIGHT_SHARE = 0.99  # of the straight line's cost that a potential is at least; WAVE_0 is a little low
 WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040  # the quadratic that stands for the planar wave's square root
 
 
@@ -91,6 +92,14 @@ def distance_cost(n: int, width: int, target_x: int, target_y: int) -> float:
     """A*'s heuristic: the straight line to the target through free cells (updateCellAstar)."""
     x, y = np.int64(n) % width, np.int64(n) // width
     return np.float32(math.hypot(x - target_x, y - target_y) * COST_NEUTRAL)
+
+
+@njit(cache=True)
+def remaining(n: int, ahead: Float32Array, width: int, target_x: int, target_y: int) -> float:
+    """A lower bound of the cost from a cell to the target; see :func:`run_wave`."""
+    if ahead.size > 0:
+        return ahead[n]
+    return np.float32(STRAIGHT_SHARE * distance_cost(n, width, target_x, target_y))
 
 
 @njit(cache=True)
@@ -173,8 +182,8 @@ def run_wave(
     others wait for the next one: buckets, not a heap. The wave ends once the target's potential + ``margin`` is
     at most the threshold. Upstream's limit of cycles is left out; it only makes small mazes fail.
 
-    Where ``ahead`` is not empty it bounds from below what remains from each cell to the target, and the wave does not
-    go on from cells whose potential and bound exceed ``limit``: no way that costs less leads over them.
+    ``ahead`` bounds from below what remains from each cell to the target; where it is empty the straight line does. The
+    wave does not go on from cells whose potential and bound exceed ``limit``: no way that costs less leads over them.
 
     Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
@@ -192,7 +201,7 @@ def run_wave(
                 continue
             potential[n] = math.copysign(new, potential[n])
             dirty[n >> BLOCK_SHIFT] = 1
-            if ahead.size > 0 and new + ahead[n] > limit:
+            if limit < POT_HIGH and new + remaining(n, ahead, width, target_x, target_y) > limit:
                 continue
             if use_astar:
                 new = np.float32(new + distance_cost(n, width, target_x, target_y))
@@ -255,48 +264,6 @@ def propagate(
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0
     return threshold
-
-
-@njit(cache=True)
-def nearest_reachable(
-    potential: Float32Array,
-    width: int,
-    goal_x: float,  # [m]
-    goal_y: float,  # [m]
-    tolerance: float,  # [m]
-    resolution: float,  # [m/cell]
-    origin_x: float,  # [m]
-    origin_y: float,  # [m]
-) -> tuple[float, float]:
-    """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
-
-    The goal itself where it is reached; NaN where nothing is.
-    """
-    if potential_at(potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution) < POT_HIGH:
-        return goal_x, goal_y
-    best, best_x, best_y = np.inf, np.nan, np.nan
-    y = goal_y - tolerance
-    while y <= goal_y + tolerance:
-        x = goal_x - tolerance
-        while x <= goal_x + tolerance:
-            squared = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
-            value = potential_at(potential, width, (x - origin_x) / resolution, (y - origin_y) / resolution)
-            if value < POT_HIGH and squared < best:
-                best, best_x, best_y = squared, x, y
-            x += resolution
-        y += resolution
-    return best_x, best_y
-
-
-@njit(cache=True)
-def potential_at(potential: Float32Array, width: int, x: float, y: float) -> float:
-    """Potential of the grid point nearest to a point in [cells]; POT_HIGH off the map."""
-    if x < 0.0 or y < 0.0:
-        return POT_HIGH
-    column, row = round_half_away(x), round_half_away(y)
-    if column >= width or row >= potential.size // width:
-        return POT_HIGH
-    return potential[row * width + column]
 
 
 @njit(cache=True)

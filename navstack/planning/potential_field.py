@@ -4,7 +4,7 @@ import numpy as np
 
 from navstack.costmap.costmap import Costmap
 from navstack.planning.incremental_kernels import respread
-from navstack.planning.navfn_descent import EXHAUSTED, descend
+from navstack.planning.navfn_descent import EXHAUSTED, descend, nearest_reachable
 from navstack.planning.navfn_kernels import (
     BLOCK_SIZE,
     BUFFER_SIZE,
@@ -12,7 +12,6 @@ from navstack.planning.navfn_kernels import (
     POT_HIGH,
     clear_potential,
     cost_tables,
-    nearest_reachable,
     propagate,
 )
 from navstack.types import ByteArray, Float32Array, FloatArray, Pose2D
@@ -84,7 +83,9 @@ class PotentialField:
             )
         )
 
-    def resume(self, costmap: Costmap, source: int, target: int, level: float, margin: float) -> float:
+    def resume(
+        self, costmap: Costmap, source: int, target: int, level: float, margin: float, limit: float = np.inf
+    ) -> float:
         """Forget all potentials of ``level`` and above and spread them anew from those below, as :meth:`expand`."""
         return float(
             respread(
@@ -100,6 +101,7 @@ class PotentialField:
                 level,
                 self._buffers,
                 margin,
+                limit,
             )
         )
 
@@ -128,5 +130,6 @@ class PotentialField:
         self._shape = shape
         cells = shape[0] * shape[1]
         self._flat: Float32Array = np.full(cells, POT_HIGH)
-        self._dirty: ByteArray = np.zeros(cells // BLOCK_SIZE + 1, dtype=np.uint8)
+        blocks = -(-(cells // BLOCK_SIZE + 1) // 8) * 8  # whole words
+        self._dirty: ByteArray = np.zeros(blocks, dtype=np.uint8)
         self._tops: Float32Array = np.zeros(self._dirty.size, dtype=np.float32)

@@ -1,6 +1,11 @@
+import multiprocessing
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from navstack.costmap import field_cache
 from navstack.costmap.field_cache import cache_folder, cached_array, content_key
 
 
@@ -63,6 +68,80 @@ def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     source = Source(np.ones(3))
     assert cached_array("key", source).tolist() == cached_array("key", source).tolist() == [1.0, 1.0, 1.0]
     assert source.calls == 2
+
+
+def test_a_folder_that_can_only_be_read_is_no_error(folder, monkeypatch):
+    source = Source(np.arange(4.0))
+    cached_array("known", source)
+
+    def refuse(*_arguments, **_names):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(field_cache.tempfile, "NamedTemporaryFile", refuse)
+    monkeypatch.setattr(field_cache.os, "utime", refuse)
+    assert cached_array("known", source).tolist() == [0.0, 1.0, 2.0, 3.0] and source.calls == 1
+    for _ in range(2):
+        assert cached_array("new", source).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert source.calls == 3 and len(list(folder.iterdir())) == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here to stand for a full disk")
+def test_a_full_disk_is_no_error_and_leaves_nothing_behind(folder, monkeypatch, capfd):
+    real = field_cache.tempfile.NamedTemporaryFile
+
+    def on_full_disk(*arguments, **names):
+        stream = real(*arguments, **names)
+        os.dup2(os.open("/dev/full", os.O_WRONLY), stream.fileno())
+        return stream
+
+    monkeypatch.setattr(field_cache.tempfile, "NamedTemporaryFile", on_full_disk)
+    source = Source(np.ones(1000))
+    for calls in (1, 2):
+        assert np.array_equal(cached_array("key", source), source.array) and source.calls == calls
+    assert list(folder.iterdir()) == [] and capfd.readouterr() == ("", "")
+
+
+def test_who_writes_to_an_array_leaves_that_of_others_alone(folder):
+    source = Source(np.zeros(5000))
+    mine, yours = cached_array("key", source), cached_array("key", source)
+    mine[:] = 7.0
+    assert not yours.any() and not cached_array("key", source).any() and source.calls == 1
+
+
+def test_arrays_are_mapped_and_outlive_their_file(folder):
+    array = cached_array("key", Source(np.arange(100_000)))
+    (file,) = folder.iterdir()
+    assert str(file) in Path("/proc/self/maps").read_text() or not Path("/proc/self/maps").exists()
+    file.unlink()
+    assert array[-1] == 99_999
+
+
+def test_the_arrays_used_last_are_kept(folder, monkeypatch):
+    sources = {name: Source(np.full(1000, k, dtype=np.uint8)) for k, name in enumerate("abc")}
+    for age, name in enumerate("ab"):
+        cached_array(name, sources[name])
+        for file in folder.iterdir():
+            os.utime(file, (age, age))
+    cached_array("a", sources["a"])  # now used after b
+    monkeypatch.setattr(field_cache, "MOST_BYTES", 2500)
+    cached_array("c", sources["c"])
+    assert len(list(folder.iterdir())) == 2
+    for name in "acb":
+        cached_array(name, sources[name])
+    assert [source.calls for source in sources.values()] == [1, 2, 1]
+
+
+def _total(seed):
+    """What a process of its own makes of a shared array."""
+    return int(cached_array("shared", lambda: np.random.default_rng(1).integers(1000, size=200_000)).sum()) + seed
+
+
+def test_many_processes_start_at_once(folder):
+    with multiprocessing.get_context("spawn").Pool(4) as pool:
+        totals = pool.map(_total, range(8), chunksize=1)
+    expected = int(np.random.default_rng(1).integers(1000, size=200_000).sum())
+    assert totals == [expected + seed for seed in range(8)]
+    assert len(list(folder.iterdir())) == 1
 
 
 def test_errors_of_the_computation_are_passed_on(folder):

@@ -3,8 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from navstack.costmap import inflation_kernels, kernels
+from navstack.costmap import beam_kernels, cell_kernels, inflation_kernels, kernels
 from navstack.costmap.inflation import make_kernel
+from navstack.costmap.window import copy_window
 from navstack.params.costmap import InflationLayerParams
 
 
@@ -83,3 +84,57 @@ def test_stamped_runs_equal_their_cells_maximum(radius: float) -> None:
     expected[inner] = np.maximum(target, padded[300:-300, 300:-300])[inner]
     inflation_kernels.stamp(target, runs, len(runs), kernel.patterns, reach, 9, 140, 5, 111)
     np.testing.assert_array_equal(target, expected)
+
+
+def test_scans_are_projected_as_by_hand() -> None:
+    ranges = np.array((0.05, 1.0, math.nan, math.inf, 7.9, 8.0, 3.0))
+    angles = np.linspace(-2.0, 2.0, 7)
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    for endless, valid in ((math.inf, [1, 4, 6]), (7.99, [1, 3, 4, 6])):
+        points = np.empty((7, 2))
+        sensor = (1.0, -2.0, math.cos(0.3), math.sin(0.3))
+        count = beam_kernels.project(ranges, directions, (0.1, 8.0), endless, sensor, points)
+        reach = np.where(ranges == math.inf, endless, ranges)[valid]
+        bearing = angles[valid] + 0.3
+        expected = np.column_stack((1.0 + reach * np.cos(bearing), -2.0 + reach * np.sin(bearing)))
+        np.testing.assert_allclose(points[:count], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("limits", [(0.0, 1.4), (0.62, 2.5)])
+def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, float]) -> None:
+    rng = np.random.default_rng(4)
+    origin, window, resolution = np.array((-0.4, 0.7)), np.array((300, -200, 60, 50)), 0.05
+    ox, oy = 1.0, 1.9
+    points = np.array((ox, oy)) + rng.normal(0.0, 1.2, (40, 2))
+    starts, ordered = np.empty(65, dtype=np.int64), np.empty_like(points)
+    beam_kernels.sort_by_bearing(points, ox, oy, starts, ordered)
+    assert sorted(map(tuple, ordered)) == sorted(map(tuple, points))
+    dense = np.full((50, 60), 254, dtype=np.uint8)
+    kernels.clear_rays(dense, points, ox, oy, origin, resolution, limits, np.array((0.0, 0.0, 0.0, 0.0)))
+    cells = np.array([(300 + x, -200 + y) for y in range(50) for x in range(60)], dtype=np.int32)
+    present = np.ones((50, 60), dtype=np.uint8)
+    lines = np.empty((40, 8), dtype=np.int32)
+    lateral = 1.5 if limits[0] == 0.0 else 3.0
+    cell_kernels.clear_hit(
+        cells, len(cells), present, window, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines
+    )
+    changed = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40)))
+    count = cell_kernels.drop_doubted(cells, len(cells), present, window, changed)
+    kept = np.zeros((50, 60), dtype=np.uint8)
+    kept[cells[:count, 1] + 200, cells[:count, 0] - 300] = 254
+    np.testing.assert_array_equal(kept, dense)
+    assert (dense == 0).sum() > 300
+
+
+def test_boxes_are_copied_and_filled_beyond_the_edges() -> None:
+    rng = np.random.default_rng(5)
+    source = rng.integers(0, 250, (40, 50)).astype(np.uint8)
+    for _ in range(50):
+        margin = int(rng.integers(0, 5))
+        x, y = (int(v) for v in rng.integers(-60, 60, 2))
+        expected = np.full((30, 35), 7, dtype=np.uint8)
+        copy_window(source, x + margin, y + margin, expected, 7)
+        target = np.full((30, 35), 99, dtype=np.uint8)
+        boxes = np.array(((x, x + 35, y, y + 10), (x, x + 3, y + 10, y + 30), (x + 3, x + 35, y + 10, y + 30)))
+        inflation_kernels.copy_boxes(source, margin, 7, target, np.array((x, y, 35, 30)), boxes)
+        np.testing.assert_array_equal(target, expected)

@@ -20,7 +20,7 @@ from navstack.params.costmap import (
     StaticLayerParams,
     robot_footprint,
 )
-from navstack.types import LaserScan, Pose2D
+from navstack.types import ByteArray, LaserScan, Pose2D
 
 RESOLUTION = 0.05
 FOOTPRINT = "[[0.14, 0.25], [0.14, -0.25], [-0.607, -0.25], [-0.607, 0.25]]"
@@ -84,6 +84,15 @@ SOURCES = {
 }
 
 
+def in_window(costs: ByteArray, static: OccupancyGrid, costmap: LayeredCostmap) -> ByteArray:
+    """The costs of a map's cells where a costmap lies; 0 beyond the map."""
+    height, width = costmap.master.data.shape
+    left = round((costmap.master.origin_x - static.origin.x) / RESOLUTION)
+    low = round((costmap.master.origin_y - static.origin.y) / RESOLUTION)
+    beyond = max(height, width, abs(left), abs(low))
+    return np.pad(costs, beyond)[beyond + low :, beyond + left :][:height, :width]
+
+
 @pytest.mark.parametrize("rolling", [True, False])
 @pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES.keys())
 def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: ObservationSourceParams) -> None:
@@ -104,11 +113,27 @@ def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: Obs
                 assert (costmap.obstacle_costs[0] == 0).all()
                 costmap.update(pose, None, stamp)
         assert (fast.master.origin_x, fast.master.origin_y) == (full.master.origin_x, full.master.origin_y)
-        np.testing.assert_array_equal(
-            fast.obstacle_costs[0] == LETHAL_OBSTACLE, full.obstacle_costs[0] == LETHAL_OBSTACLE
-        )
+        seen, seen_by_full = (costmap.obstacle_costs[0] == LETHAL_OBSTACLE for costmap in (fast, full))
+        left_out = in_window(static_costs(static, params), static, fast) == LETHAL_OBSTACLE
+        np.testing.assert_array_equal(seen, seen_by_full & ~left_out)
         np.testing.assert_array_equal(fast.master.data, full.master.data)
     assert (fast.obstacle_costs[0] == LETHAL_OBSTACLE).sum() > 50
+
+
+@pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.23), (0.31, -0.27), (-0.6, 0.05)])
+def test_a_window_that_moves_far_and_jumps_equals_the_full_way(dx: float, dy: float) -> None:
+    rng = np.random.default_rng(12)
+    params = make_params(rolling_window=True, size=3.0)
+    static = make_map(rng)
+    fast, full = LayeredCostmap(params, static), LayeredCostmap(params, static, prefer_fast=False)
+    for step in range(60):
+        jump = 2.5 if step >= 40 else 0.0
+        pose = Pose2D(-3.0 * np.sign(dx) + dx * step, -4.0 * np.sign(dy) + dy * step + jump, 0.1 * step)
+        scan = random_scan(rng, 0.1 * step) if step % 3 == 0 else None
+        for costmap in (fast, full):
+            costmap.update(pose, scan, 0.1 * step)
+        np.testing.assert_array_equal(fast.master.data, full.master.data)
+        assert fast.master.data.flags.c_contiguous
 
 
 def test_updating_what_changed_equals_building_anew() -> None:

@@ -105,6 +105,25 @@ def test_obstacle_beyond_the_change_radius_is_noticed_on_the_path():
     assert path_cost(path, costmap) <= 1.01 * path_cost(fresh_plan(start, costmap), costmap)
 
 
+@pytest.mark.parametrize("closed_row", [5, 60, 115])
+def test_a_detour_may_lead_where_the_field_was_not_spread_anew(closed_row):
+    start, empty = Pose2D(1.0, 1.0), streets(1)
+    planner = IncrementalNavfn(IncrementalNavfnParams(change_radius=8.0))
+    path = planner.plan(start, GOAL, empty)
+    for k in range(6):  # somebody who walks along leaves most of the field to be forgotten and only a part spread anew
+        start = Pose2D(*path.poses[min(20, len(path) - 2)])
+        costmap = Costmap(empty.data.copy(), RESOLUTION, 0.0, 0.0)
+        ahead = path.poses[min(60, len(path) - 2), :2] / RESOLUTION
+        put_disc(costmap.data, ahead[0] + 4 * (k % 2), ahead[1], 3)
+        path = planner.plan(start, GOAL, costmap)
+    x, y = path.poses[len(path) // 2, :2] / RESOLUTION
+    put_disc(costmap.data, x, y, 16)
+    costmap.data[closed_row : closed_row + 5, 20:280] = 254
+    path, fresh = planner.plan(start, GOAL, costmap), fresh_plan(start, costmap)
+    assert not crosses_obstacle(path, costmap)
+    assert path_cost(path, costmap) <= 1.01 * path_cost(fresh, costmap)
+
+
 def test_a_street_that_closes_is_left_for_another():
     start, costmap = Pose2D(1.0, 1.0), streets()
     planner = IncrementalNavfn(IncrementalNavfnParams())
