@@ -1,10 +1,13 @@
-"""Memory of the program and of each of its workers over many deliveries: flat.
+"""Memory of the program and of each of its workers over many deliveries: flat, and at most 400 MiB of its own.
 
-Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S]
+Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S] [--map MAP]
 
-Short deliveries; after each of them the resident memory (RSS, Linux) of every process is read. Compared are the medians
-of the second tenth of the deliveries (everything is compiled and filled by then) and of the last tenth. Exit status 1
-when one of them grew by more than 5 %.
+Short deliveries; after each of them the memory of every process is read (Linux): resident (RSS); that in proportion,
+where what k processes share counts 1/k in each (PSS); and private, what would be free without the process (USS). The
+fields of a map are shared by all processes of a machine. The built-in maps have 4000 x 4000 cells.
+
+Compared are the medians of RSS in the second tenth of the deliveries (everything is compiled and filled by then) and in
+the last tenth. Exit status 1 when one of them grew by more than 5 %, or when a worker's private memory exceeds 400 MiB.
 """
 
 import argparse
@@ -23,33 +26,36 @@ from harness.runs import RunFolder, create_run
 from harness.study import make_study
 
 ALLOWED = 0.05
+MOST_PRIVATE = 400.0  # [MiB] of a worker
 RULES = "arrival_radius: 2.0\ntimeout: {timeout}\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 PARENT = "program"
 
 
-def resident(process: int) -> float:
-    """RSS in [MiB]."""
-    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+def memory(process: int) -> tuple[float, float, float]:
+    """RSS, PSS and USS in [MiB]."""
+    lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()[1:]
+    sizes = {name: int(size) / 1024.0 for name, size, _ in (line.split() for line in lines)}
+    return sizes["Rss:"], sizes["Pss:"], sizes["Private_Clean:"] + sizes["Private_Dirty:"]
 
 
-def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[float]]:
-    """RSS [MiB] of each process after each delivery."""
+def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple[float, float, float]]]:
+    """:func:`memory` of each process after each delivery."""
     (folder / "short.yaml").write_text(RULES.format(timeout=arguments.timeout))
     study = make_study(
         stacks=[arguments.stack],
         episodes=arguments.episodes,
         workers=arguments.workers,
+        map_name=arguments.map,
         rules=str(folder / "short.yaml"),
     )
     create_run(folder / "run", about(study, sys.argv), parameters(study))
     study = load_study(folder / "run", arguments.workers)
-    sizes: dict[str, list[float]] = defaultdict(list)
+    sizes: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
 
     def on_finished(finished: object, record: object) -> None:
-        sizes[PARENT].append(resident(os.getpid()))
+        sizes[PARENT].append(memory(os.getpid()))
         for number, process in enumerate(sorted(multiprocessing.active_children(), key=lambda child: child.pid or 0)):
-            sizes[f"worker {number}"].append(resident(process.pid or 0))
+            sizes[f"worker {number}"].append(memory(process.pid or 0))
 
     with RunFolder(folder / "run", TABLES, study.total) as run, Workers(study.workers) as workers:
         run_study(study, run, workers, on_finished)
@@ -61,22 +67,27 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=500)
     parser.add_argument("--stack", default="nav2-gps")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--map", default="sidewalk")
     parser.add_argument("--timeout", type=float, default=3.0, help="simulated [s] of a delivery")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         sizes = measure(arguments, Path(name))
-    grew = False
+    failed = False
     steps = 10
     print(
         f"RSS [MiB] after each tenth of {arguments.episodes} deliveries, {arguments.stack}, and growth from 2nd to last"
     )
     for process, sizes_of_it in sizes.items():
         tenth = max(len(sizes_of_it) // steps, 1)
-        medians = [statistics.median(sizes_of_it[i * tenth : (i + 1) * tenth]) for i in range(steps)]
+        medians = [
+            statistics.median(rss for rss, _, _ in sizes_of_it[i * tenth : (i + 1) * tenth]) for i in range(steps)
+        ]
         growth = medians[-1] / medians[1] - 1.0
-        grew |= growth > ALLOWED
-        print(f"{process:<10}{''.join(f'{median:8.0f}' for median in medians)}   {growth:+.1%}")
-    sys.exit(1 if grew else 0)
+        pss, uss = (statistics.median(size[k] for size in sizes_of_it[-tenth:]) for k in (1, 2))
+        failed |= growth > ALLOWED or (process != PARENT and uss > MOST_PRIVATE)
+        print(f"{process:<10}{''.join(f'{median:8.0f}' for median in medians)}   {growth:+.1%}", end="")
+        print(f"   in proportion {pss:.0f}, private {uss:.0f} (a worker's may be {MOST_PRIVATE:.0f})")
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Where episodes run: on any executor of ``concurrent.futures``, by default one process per worker."""
 
+import contextlib
+import ctypes
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -15,6 +17,7 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 TIME_LIMIT = 1800.0  # [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
+_M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
 ATTEMPTS = 2  # at a task whose worker dies or hangs
 
 Task = TypeVar("Task")
@@ -223,9 +226,16 @@ def _collect(
 def _begin_worker() -> None:
     """Leave signals to the parent, so that it decides what is kept, and end when it is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _give_memory_back()
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _give_memory_back() -> None:
+    """Let large arrays live outside the C library's heap, where small ones that outlive them would keep their pages."""
+    with contextlib.suppress(OSError, AttributeError):  # another C library than GNU's
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
 
 
 def _end_with(sentinel: int) -> None:

@@ -69,8 +69,8 @@ class MissionSampler:
         self._mesh, self._ground, self._sampling = mesh, ground or mesh, sampling
         self._factor = max(round(_COARSE / mesh.resolution), 1)
         self._cell_size = self._factor * mesh.resolution  # [m]
-        clearance = _clearance(mesh)[self._factor // 2 :: self._factor, self._factor // 2 :: self._factor]
-        self._passable = np.ascontiguousarray(clearance >= ROBOT_RADIUS)
+        clearance = _clearance(mesh, self._factor)
+        self._passable = clearance >= ROBOT_RADIUS
         self._labels: npt.NDArray[np.int32] = ndimage.label(self._passable)[0]  # 4-connected, as corners are not cut
         self._roomy = clearance >= CLEARANCE
         self._cells: IntArray = np.argwhere(self._roomy)
@@ -143,8 +143,8 @@ class MissionSampler:
         return int(self._labels[cell[0], cell[1]])
 
     def _path(self, start: IntArray, goal: IntArray) -> IntArray:
-        field = distance_field(self._passable, goal)
-        return string_pull(self._passable, descend(field, (int(start[0]), int(start[1]))))
+        first = int(start[0]), int(start[1])
+        return string_pull(self._passable, descend(distance_field(self._passable, goal, first), first))
 
     def _length(self, path: IntArray) -> float:
         return path_length(path) * self._cell_size
@@ -228,15 +228,19 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
         )
 
 
-def _clearance(mesh: OccupancyGrid) -> Float32Array:
-    """Distance (H, W) [m] from each cell's centre to the nearest cell that is not free; the map's edge counts too.
+def _clearance(mesh: OccupancyGrid, factor: int) -> Float32Array:
+    """Distance [m] from the centre of the middle cell of every ``factor`` x ``factor`` to the nearest that is not free.
 
-    The distance to that cell's centre less half a cell: the distance to its border, up to 0.2 cells more on diagonals.
+    The map's edge counts too. The distance to that cell's centre less half a cell: the distance to its border, up to
+    0.2 cells more on diagonals.
     """
     free: BoolArray = mesh.data == FREE
 
     def compute() -> Float32Array:
         distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
-        return (np.maximum(distance - 0.5, 0.0) * mesh.resolution).astype(np.float32)
+        coarse = distance[factor // 2 :: factor, factor // 2 :: factor]
+        return (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(np.float32)
 
-    return cached_array(content_key("mission clearance 2", free, mesh.resolution), compute)
+    return cached_array(
+        content_key("mission clearance 3", np.packbits(free), mesh.width, mesh.resolution, factor), compute
+    )

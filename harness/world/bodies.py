@@ -18,6 +18,7 @@ from harness.world.contacts import Touched
 from harness.world.engine import bullet
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
+from harness.world.touch_kernels import may_touch
 from navstack.types import FloatArray
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
@@ -54,9 +55,12 @@ class NearObstacles:
 
     ACTIVE_RADIUS = 3.5  # [m] around the body's centre
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
+    MARGIN = 0.15  # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's excess
 
-    def __init__(self, client: int, index: StaticIndex, friction: float) -> None:
+    def __init__(self, client: int, index: StaticIndex, friction: float, robot: RobotParams) -> None:
         self._client = client
+        self._half_size = robot.half_size
+        self._ahead = robot.center[0] - robot.center_of_mass_x  # [m] of the body's middle from its centre of mass
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
@@ -65,17 +69,19 @@ class NearObstacles:
         self._center = (math.inf, math.inf)  # [m] where the choice was made
         self._clearance = 0.0  # [m] of the nearest obstacle from there
 
-    def follow(self, x: float, y: float, reach: float) -> bool:
+    def follow(self, x: float, y: float, reach: float) -> float:
         """Renew the choice for a robot at (x, y) if it is due.
 
         Returns:
-            Whether something can be within ``reach`` [m] of the point.
+            How far [m] it may go until the choice is due anew or something can be within ``reach`` [m] of it; negative:
+            something can be already.
         """
         moved = math.hypot(x - self._center[0], y - self._center[1])
         if moved > self.REFRESH_DISTANCE:
             self._renew(x, y)
             moved = 0.0
-        return self._clearance - moved < reach
+        ahead = self._clearance - moved
+        return ahead - reach if ahead < reach else min(ahead - reach, self.REFRESH_DISTANCE - moved)
 
     def _renew(self, x: float, y: float) -> None:
         wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
@@ -87,6 +93,15 @@ class NearObstacles:
         for number in wanted:
             if number not in self._active:
                 self._add(number)
+        polygons = [self._index.obstacles[number].polygon for number in wanted]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+
+    def can_touch(self, x: float, y: float, yaw: float) -> bool:
+        """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        middle = x + cos * self._ahead, y + sin * self._ahead
+        return bool(may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first))
 
     def _add(self, number: int) -> None:
         obstacle = self._index.obstacles[number]

@@ -19,7 +19,9 @@ import numpy as np
 
 from harness.truth import CargoState
 from harness.world.engine import Server, bullet
+from harness.world.motion_kernels import lean_and_shake
 from harness.world.world_params import CargoParams
+from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import BoolArray, FloatArray
 
 Vector = tuple[float, float, float]
@@ -31,6 +33,7 @@ _SETTLING = 3.0  # [s] in which the poured pieces come to rest
 _POURS = 16  # differently poured heaps, each of which can be turned and mirrored in eight ways
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
+_REST = (0.0, 0.0, 0.0)
 
 
 class Cargo:
@@ -48,27 +51,23 @@ class Cargo:
         self._gravity = gravity
         self._dt = dt
         self._radius = params.piece_radius
-        self._server = Server()
-        self._client = self._server.client
+        self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
     def reset(self, rng: np.random.Generator) -> None:
         """Fill the bucket; ``rng`` chooses among settled heaps and the eight ways to turn and mirror one."""
         pour, image = int(rng.integers(_POURS)), int(rng.integers(8))
         heap = turned(settled_heap(self.params, self._gravity, self._dt, pour), image)
-        self._build(heap[is_inside(heap, self.params)])
+        self._heap = heap[is_inside(heap, self.params)]
+        self._is_built = False  # in the server; many a delivery never shakes its cargo
+        self._orientation: Quaternion = _LEVEL
         self._lost = 0
-        self._at_start = len(self._pieces)
-        self._outside = 0
+        self._at_start = len(self._heap)
+        self.state = CargoState(self._at_start, 0)  # while the pieces move they are looked at ten times per second
         self._is_awake = False
         self._heading = 0.0  # [rad] of the server's frame in the map frame
         self._calm_steps = 0
         self._steps = 0
         self._bucket_yaw = 0.0  # [rad] in the server's frame
-
-    @property
-    def state(self) -> CargoState:
-        """Where the pieces are; while they move they are looked at ten times per second."""
-        return CargoState(self._at_start, self._outside)
 
     @property
     def is_awake(self) -> bool:
@@ -89,10 +88,7 @@ class Cargo:
             spin: [rad/s] of the robot's body, map frame.
         """
         params = self.params
-        ax, ay, az = acceleration
-        qx, qy, _, _ = orientation
-        lean = 2.0 * self._gravity * math.sqrt(qx * qx + qy * qy)  # [m/s2] gravity along the floor, small angles
-        if math.sqrt(ax * ax + ay * ay + az * az) + lean > params.wake_acceleration:
+        if lean_and_shake(*acceleration, *orientation[:2], self._gravity) > params.wake_acceleration:
             self._calm_steps = 0
             if not self._is_awake:
                 self._wake(orientation)
@@ -107,10 +103,16 @@ class Cargo:
 
     def close(self) -> None:
         """Free the physics server."""
-        self._server.close()
+        if self._server is not None:
+            self._server.close()
 
     def _wake(self, orientation: Quaternion) -> None:
         """Choose the server's frame so that the bucket stands in it as it did when the pieces came to rest."""
+        if not self._is_built:
+            self._server = self._server or Server()
+            self._client = self._server.client
+            self._bucket, self._pieces = build(self._client, self.params, self._heap, self._radius, self._dt)
+            self._is_built = True
         self._is_awake = True
         self._heading = _yaw(orientation) - self._bucket_yaw
 
@@ -118,7 +120,7 @@ class Cargo:
         self._look()
         self._is_awake = False
         for piece in self._pieces:
-            bullet.resetBaseVelocity(piece, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self._client)
+            bullet.resetBaseVelocity(piece, _REST, _REST, physicsClientId=self._client)
 
     def _simulate(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
         client, (ax, ay, az) = self._client, acceleration
@@ -140,19 +142,18 @@ class Cargo:
             for i in np.flatnonzero(far)[::-1].tolist():
                 bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
                 self._lost += 1
-        self._outside = self._lost + int((~is_inside(self._local_positions(), self.params)).sum())
+        outside = self._lost + int((~is_inside(self._local_positions(), self.params)).sum())
+        self.state = CargoState(self._at_start, outside)
 
     def _local_positions(self) -> FloatArray:
         """Centres (n, 3) in [m] in the bucket's frame."""
+        if not self._is_built:
+            return self._heap.copy()
         get, client = bullet.getBasePositionAndOrientation, self._client
         places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3) / SCALE
         rotation = np.array(bullet.getMatrixFromQuaternion(self._orientation)).reshape(3, 3)
         local: FloatArray = places @ rotation
         return local
-
-    def _build(self, heap: FloatArray) -> None:
-        self._orientation: Quaternion = _LEVEL
-        self._bucket, self._pieces = build(self._client, self.params, heap, self._radius, self._dt)
 
 
 def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
@@ -230,7 +231,15 @@ def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, s
 
 @lru_cache(maxsize=4 * _POURS)
 def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) -> FloatArray:
-    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; once per process and pour."""
+    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; kept on disk between runs."""
+    key = content_key("settled heap 1", repr(params), gravity, dt, pour, bullet.getAPIVersion())
+    heap = cached_array(key, lambda: _settle(params, gravity, dt, pour))
+    heap.setflags(write=False)
+    return heap
+
+
+def _settle(params: CargoParams, gravity: float, dt: float, pour: int) -> FloatArray:
+    """Pour pieces into a bucket and wait until they rest."""
     radius = params.piece_radius
     server = Server()
     client = server.client
@@ -241,9 +250,7 @@ def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) 
         places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
     finally:
         server.close()
-    heap = np.array(places) / SCALE
-    heap.setflags(write=False)
-    return heap
+    return np.array(places) / SCALE
 
 
 def _poured(params: CargoParams, radius: float, pour: int) -> FloatArray:

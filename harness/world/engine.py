@@ -50,6 +50,26 @@ class Server:
             raise RuntimeError("PyBullet cannot open another physics server; close worlds that are no longer used")
         self._finalizer = weakref.finalize(self, bullet.disconnect, self.client)
 
+    def empty(self, dt: float, iterations: int, erp: float) -> None:
+        """Remove everything; from then on there is no gravity.
+
+        Args:
+            dt: [s] of a step.
+            iterations: of the contact solver per step.
+            erp: [-] share of a penetration that it removes per step.
+        """
+        bullet.resetSimulation(physicsClientId=self.client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=dt,
+            numSubSteps=0,
+            numSolverIterations=iterations,
+            contactERP=erp,
+            erp=erp,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self.client,
+        )
+        bullet.setGravity(0.0, 0.0, 0.0, physicsClientId=self.client)
+
     def close(self) -> None:
         """Free it; once more is no harm."""
         self._finalizer()

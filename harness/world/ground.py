@@ -36,11 +36,11 @@ class Ground:
         self.bodies = {self._plane}
         self._renew(x, y)
 
-    def follow(self, x: float, y: float, reach: float) -> bool:
+    def follow(self, x: float, y: float, reach: float) -> float:
         """Prepare the ground for a robot at (x, y); of use where there are steps at all.
 
         Returns:
-            Whether a step can be within ``reach`` [m] of the point.
+            How far [m] it may go until that is to be done again; negative: a step can be within ``reach`` [m] of it.
         """
         moved = math.hypot(x - self._center[0], y - self._center[1])
         if moved > self.REFRESH_DISTANCE:
@@ -51,10 +51,11 @@ class Ground:
                 self._renew(x, y)
                 self._clear()
                 self._put_plane(self._elevation.level(x, y))
-            return False
+                moved = 0.0
+            return max(min(self._clearance - moved - reach, self.REFRESH_DISTANCE - moved), 0.0)
         if math.hypot(x - self._slab_center[0], y - self._slab_center[1]) > self.SLAB_DISTANCE:
             self._lay_out(x, y)
-        return True
+        return -1.0
 
     def _renew(self, x: float, y: float) -> None:
         self._center, self._clearance = (x, y), self._elevation.clearance(x, y)

@@ -20,6 +20,30 @@ def point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
 
 
 @njit(cache=True)
+def is_shaken(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, bucket):
+    """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
+
+    Takes the motion as :func:`base_motion` does, and of the bucket (12,), changed in place: its place (x, y, z) [m] in
+    the body frame from the centre of mass; its velocity [m/s] before the step, map frame, which becomes that after it;
+    the rate of the steps [Hz], gravity [m/s2] and the threshold [m/s2]; its mean acceleration [m/s2] during the step,
+    which is found here.
+    """
+    ux, uy, uz = point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, bucket[0], bucket[1], bucket[2])
+    rate = bucket[6]
+    ax, ay, az = (ux - bucket[3]) * rate, (uy - bucket[4]) * rate, (uz - bucket[5]) * rate
+    bucket[3], bucket[4], bucket[5] = ux, uy, uz
+    bucket[9], bucket[10], bucket[11] = ax, ay, az
+    return lean_and_shake(ax, ay, az, qx, qy, bucket[7]) > bucket[8]
+
+
+@njit(cache=True)
+def lean_and_shake(ax, ay, az, qx, qy, gravity):
+    """Acceleration [m/s2] of the bucket and, for small angles, that of gravity along its floor."""
+    lean = 2.0 * gravity * math.sqrt(qx * qx + qy * qy)
+    return math.sqrt(ax * ax + ay * ay + az * az) + lean
+
+
+@njit(cache=True)
 def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
     """How the base origin moves in the plane.
 

@@ -48,16 +48,28 @@ class Errands:
         params, cells = self._params, self.network.cells
         self.goals = cells[rng.choice(len(cells), size=min(params.goals, len(cells)), replace=False)]
         self._rngs = rng.spawn(params.count)
-        distances = np.hypot(*(self._centres - (robot.x, robot.y)).T)
-        starts = cells[distances >= min(params.start_clearance, distances.max())]
+        taken = self._too_near(robot)
+        before = taken - np.arange(len(taken))  # free starts before each
         least, most = _SPEED_RANGE
         for i, own in enumerate(self._rngs):
-            self._cells[i] = starts[own.integers(len(starts))]
+            start = own.integers(len(cells) - len(taken))
+            self._cells[i] = cells[start + np.searchsorted(before, start, side="right")]
             speed = own.normal(params.speed, params.speed_std)
             self.speeds[i] = min(max(speed, least * params.speed), most * params.speed)
             self.set_out(i)
         self.finished[:] = 0
         return self.points[:, 0].copy()
+
+    def _too_near(self, robot: Pose2D) -> IntArray:
+        """Numbers of the cells where nobody starts, ascending."""
+        clearance = self._params.start_clearance
+        dx, dy = np.abs(self._centres[:, 0] - robot.x), np.abs(self._centres[:, 1] - robot.y)
+        around = np.flatnonzero((dx < clearance) & (dy < clearance))
+        near = around[np.hypot(dx[around], dy[around]) < clearance]
+        if len(near) == len(self._centres):
+            distances = np.hypot(dx, dy)
+            near = np.flatnonzero(distances < distances.max())
+        return near
 
     def set_out(self, i: int) -> None:
         """Give person ``i``, who has arrived, a path to a new goal, and the pause to make there."""

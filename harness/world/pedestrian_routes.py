@@ -1,12 +1,14 @@
 """Where people can walk, and the shortest paths between such places."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from harness.shortest_paths import distance_field, string_pull
-from harness.world.pedestrian_kernels import find_path
+from harness.world.pedestrian_kernels import BLOCKED, find_path
+from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import MapError
 from navstack.geometry import relative_to, transform_points
@@ -15,6 +17,7 @@ from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
 _CELL = 0.2  # [m] of the grid that is searched; finer maps are coarsened to it
 _BORDER = 2  # [cells] closed cells around the grid, as the search needs them
 _LANDMARKS = 16
+_KEPT_ROUTES = 10_000  # about 5 MB: every stack and every trial of a study meets the same people
 _NEAR = 10  # [cells] around a point that are searched first
 _ENOUGH = 0.2  # share of the walkable area that must survive the keeping of a distance
 
@@ -43,17 +46,21 @@ class WalkingNetwork:
                 f"{walkable.resolution} m; people need a free square of {self._cell:.2f} m at least"
             )
         self.walkable: BoolArray = free  # (H, W) cells, without any distance kept
-        clearance = distance_transform_edt(free) * self._cell - 0.5 * self._cell  # [m] of a centre to the edge
+        clearance = _edge_distances(free) * self._cell - 0.5 * self._cell  # [m] of a centre to the edge
         for kept in (agent_radius, 0.5 * agent_radius, 0.0):
             self._free = _largest_part(free & (clearance >= kept - 1e-9))
             self.agent_radius = kept  # [m] that is really kept
             if self._free.sum() >= _ENOUGH * free.sum():
                 break
         self.cells: IntArray = np.argwhere(self._free)  # (N, 2) all cells, row by row
-        self._landmarks = _landmark_lengths(self._free, self.cells)
-        self._length = np.full(self._free.size, np.inf)  # work space of the search
+        self._numbers = np.full(self._free.shape, -1, dtype=np.int32)  # of the cells
+        self._numbers[self._free] = np.arange(len(self.cells))
+        key = content_key("landmarks 1", np.packbits(self._free), self._free.shape[1])
+        self._landmarks = cached_array(key, lambda: _landmark_lengths(self._free, self.cells))
+        self._length = np.where(self._free, np.inf, BLOCKED).ravel()  # work space of the search
+        self._ahead = np.empty(len(self.cells))
         self._arrival = np.zeros(self._free.size, dtype=np.uint8)
-        self._closed = np.zeros(self._free.size, dtype=np.bool_)
+        self._known_route = lru_cache(_KEPT_ROUTES)(self._find_route)
 
     @property
     def frame(self) -> FloatArray:
@@ -64,8 +71,7 @@ class WalkingNetwork:
 
     def edge_distances(self) -> FloatArray:
         """Distance (H, W) [m] of each cell's centre to the edge of the walkable area, negative outside of it."""
-        inside = distance_transform_edt(self.walkable)
-        outside = distance_transform_edt(~self.walkable)
+        inside, outside = _edge_distances(self.walkable), _edge_distances(~self.walkable)
         distances: FloatArray = (np.maximum(inside - 0.5, 0.0) - np.maximum(outside - 0.5, 0.0)) * self._cell
         return distances
 
@@ -86,8 +92,20 @@ class WalkingNetwork:
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
         """Corners (M, 2) of a shortest path (within 1 %) from one of :attr:`cells` to another, in [m], map frame."""
         width = self._free.shape[1]
-        first, last = int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1])
-        cells = find_path(self._free.ravel(), self._landmarks, first, last, self._length, self._arrival, self._closed)
+        return self._known_route(int(start[0]) * width + int(start[1]), int(goal[0]) * width + int(goal[1]))
+
+    def _find_route(self, start: int, goal: int) -> FloatArray:
+        """See :meth:`route`; takes flat indices."""
+        cells = find_path(
+            self._numbers.ravel(),
+            self._numbers.shape[1],
+            self._landmarks,
+            start,
+            goal,
+            self._length,
+            self._ahead,
+            self._arrival,
+        )
         return self.positions(string_pull(self._free, cells))
 
 
@@ -110,14 +128,17 @@ def _largest_part(free: BoolArray) -> BoolArray:
     return largest
 
 
+def _edge_distances(free: BoolArray) -> FloatArray:
+    """Distance (H, W) in cells of each free cell to the nearest one that is not free, 0 elsewhere; kept on disk."""
+    key = content_key("distances to closed cells 1", np.packbits(free), free.shape[1])
+    return cached_array(key, lambda: distance_transform_edt(free))
+
+
 def _landmark_lengths(free: BoolArray, cells: IntArray) -> Float32Array:
-    """Lengths (H, W, L) from landmarks, each chosen farthest from those before it, in cells."""
-    nearest = distance_field(free, cells[0])
-    nearest[~np.isfinite(nearest)] = -1.0
-    lengths = np.empty((*free.shape, _LANDMARKS), dtype=np.float32)
+    """Lengths (N, L) of the free cells (N, 2) from landmarks, each chosen farthest from those before it, in cells."""
+    lengths = np.empty((len(cells), _LANDMARKS), dtype=np.float32)
+    nearest = distance_field(free, cells[0])[free]
     for i in range(_LANDMARKS):
-        landmark = np.array(np.unravel_index(nearest.argmax(), free.shape))
-        lengths[..., i] = distance_field(free, landmark)
-        nearest = lengths[..., 0] if i == 0 else np.minimum(nearest, lengths[..., i])
-        nearest = np.where(free, nearest, -1.0)
+        lengths[:, i] = distance_field(free, cells[nearest.argmax()])[free]
+        nearest = lengths[:, 0] if i == 0 else np.minimum(nearest, lengths[:, i])
     return lengths

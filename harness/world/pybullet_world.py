@@ -18,7 +18,7 @@ from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
 from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
-from harness.world.motion_kernels import base_motion, point_velocity
+from harness.world.motion_kernels import base_motion, is_shaken, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -31,6 +31,7 @@ _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
 # Beyond these the loads of the wheels are measured.
 _LEVEL_SINE = 0.002  # [-] of half the tilt: 0.23 degrees
 _LEVEL_SPIN = 0.02  # [rad/s] of rolling and pitching
+_SLACK = 1e-6  # [m] by which rounding must not make a place clear
 
 
 class PyBulletWorld(World):
@@ -74,19 +75,20 @@ class PyBulletWorld(World):
         self._constants = drive_constants(robot, params.physics.gravity, self._dt)
         x, y, z = robot.center_of_mass
         self._base_offset = (-x, -y, -z)  # from the centre of mass
-        bucket_x, bucket_y, bucket_z = robot.bucket
-        self._bucket_offset = (bucket_x - x, bucket_y - y, bucket_z - z)
         self._feet = Feet(robot, params.physics.gravity)
         self._reach = robot.reach + 0.1  # [m] with what is closed within one step
         self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
+        self._bucket = np.zeros(12)  # of :func:`is_shaken`
+        self._bucket[:3] = np.subtract(robot.bucket, robot.center_of_mass)
+        self._bucket[6:9] = params.physics.rate, params.physics.gravity, params.cargo.wake_acceleration
 
     def reset(self, mission: Mission, generators: Mapping[str, np.random.Generator]) -> Observation:
         """See :class:`World`; generators are those of people, sensors and cargo. Earlier episodes leave no trace."""
-        self._reset_server()
-        client, robot = self._client, self._robot
+        client, robot, physics = self._client, self._robot, self._params.physics
+        self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)  # see harness.world.bodies
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
-        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION)
+        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(client, self._pedestrians, self._params, robot)
         self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
@@ -97,7 +99,8 @@ class PyBulletWorld(World):
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
         self._read_robot()
-        self._bucket_velocity = self._point_velocity(self._bucket_offset)
+        self._bucket[3:6] = point_velocity(*self._orientation, *self._velocity, *self._spin, *self._bucket[:3])
+        self._clear_around, self._clear_squared = self._position[:2], 0.0  # [m], [m2] where nothing is within reach
         self._state = self._base_state(None)
         self._truth = self._make_truth()
         self._sensors.reset(self._state, generators)
@@ -160,20 +163,6 @@ class PyBulletWorld(World):
         if self._cargo:
             self._cargo.close()
 
-    def _reset_server(self) -> None:
-        client, physics = self._client, self._params.physics
-        bullet.resetSimulation(physicsClientId=client)
-        bullet.setPhysicsEngineParameter(
-            fixedTimeStep=self._dt,
-            numSubSteps=0,
-            numSolverIterations=physics.solver_iterations,
-            contactERP=physics.contact_erp,
-            erp=physics.contact_erp,
-            deterministicOverlappingPairs=1,
-            physicsClientId=client,
-        )
-        bullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)  # see harness.world.bodies
-
     def _place(self, start: Pose2D) -> None:
         cos, sin = math.cos(start.yaw), math.sin(start.yaw)
         cx, cy, cz = self._robot.center_of_mass
@@ -184,8 +173,10 @@ class PyBulletWorld(World):
     def _advance(self, speed: float, yaw_rate: float, in_company: bool) -> None:
         """One physics step; alone, the robot needs nobody moved before the tick's end."""
         x, y, _ = self._position
-        at_step = self._has_steps and self._ground.follow(x, y, self._reach)
-        near = self._obstacles.follow(x, y, self._reach)
+        dx, dy = x - self._clear_around[0], y - self._clear_around[1]
+        at_step = near = False
+        if dx * dx + dy * dy >= self._clear_squared:
+            at_step, near = self._look_around(x, y)
         near = in_company and self._crowd.before_step(x, y) or near
         self._apply_forces(speed, yaw_rate)
         before = Motion(self._position, self._velocity, self._spin) if near else None
@@ -200,8 +191,22 @@ class PyBulletWorld(World):
             self._book.close_old(self.stamp)
         if in_company:
             self._crowd.after_step(self._dt)
-        if self._cargo:
-            self._shake(self._cargo)
+        if self._cargo and (
+            is_shaken(*self._orientation, *self._velocity, *self._spin, self._bucket) or self._cargo.is_awake
+        ):
+            self._cargo.step(tuple(self._bucket[9:].tolist()), self._orientation, self._spin)
+
+    def _look_around(self, x: float, y: float) -> tuple[bool, bool]:
+        """Whether a step and whether an obstacle can be within reach of a robot at (x, y)."""
+        to_step = self._ground.follow(x, y, self._reach) if self._has_steps else math.inf
+        to_obstacle = self._obstacles.follow(x, y, self._reach)
+        self._clear_around = x, y
+        self._clear_squared = max(min(to_step, to_obstacle) - _SLACK, 0.0) ** 2
+        near = to_obstacle < 0.0
+        if near and not self._is_tilted and not self._book.is_waiting:
+            _, _, qz, qw = self._orientation
+            near = self._obstacles.can_touch(x, y, 2.0 * math.atan2(qz, qw))
+        return to_step < 0.0, near
 
     def _apply_forces(self, speed: float, yaw_rate: float) -> None:
         """Let drive, weight and scraping act during the coming step."""
@@ -260,17 +265,6 @@ class PyBulletWorld(World):
             motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
             points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
         return points
-
-    def _shake(self, cargo: Cargo) -> None:
-        before = self._bucket_velocity
-        self._bucket_velocity = after = self._point_velocity(self._bucket_offset)
-        rate = self._params.physics.rate
-        acceleration = ((after[0] - before[0]) * rate, (after[1] - before[1]) * rate, (after[2] - before[2]) * rate)
-        cargo.step(acceleration, self._orientation, self._spin)
-
-    def _point_velocity(self, offset: tuple[float, float, float]) -> tuple[float, float, float]:
-        velocity: tuple[float, float, float] = point_velocity(*self._orientation, *self._velocity, *self._spin, *offset)
-        return velocity
 
     def _base_state(self, before: BodyState | None) -> BodyState:
         x, y, yaw, vx, vy, tilt = base_motion(

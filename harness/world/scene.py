@@ -3,7 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.types import FloatArray
 
@@ -40,10 +42,15 @@ class Scene:
     @property
     def mapped_geometry(self) -> OccupancyGrid:
         """The geometry as a robot with a lidar maps it: surfaces are occupied, what lies behind them is unknown."""
-        occupied = np.pad(self.geometry.data >= OCCUPIED, 1, constant_values=True)
-        beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
-        inside = beside[:-2] & beside[1:-1] & beside[2:]  # a cell whose eight neighbours are occupied as well
-        return replace(self.geometry, data=np.where(inside, np.int8(UNKNOWN), self.geometry.data))
+        data = self.geometry.data
+
+        def compute() -> npt.NDArray[np.int8]:
+            occupied = np.pad(data >= OCCUPIED, 1, constant_values=True)
+            beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
+            inside = beside[:-2] & beside[1:-1] & beside[2:]  # a cell whose eight neighbours are occupied as well
+            return np.where(inside, np.int8(UNKNOWN), data)
+
+        return replace(self.geometry, data=cached_array(content_key("mapped geometry 1", data), compute))
 
     @property
     def navigation_mesh(self) -> OccupancyGrid:

@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.shortest_paths import distance_field, path_length
-from harness.world.pedestrian_kernels import find_path
+from harness.world.pedestrian_kernels import BLOCKED, find_path
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
@@ -73,13 +73,20 @@ def test_paths_are_shortest_within_one_percent(network):
     for a, b in network.cells[rng.integers(len(network.cells), size=(60, 2))]:
         first, last = np.ravel_multi_index(np.array((a, b)).T, free.shape)
         cells = find_path(
-            free.ravel(), network._landmarks, first, last, network._length, network._arrival, network._closed
+            network._numbers.ravel(),
+            free.shape[1],
+            network._landmarks,
+            first,
+            last,
+            network._length,
+            network._ahead,
+            network._arrival,
         )
         assert (cells[0] == a).all() and (cells[-1] == b).all()
         assert free[cells[:, 0], cells[:, 1]].all()
         exact = float(distance_field(free, b)[a[0], a[1]])
         assert exact - 1e-3 <= path_length(cells) <= 1.01 * exact + 1e-3
-        assert np.isinf(network._length).all() and not network._closed.any()
+        assert np.array_equal(network._length.reshape(free.shape), np.where(free, np.inf, BLOCKED))
 
 
 def test_routes_are_straightened_and_keep_the_distance(network):
