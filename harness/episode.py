@@ -10,16 +10,25 @@ from typing import Any
 
 import numpy as np
 
+from harness.brain import Brain
 from harness.contact_costs import injury_costs, injury_measures, property_cost
 from harness.economics.prices import Prices
-from harness.metrics import JOULES_PER_KWH, DecisionLog, DeliveryLog, NoDecisionLog, Row, event_rows
+from harness.metrics import (
+    JOULES_PER_KWH,
+    DecisionLog,
+    DeliveryLog,
+    NoDecisionLog,
+    NoReplayLog,
+    ReplayLog,
+    Row,
+    event_rows,
+)
 from harness.metrics.encounters import Body
 from harness.metrics.motion import success_weighted_path_length
 from harness.mission import Mission
 from harness.outcome import ARRIVALS, Verdict
 from harness.pedestrian_delay import PedestrianDelay
 from harness.setup import (
-    Brain,
     build_brain,
     build_world,
     mission_of,
@@ -61,16 +70,20 @@ def run_episode(task: EpisodeTask) -> Delivery:
     ready = time.perf_counter()
 
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     kinds = frozenset(obstacle.kind for obstacle in scene.obstacles)
     log = DeliveryLog(world.truth, kinds, _body(task), task.keep_trace)
     delay = PedestrianDelay(world.people, world.truth, *world.tick)
     decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
+    replay = ReplayLog() if task.keep_trace else NoReplayLog()
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
         decisions.record(brain)
-        observation = world.step(command)
+        received, observation = observation, world.step(command)
         log.record(world.truth, brain.belief, command)
+        replay.record(world.truth, received, brain)
         delay.record(world.truth)
 
     truth = world.close_episode()
@@ -89,7 +102,7 @@ def run_episode(task: EpisodeTask) -> Delivery:
             **_latency("planner", "planner_calls", brain.latencies.planner),
             **_latency("controller", "controller_cycles", brain.latencies.controller),
         },
-        recording=log.recording() if task.keep_trace else None,
+        recording={**log.recording(), **replay.recording()} if task.keep_trace else None,
         decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
     )
 

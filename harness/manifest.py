@@ -36,7 +36,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "episodes": study.episodes,
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
-        "map_sha256": _map_digest(scene_of(study.template.map_name)),
+        "map_sha256": map_digest(scene_of(study.template.map_name)),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
     }
 
@@ -89,7 +89,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     episodes = content.get("episodes")
     if not isinstance(episodes, int) or not 1 <= episodes <= MAX_EPISODES:
         raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
-    if _map_digest(scene_of(template.map_name)) != content.get("map_sha256"):
+    if map_digest(scene_of(template.map_name)) != content.get("map_sha256"):
         raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
     return Study(stacks, episodes, usable_workers(workers, episodes * len(stacks)), template)
 
@@ -152,7 +152,7 @@ def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
     return dataclasses.replace(nav2, parameters=moved)
 
 
-def _map_digest(scene: Scene) -> str:
+def map_digest(scene: Scene) -> str:
     """SHA-256 of everything in a scene."""
     digest = hashlib.sha256()
     for grid in (scene.geometry, scene.walkable, scene.navigation_mesh):

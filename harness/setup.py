@@ -5,10 +5,10 @@ import dataclasses
 import math
 from functools import lru_cache
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
+from harness.brain import Brain, Parked
 from harness.economics.prices import Prices, load_prices
 from harness.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import Rules
@@ -28,71 +28,12 @@ from navstack.build import build_localizer, build_navigator, read_frequencies
 from navstack.costmap.occupancy_grid import FREE
 from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
-from navstack.navigation_status import Counts, Status, Trouble
-from navstack.navigator import Navigator, TickRecord
+from navstack.navigator import Navigator
 from navstack.params.nav2_file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass, read_text
-from navstack.stopwatch import Latencies
-from navstack.types import Belief, Observation, Pose2D, Twist2D
 
 REDRAWS = 50  # of a mission of which the user gave one end
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
-
-
-class Brain(Protocol):
-    """What drives: a navigator, or nobody."""
-
-    @property
-    def belief(self) -> Belief | None:
-        """Where it believes the robot to be; None: it does not localize."""
-
-    @property
-    def status(self) -> Status:
-        """How the navigation stands."""
-
-    @property
-    def counts(self) -> Counts:
-        """Plans, failures and recoveries so far."""
-
-    @property
-    def trouble(self) -> Trouble:
-        """What went wrong last, and why the navigation was given up if it was."""
-
-    @property
-    def decision(self) -> TickRecord | None:
-        """How the last tick was decided; None: nothing was due in it."""
-
-    @property
-    def latencies(self) -> Latencies:
-        """How long planner and controller took, in wall time."""
-
-    def reset(
-        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
-    ) -> None:
-        """Start a delivery; all chance in planning is drawn from ``rng``, in localization from ``localizer_rng``."""
-
-    def tick(self, observation: Observation) -> Twist2D:
-        """The command until the next tick."""
-
-
-class Parked:
-    """Never moves: what other people's walking costs."""
-
-    status = Status.RUNNING
-    counts = Counts()
-    trouble = Trouble()
-    belief = None
-    decision = None
-    latencies = Latencies()
-
-    def reset(
-        self, goal: Pose2D, initial_belief: Belief, rng: np.random.Generator, localizer_rng: np.random.Generator
-    ) -> None:
-        """Stay where the delivery starts."""
-
-    def tick(self, observation: Observation) -> Twist2D:
-        """Standstill."""
-        return Twist2D()
 
 
 @lru_cache(maxsize=2)
@@ -236,7 +177,13 @@ def robot_of(path: str) -> RobotParams:
 def _steps_per_tick(task: EpisodeTask) -> int:
     if not task.stack.nav2_file:
         return PARKED_STEPS
-    return steps_per_tick(nav2_of(task), world_params(task.world, task.pedestrians, task.people).physics.rate)
+    rate = world_params(task.world, task.pedestrians, task.people).physics.rate
+    return _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, rate)
+
+
+@lru_cache(maxsize=8)
+def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
+    return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
 
 def steps_per_tick(nav2: Nav2File, rate: float) -> int:

@@ -6,6 +6,7 @@ from harness.metrics.contacts import PROPERTY_IMPULSE, event_rows, fault, is_pai
 from harness.metrics.decisions import DecisionLog, NoDecisionLog
 from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
 from harness.metrics.encounter_metrics import PRICED_PROPERTY
+from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.metrics.summary import summarize, summarize_more
 
 __all__ = [
@@ -20,6 +21,8 @@ __all__ = [
     "DecisionLog",
     "DeliveryLog",
     "NoDecisionLog",
+    "NoReplayLog",
+    "ReplayLog",
     "Row",
     "event_rows",
     "fault",

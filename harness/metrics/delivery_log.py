@@ -52,24 +52,23 @@ class DeliveryLog:
         self._max_tilt = 0.0  # [rad]
         self._rows: list[tuple[float, ...]] = []  # of TRACE_COLUMNS
         self._crowd: list[FloatArray] = []  # (n, 2) positions of people at the same stamps
-        self._keep(truth)
+        pose, twist = truth.pose, truth.twist
+        self._states.extend((truth.stamp, pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
+        self._stamp = truth.stamp  # [s] of the last state
 
     def record(self, truth: Truth, belief: Belief | None, command: Twist2D) -> None:
         """Take in the state after a step, and what was believed (None: nobody localizes) and commanded before it."""
-        pose, twist, before = truth.pose, truth.twist, self._truth
-        believed = (belief or NOWHERE).pose
+        pose, twist, stamp = truth.pose, truth.twist, truth.stamp
+        x, y, yaw, forward, yaw_rate = pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z
+        believed = belief.pose if belief is not None else NOWHERE.pose
         self._beliefs.extend((believed.x, believed.y, believed.yaw))
-        motion = (twist.linear_x, twist.linear_y, twist.angular_z)
-        self._encounters.add((truth.stamp - before.stamp, pose.x, pose.y, pose.yaw, *motion), truth.pedestrians)
-        self._max_tilt = max(self._max_tilt, truth.tilt)
-        if self._keep_trace and truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
+        self._encounters.add((stamp - self._stamp, x, y, yaw, forward, twist.linear_y, yaw_rate), truth.pedestrians)
+        if truth.tilt > self._max_tilt:
+            self._max_tilt = truth.tilt
+        if self._keep_trace and stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
             self._trace(truth, belief or NOWHERE, command)
-        self._keep(truth)
-
-    def _keep(self, truth: Truth) -> None:
-        pose, twist = truth.pose, truth.twist
-        self._states.extend((truth.stamp, pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
-        self._truth = truth
+        self._states.extend((stamp, x, y, yaw, forward, yaw_rate))
+        self._stamp = stamp
 
     def _trace(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
         pose, believed = truth.pose, belief.pose

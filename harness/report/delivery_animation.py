@@ -50,7 +50,9 @@ def drive(task: EpisodeTask) -> list[Frame]:
     world = build_world(task)
     brain = build_brain(task, world)
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     frames = [Frame(world.truth, world.cargo_pieces)]
     while rules.judge(world.truth, mission.goal) is None:
         observation = world.step(brain.tick(observation))

@@ -95,7 +95,7 @@ def render_tables(columns: Sequence[Column], console: Console) -> None:
     """Print both tables and what is to be known about their entries."""
     for layout in LAYOUTS:
         render_table(layout, columns, console)
-    for note in _notes(columns):
+    for note in table_notes(columns):
         console.print(Text(note, style="dim"))
 
 
@@ -120,8 +120,8 @@ class _ColumnText:
 def _column_text(layout: Layout, column: Column) -> _ColumnText:
     """Values right-aligned, their intervals right-aligned beside them."""
     rows = [row for section in layout.sections for row in section.rows]
-    values = {row.key: _number(column.value(row.key), row) for row in rows}
-    spans = {row.key: _span(column.interval(row.key), row) for row in rows}
+    values = {row.key: number_text(column.value(row.key), row) for row in rows}
+    spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
     header = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
     span_width = max(map(len, spans.values()))
     beside = 1 + span_width if span_width else 0
@@ -142,17 +142,18 @@ def _broken(title: str) -> list[str]:
     return lines
 
 
-def _number(value: float | None, row: Row) -> str:
+def number_text(value: float | None, row: Row) -> str:
+    """A value with its row's decimals."""
     if value is None:
         return row.absent
     return f"{round(value, row.decimals) + 0.0:,.{row.decimals}f}"  # + 0.0: no minus sign before a rounded zero
 
 
-def _span(interval: Interval | None, row: Row) -> str:
+def span_text(interval: Interval | None, row: Row) -> str:
     """An interval as text; empty where there is none."""
     if interval is None or interval.low is None or interval.high is None:
         return ""
-    return f"[{_number(interval.low, row)}, {_number(interval.high, row)}]"
+    return f"[{number_text(interval.low, row)}, {number_text(interval.high, row)}]"
 
 
 def _blocks(columns: Sequence[_ColumnText], label_width: int, width: int) -> list[list[_ColumnText]]:
@@ -182,7 +183,7 @@ def _table(layout: Layout, columns: Sequence[_ColumnText], label_width: int) -> 
     return table
 
 
-def _notes(columns: Sequence[Column]) -> list[str]:
+def table_notes(columns: Sequence[Column]) -> list[str]:
     """Footnotes, only those that the tables give cause for."""
     notes = []
     if any(column.economics.break_even_runs is None for column in columns):

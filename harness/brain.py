@@ -1,0 +1,86 @@
+"""What drives a delivery: the robot's navigator, or nobody."""
+
+from typing import Protocol
+
+import numpy as np
+
+from navstack.navigation_status import Counts, Status, Trouble
+from navstack.navigator import TickRecord
+from navstack.stopwatch import Latencies
+from navstack.types import Belief, Observation, Path, Pose2D, Track, Twist2D
+
+
+class Brain(Protocol):
+    """What drives: a navigator, or nobody."""
+
+    @property
+    def belief(self) -> Belief | None:
+        """Where it believes the robot to be; None: it does not localize."""
+
+    @property
+    def status(self) -> Status:
+        """How the navigation stands."""
+
+    @property
+    def counts(self) -> Counts:
+        """Plans, failures and recoveries so far."""
+
+    @property
+    def trouble(self) -> Trouble:
+        """What went wrong last, and why the navigation was given up if it was."""
+
+    @property
+    def decision(self) -> TickRecord | None:
+        """How the last tick was decided; None: nothing was due in it."""
+
+    @property
+    def plan(self) -> Path | None:
+        """What it follows, in the map frame; None: nothing."""
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """What it sees moving about, in the map frame."""
+
+    @property
+    def latencies(self) -> Latencies:
+        """How long planner and controller took, in wall time."""
+
+    def reset(
+        self,
+        goal: Pose2D,
+        initial_belief: Belief,
+        rng: np.random.Generator,
+        localizer_rng: np.random.Generator,
+        controller_rng: np.random.Generator,
+    ) -> None:
+        """Start a delivery; all chance is drawn from the generators: in planning from ``rng``, and so on."""
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """The command until the next tick."""
+
+
+class Parked:
+    """Never moves: what other people's walking costs."""
+
+    status = Status.RUNNING
+    counts = Counts()
+    trouble = Trouble()
+    belief = None
+    decision = None
+    plan = None
+    tracks = ()
+    latencies = Latencies()
+
+    def reset(
+        self,
+        goal: Pose2D,
+        initial_belief: Belief,
+        rng: np.random.Generator,
+        localizer_rng: np.random.Generator,
+        controller_rng: np.random.Generator,
+    ) -> None:
+        """Stay where the delivery starts."""
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """Standstill."""
+        return Twist2D()

@@ -1,0 +1,97 @@
+"""The command ``navbench replay``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from harness.cli_report import check_page, today, write_page
+from navstack.errors import InputError, NavstackError
+
+if TYPE_CHECKING:
+    from harness.stored_run import StoredRun
+
+HELP = """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
+
+RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number of
+the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf, map,
+scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF drives the delivery again
+and shows its strongest contact.
+"""
+
+
+# fmt: off
+@click.command(help=HELP, short_help="Show one recorded delivery: page, GIF, MCAP or Rerun.")
+@click.argument("run", metavar="RUN")
+@click.argument("episode", type=click.IntRange(min=0))
+@click.option("--html", type=click.Path(path_type=Path), metavar="FILE.html", help="A page that plays it.")
+@click.option("--gif", type=click.Path(path_type=Path), metavar="FILE.gif", help="An animation of its worst moment.")
+@click.option("--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages.")
+@click.option("--rerun", is_flag=True, help="Open it in the Rerun viewer (pip install 'navbench[rerun]').")
+# fmt: on
+def replay(run: str, episode: int, html: Path | None, gif: Path | None, mcap: Path | None, rerun: bool) -> None:
+    """Show a delivery; see ``HELP``."""
+    from harness.compare import side_of
+    from harness.stored_run import load_run
+
+    if not (html or gif or mcap or rerun):
+        raise InputError("nothing to make of the delivery; give --html FILE, --gif FILE, --mcap FILE or --rerun")
+    stored = load_run(run)
+    side_of(stored)  # one stack
+    if html:
+        _write_html(stored, episode, html)
+    if mcap:
+        _write_mcap(stored, episode, mcap)
+    if gif:
+        _write_gif(stored, episode, gif)
+    if rerun:
+        _show_rerun(stored, episode)
+
+
+def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
+    from harness.report.page.document import one_recorded, replay_page
+
+    check_page(path)
+    write_page(path, replay_page(*one_recorded(run, episode), today()))
+
+
+def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
+    from harness.report.page.document import one_recorded
+    from harness.report.page.replays import bodies
+    from harness.report.replay_bag import write_bag
+    from harness.world.scene_io import load_scene
+
+    recorded, arrays = one_recorded(run, episode)
+    robot, radius = bodies(recorded.entry)
+    try:
+        grid = load_scene(str(run.about["map_name"])).geometry
+    except NavstackError as error:
+        click.echo(f"note: the file has no map: {error}", err=True)
+        grid = None
+    count = write_bag(path, arrays, recorded.entry.events_of(episode), grid, robot.polygon, radius)
+    click.echo(f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB")
+
+
+def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
+    from harness.manifest import load_study
+    from harness.report.delivery_animation import animate
+
+    if path.suffix.lower() != ".gif" or not path.absolute().parent.is_dir():
+        raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
+    name = run.stacks[0].name
+    wanted = (task for task in load_study(run.folder).tasks() if (task.stack.name, task.episode) == (name, episode))
+    task = next(wanted, None)
+    if task is None:
+        raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
+    animate(task, path)
+    click.echo(str(path))
+
+
+def _show_rerun(run: "StoredRun", episode: int) -> None:
+    from harness.report.page.document import one_recorded
+    from harness.report.page.replays import bodies
+    from harness.report.replay_rerun import show_in_rerun
+
+    recorded, arrays = one_recorded(run, episode)
+    robot, radius = bodies(recorded.entry)
+    show_in_rerun(f"{recorded.entry.stack.name}-{episode}", arrays, robot.polygon, radius)

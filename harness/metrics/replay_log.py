@@ -1,0 +1,134 @@
+"""What the robot saw and meant to do, tick by tick: kept beside the trajectory so that a delivery can be looked at."""
+
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from harness.metrics.delivery_log import NOWHERE, TRACE_PERIOD
+from harness.truth import Truth
+from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
+
+PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
+NO_RETURN = 65535  # a beam's range where nothing came back
+FARTHEST_MM = 65534  # [mm] of a range
+NOT_MOVED = Odometry(0.0, Pose2D(), Twist2D())
+
+
+class Planning(Protocol):
+    """A brain that tells where it is, what it follows and what it sees moving."""
+
+    @property
+    def belief(self) -> Belief | None:
+        """Where it believes the robot to be."""
+
+    @property
+    def plan(self) -> Path | None:
+        """What it follows; None: nothing."""
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """What moves about."""
+
+
+class ReplayLog:
+    """Keeps what a replay shows beside :meth:`harness.metrics.DeliveryLog.recording`, row by row with its trace."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[float, ...]] = []  # pieces lost, motion energy, odometry (5), covariance (3)
+        self._tracks: list[tuple[float, ...]] = []
+        self._track_counts: list[int] = []  # tracks per row
+        self._scans: list[npt.NDArray[np.uint16]] = []
+        self._scan_stamps: list[float] = []
+        self._scan: LaserScan | None = None  # the last
+        self._plans: list[npt.NDArray[np.float32]] = []
+        self._plan_stamps: list[float] = []
+        self._plan: Path | None = None  # the last
+        self._odometry = NOT_MOVED
+
+    def record(self, truth: Truth, observation: Observation, brain: Planning) -> None:
+        """Take in the state after a step, and what the brain received and made of it before that step."""
+        if observation.odometry is not None:
+            self._odometry = observation.odometry
+        if observation.scan is not None:
+            self._scan = observation.scan
+            self._scan_stamps.append(observation.scan.stamp)
+            self._scans.append(millimetres(observation.scan.ranges))
+        if brain.plan is not self._plan:
+            self._plan = brain.plan
+            self._plan_stamps.append(observation.stamp)
+            self._plans.append(_simplified(self._plan))
+        if truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:  # as DeliveryLog does
+            self._keep(truth, brain)
+
+    def _keep(self, truth: Truth, brain: Planning) -> None:
+        odometry, belief = self._odometry, brain.belief or NOWHERE
+        pose, twist, covariance = odometry.pose, odometry.twist, belief.covariance
+        self._rows.append(
+            (
+                truth.cargo.pieces_outside if truth.cargo else 0,
+                truth.motion_energy,
+                *(pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z),
+                *(covariance[0, 0], covariance[0, 1], covariance[1, 1]),
+            )
+        )
+        tracks = brain.tracks
+        self._track_counts.append(len(tracks))
+        self._tracks += [(track.id, track.x, track.y, track.vx, track.vy, track.radius) for track in tracks]
+
+    def recording(self) -> dict[str, Any]:
+        """Arrays of T rows, S scans, P plans and K tracks.
+
+        ``pieces_lost`` (T,); ``motion_energy_j`` (T,) [J]; ``odometry`` (T, 5): x, y [m], yaw [rad] in the odom frame,
+        vx [m/s], wz [rad/s]; ``belief_covariance`` (T, 3): xx, xy, yy [m2]; ``track_count`` (T,) and ``tracks``
+        (K, 6): id, x, y [m], vx, vy [m/s], radius [m] in the map frame; ``scan_stamp`` (S,) [s], ``scan_mm``
+        (S, beams) [mm] and ``scan_geometry`` (7,): least angle, increment [rad], least and most range [m], x, y [m],
+        yaw [rad] of the sensor in the base frame; ``plan_stamp`` (P,) [s], ``plan_size`` (P,) and ``plan_xy`` (N, 2)
+        [m] in the map frame, of all plans one after the other.
+        """
+        rows = np.array(self._rows).reshape(-1, 10)
+        return {
+            "pieces_lost": rows[:, 0].astype(np.int32),
+            "motion_energy_j": rows[:, 1],
+            "odometry": rows[:, 2:7],
+            "belief_covariance": rows[:, 7:10].astype(np.float32),
+            "track_count": np.array(self._track_counts, dtype=np.int32),
+            "tracks": np.array(self._tracks, dtype=np.float32).reshape(-1, 6),
+            "scan_stamp": np.array(self._scan_stamps),
+            "scan_mm": np.array(self._scans, dtype=np.uint16) if self._scans else np.empty((0, 0), np.uint16),
+            "scan_geometry": _geometry(self._scan),
+            "plan_stamp": np.array(self._plan_stamps),
+            "plan_size": np.array([len(plan) for plan in self._plans], dtype=np.int32),
+            "plan_xy": np.concatenate(self._plans) if self._plans else np.empty((0, 2), np.float32),
+        }
+
+
+class NoReplayLog(ReplayLog):
+    """Asks for nothing and keeps nothing."""
+
+    def record(self, truth: Truth, observation: Observation, brain: Planning) -> None:
+        """See the base class."""
+
+
+def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
+    """Ranges (n,) [m] in whole millimetres; :data:`NO_RETURN` where nothing came back."""
+    known = np.isfinite(ranges)
+    scaled = np.clip(np.rint(1000.0 * np.where(known, ranges, 0.0)), 0, FARTHEST_MM)
+    return np.where(known, scaled, NO_RETURN).astype(np.uint16)
+
+
+def _simplified(plan: Path | None) -> npt.NDArray[np.float32]:
+    """Corners (n, 2) [m] of a plan, without those that lie on the line between others."""
+    if plan is None or len(plan) < 2:
+        return np.empty((0, 2), np.float32)
+    line = shapely.simplify(shapely.linestrings(plan.poses[:, :2]), PLAN_TOLERANCE, preserve_topology=False)
+    return np.asarray(shapely.get_coordinates(line), dtype=np.float32)
+
+
+def _geometry(scan: LaserScan | None) -> FloatArray:
+    if scan is None:
+        return np.zeros(7)
+    mount = scan.sensor_pose
+    numbers = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, mount.x, mount.y, mount.yaw)
+    return np.array(numbers)

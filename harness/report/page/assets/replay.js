@@ -1,0 +1,158 @@
+// The player: play, scrub, speed, and the jump to the next costed event.
+const SPEEDS = [.25, .5, 1, 2, 4, 8, 16];
+const NEAR = 20;  // [m] that the view shows at first
+const BEFORE_EVENT = 2;  // [s] before an event to which a jump leads
+
+function player() {
+  const place = h('div', { id: 'player' }), camera = new Camera();
+  const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
+  const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, frames: 0, drawn: 0 };
+  let last = 0, parts = null, strip = null, view = null;
+
+  async function open(number, time = 0) {
+    state.playing = false;
+    place.setAttribute('aria-busy', 'true');
+    try {
+      if (number !== state.number || !state.recording) {
+        const fields = await decodeRecording($(`recording-${number}`).textContent);
+        state.recording = new Recording(DATA.replays[number], fields);
+        state.number = number;
+        build();
+      }
+      seek(time);
+    } catch (error) {
+      place.replaceChildren(h('p', { class: 'note loss', role: 'alert' }, `This replay cannot be shown. ${error.message}`));
+    }
+    place.removeAttribute('aria-busy');
+    place.dataset.ready = number;
+  }
+  function reset() {
+    if (!state.recording) return;
+    const [xs, ys] = state.recording.driven;
+    state.follow = false;
+    parts.follow.setAttribute('aria-pressed', 'false');
+    camera.show([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], 1.25);
+  }
+  function follow() {
+    state.follow = true;
+    parts.follow.setAttribute('aria-pressed', 'true');
+    camera.metres = NEAR;
+    draw();
+  }
+  function build() {
+    const facts = state.recording.facts, name = `${DATA.entries[facts.entry].label}, episode ${facts.episode}`;
+    camera.width = 1;
+    view = stage(`Replay of ${name}`, width => width < 640 ? 1.05 : .62, camera, draw, () => { if (parts && state.drawn) reset(); else camera.metres = NEAR; },
+      () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
+    state.drawn = 0;
+    const button = (text, label, act, more) => h('button', { type: 'button', 'aria-label': label, ...more, on: { click: act } }, text);
+    const costed = state.recording.costed.length;
+    parts = {
+      play: button('▶ Play', 'Play or pause (space)', toggle, { class: 'play' }),
+      follow: button('Follow', 'Follow the robot', follow, { 'aria-pressed': 'true' }),
+      next: button('Next cost →', 'Jump to the next costed event (N)', () => jump(1), { disabled: !costed }),
+      previous: button('←', 'Jump to the costed event before (P)', () => jump(-1), { disabled: !costed }),
+      speed: h('select', { 'aria-label': 'Speed', on: { change: event => { state.speed = Number(event.target.value); } } },
+        SPEEDS.map(each => h('option', { value: each, selected: each === state.speed }, `${each} ×`))),
+      clock: h('span', { class: 'clock' }),
+      seek: h('input', { type: 'range', class: 'seek', min: 0, max: state.recording.end.toFixed(2), step: .05, value: 0, 'aria-label': 'Time [s]',
+        on: { input: event => seek(Number(event.target.value)) } }),
+      facts: h('dl'), costs: h('ul', { class: 'costs' }),
+    };
+    strip = replayStrip(state.recording, seek);
+    place.replaceChildren(
+      h('div', { class: 'player' },
+        h('div', {}, view.place, h('div', { class: 'transport' }, parts.play, parts.previous, parts.next, parts.speed, parts.follow, parts.clock),
+          parts.seek, strip.place,
+          h('div', { class: 'layers' }, LAYERS.filter(([key]) => has(key)).map(([key, label, colour]) =>
+            check(label, shown[key], on => { shown[key] = on; draw(); }, `var(${colour})`)))),
+        h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs)));
+    listCosts();
+  }
+  const has = key => ({ scan: 'scan', plan: 'plan', tracks: 'trackStart', belief: 'belief' }[key] === undefined
+    || Boolean((key === 'tracks' ? (state.recording.tracks || [[]])[0].length : state.recording[key])));
+  function listCosts() {
+    const money = state.recording.facts.money, lines = state.recording.events.map(event => h('li', { 'data-time': event.time },
+      h('span', {}, `${num(event.time, 1)} s  ${event.name}`), h('span', {}, usd(event.cost))));
+    if (isNumber(money.revenue)) lines.push(h('li', { 'data-time': state.recording.settled }, h('span', {}, 'fee earned'), h('span', {}, usd(money.revenue))));
+    if (isNumber(money.contribution_margin)) lines.push(h('li', { 'data-time': state.recording.settled }, h('strong', {}, 'profit of this delivery'),
+      h('strong', { class: money.contribution_margin < 0 ? 'loss' : null }, usd(money.contribution_margin))));
+    parts.costs.replaceChildren(...lines);
+  }
+  function tell() {
+    const { recording, time } = state, row = recording.row(time), facts = recording.facts;
+    const pose = recording.pose(recording.driven, row), lines = [
+      ['time', `${num(time, 1)} s`], ['speed', `${num(recording.motion[0][row[0]], 2)} m/s`],
+      ['commanded', `${num(recording.motion[2][row[0]], 2)} m/s, ${num(recording.motion[3][row[0]], 2)} rad/s`]];
+    if (recording.belief) {
+      const believed = recording.pose(recording.belief, row);
+      lines.push(['belief error', `${num(Math.hypot(believed[0] - pose[0], believed[1] - pose[1]), 2)} m`]);
+    }
+    const nearest = recording.crowd.length ? recording.nearest(row) : Infinity;
+    lines.push(['nearest person', nearest < 1e3 ? `${num(nearest, 1)} m` : '–']);
+    if (recording.tracks && recording.tracks[0].length) lines.push(['tracks', num(recording.tracksAt(row).length)]);
+    if (recording.lost) lines.push(['cargo lost', isNumber(facts.pieces) ? `${num(recording.lost[0][row[0]])} of ${num(facts.pieces)}` : 'not modelled']);
+    if (recording.energy) lines.push(['energy', `${num(recording.energy[0][row[0]] / 3600, 1)} Wh`]);
+    lines.push(['costs so far', usd(recording.costs(time))]);
+    if (time >= recording.end - .05) lines.push(['ended', outcomeName(facts.outcome)]);
+    parts.facts.replaceChildren(...lines.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]).flat());
+    for (const line of parts.costs.children) line.className = Number(line.dataset.time) <= time + .05 ? '' : 'later';
+    parts.clock.textContent = `${num(time, 1)} / ${num(recording.end, 1)} s`;
+    parts.seek.value = time;
+    strip.move(time);
+  }
+  function draw() {
+    if (!state.recording || !view || camera.width === 1) return;
+    if (state.follow) [camera.x, camera.y] = state.recording.pose(state.recording.driven, state.recording.row(state.time));
+    drawReplay(view.context, view.canvas.ratio || 1, camera, state.recording, state.time, shown);
+    state.drawn += 1;
+  }
+  function seek(time) {
+    state.time = Math.max(0, Math.min(time, state.recording.end));
+    place.dataset.time = state.time.toFixed(2);
+    tell();
+    draw();
+  }
+  function toggle() {
+    if (!state.recording) return;
+    if (!state.playing && state.time >= state.recording.end - .01) state.time = 0;
+    state.playing = !state.playing;
+    parts.play.textContent = state.playing ? '❚❚ Pause' : '▶ Play';
+    last = performance.now();
+    if (state.playing) requestAnimationFrame(step);
+  }
+  function step(now) {
+    if (!state.playing) return;
+    seek(state.time + Math.min(now - last, 250) / 1000 * state.speed);
+    last = now;
+    place.dataset.frames = state.frames += 1;
+    if (state.time >= state.recording.end - 1e-6) toggle(); else requestAnimationFrame(step);
+  }
+  function jump(way) {
+    const stamps = state.recording.costed.map(each => Math.max(0, each[2] - BEFORE_EVENT));
+    const next = way > 0 ? stamps.find(each => each > state.time + .05) : stamps.findLast(each => each < state.time - .05);
+    if (next !== undefined) seek(next);
+  }
+  place.addEventListener('keydown', event => {
+    if (!state.recording || ['SELECT', 'INPUT'].includes(event.target.tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
+    const acts = { ' ': event.target.tagName === 'BUTTON' ? null : toggle, n: () => jump(1), p: () => jump(-1),
+      ArrowRight: () => seek(state.time + 1), ArrowLeft: () => seek(state.time - 1), Home: () => seek(0), End: () => seek(state.recording.end) };
+    const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+  return { place, open };
+}
+
+function replaySection(instance) {
+  const names = DATA.replays.map(each => `${DATA.entries[each.entry].label}, episode ${each.episode}: ${outcomeName(each.outcome)}`
+    + (isNumber(each.money.contribution_margin) ? `, ${usd(each.money.contribution_margin)}` : ''));
+  const pick = h('select', { id: 'which', on: { change: event => instance.open(Number(event.target.value)) } }, names.map((name, k) => option(k, name)));
+  const open = (number, time) => {
+    pick.value = String(number);
+    $('replay').scrollIntoView();
+    return instance.open(number, time);
+  };
+  return { open, content: [DATA.replays.length > 1 && h('div', { class: 'bar' }, h('label', { for: 'which' }, 'delivery', pick)), instance.place] };
+}

@@ -1,0 +1,85 @@
+"""What the figures of a page rest on: deliveries, seeds, world, prices, versions, and what they do not say."""
+
+import hashlib
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+from harness.economics.price import price_keys
+from harness.report.page.entries import Entry
+from harness.stored_run import CONDITIONS, StoredRun
+
+Json = dict[str, Any]
+
+LIMITS = (
+    "Everything here is simulated: a rigid-body world on level ground, people who walk by a model, sensors with "
+    "modelled noise. No figure was measured on a street.",
+    "The maps that come with navbench are generated after the statistics of the published one; none of them is it.",
+    "Contacts count from the threshold of the world's file on, property from that of the publication; softer ones are "
+    "shown and cost nothing.",
+    "Rare events decide the costs: a contact that no delivery met is not known to be impossible. An interval tells of "
+    "chance within these missions, not of other cities, robots or prices.",
+    "The paper's columns are its own measurements; only the money is worked out here from them, at these prices.",
+    "Costs that the paper leaves out (mapping, operators, wear of the battery) are left out here: see navbench price.",
+)
+
+
+def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
+    """The section "What these figures rest on".
+
+    Args:
+        entries: the stacks of the page.
+        notes: what else is to be known of this page.
+    """
+    runs = list({entry.run.folder.resolve(): entry.run for entry in entries}.values())
+    return {
+        "runs": [_run(run, [entry for entry in entries if entry.run.folder == run.folder]) for run in runs],
+        "prices": _prices(entries),
+        "limits": list(LIMITS),
+        "notes": list(notes),
+        "made": {"navbench": version("navbench"), "python": platform.python_version()},
+    }
+
+
+def _run(run: StoredRun, entries: Sequence[Entry]) -> Json:
+    about = run.about
+    world = run.condition("world")
+    people = world.get("people") if isinstance(world, Mapping) else None
+    people = people if isinstance(people, Mapping) else {}
+    command = about.get("command")
+    return {
+        "folder": run.folder.resolve().name,
+        "command": " ".join(map(str, command)) if isinstance(command, list) else "",
+        "deliveries": {entry.label: len(entry.stack.rows) for entry in entries},
+        "errors": sum(entry.stack.errors for entry in entries),
+        "seed": run.seed,
+        "missions": about.get("missions"),
+        "map": run.map_name,
+        "map version": str(about.get("map_sha256", ""))[:12],
+        "people": f"{people.get('count', '?')} ({people.get('model', '?')})",
+        **{f"{name} version": digest(run.condition(name)) for name in CONDITIONS},
+        "versions": {str(key): str(value) for key, value in about.get("versions", {}).items()},
+    }
+
+
+def digest(content: Any) -> str:
+    """The first twelve digits of the SHA-256 of a condition's content, by which two runs can be told alike."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:12]
+
+
+def _prices(entries: Sequence[Entry]) -> list[Json]:
+    """Every price of the first run, and where another run has another."""
+    first = price_keys(entries[0].prices)
+    others = [price_keys(entry.prices) for entry in entries[1:]]
+    return [
+        {
+            "key": key,
+            "value": price.value,
+            "unit": price.unit,
+            "source": price.source,
+            "differs": any(other[key].value != price.value for other in others),
+        }
+        for key, price in first.items()
+    ]

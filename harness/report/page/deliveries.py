@@ -1,0 +1,133 @@
+"""The deliveries of a page one by one: the list, and where they drove and touched something."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from harness.metrics import Row
+from harness.report.page.entries import Entry
+from navstack.types import FloatArray
+
+Json = dict[str, Any]
+
+# Columns of the list: key, and how a row of episodes.parquet gives it.
+FACTS = {
+    "duration": "duration_s",
+    "distance": "distance_m",
+    "shortest": "shortest_path_m",
+    "lost": "pieces_lost",
+    "people": "pedestrian_contacts",
+    "soft": "soft_contacts",
+    "injury": "pedestrian_injury_usd",
+    "nearest": "min_pedestrian_distance_m",
+    "localization": "localization_error_p95_m",
+    "recoveries": "recoveries",
+}
+MONEY = {"profit": "contribution_margin", "cost": "opex"}
+PATH_TOLERANCE = 0.05  # [m] of a trajectory on the map
+COUNTED, WHOLE = "counted_contact", "contact_event"
+
+
+def recording_of(entry: Entry, episode: int) -> Path:
+    """Where a delivery's recording would be."""
+    return entry.run.folder / "recordings" / f"{entry.stack.name}-{episode}.npz"
+
+
+def delivery_list(entries: Sequence[Entry]) -> Json:
+    """All deliveries, column by column."""
+    columns: dict[str, list[Any]] = {name: [] for name in ("entry", "episode", "outcome", "reason", *MONEY, *FACTS)}
+    for number, entry in enumerate(entries):
+        rows = entry.stack.rows
+        columns["entry"] += [number] * len(rows)
+        for name in ("episode", "outcome", "reason"):
+            columns[name] += [row[name] for row in rows]
+        for name, key in FACTS.items():
+            columns[name] += [rounded(row[key]) for row in rows]
+        for name, term in MONEY.items():
+            columns[name] += [rounded(value, 4) for value in money_of(entry, term)]
+    return columns
+
+
+def money_of(entry: Entry, term: str) -> list[float | None]:
+    """What each delivery comes to in one term of the cost model [USD]; None where it is undefined."""
+    values = getattr(entry.running, term)
+    if values is None:
+        return [None] * len(entry.stack.rows)
+    spread: list[float | None] = np.broadcast_to(values, len(entry.stack.rows)).tolist()
+    return spread
+
+
+def rounded(value: Any, decimals: int = 3) -> Any:
+    """A number as short as the page shows it."""
+    return round(value, decimals) if isinstance(value, float) else value
+
+
+def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
+    """Start and goal [m] of every delivery: entry, episode, map, four coordinates."""
+    keys = ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
+    return [
+        [number, row["episode"], row["map"], *(rounded(row[key], 2) for key in keys)]
+        for number, entry in enumerate(entries)
+        for row in entry.stack.rows
+    ]
+
+
+def contacts_of(entries: Sequence[Entry]) -> list[list[Any]]:
+    """Contacts with a place: entry, episode, x, y [m], time [s], what, impulse [N s], cost [USD], whether counted.
+
+    A counted contact stands for itself; an event for the contacts that the published rule did not count.
+    """
+    found = []
+    for number, entry in enumerate(entries):
+        for episode, events in _by_episode(entry).items():
+            found += [[number, episode, *contact] for contact in contacts(events)]
+    return found
+
+
+def _by_episode(entry: Entry) -> dict[int, list[Row]]:
+    known = {row["episode"]: [] for row in entry.stack.rows}  # type: dict[int, list[Row]]
+    for event in entry.run.events:
+        if event["stack"] == entry.stack.name and event["episode"] in known:
+            known[event["episode"]].append(event)
+    return known
+
+
+def contacts(events: Sequence[Row]) -> list[list[Any]]:
+    """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
+    counted = [event for event in events if event["type"] == COUNTED]
+    shown = [event for event in events if event["type"] == WHOLE and not _is_counted(event, counted)]
+    return [
+        [
+            *(rounded(event[key], 2) for key in ("x_m", "y_m", "stamp_s")),
+            event["kind"],
+            rounded(event["impulse_ns"], 1),
+            rounded(event["cost_usd"] or 0.0, 2),
+            event["type"] == COUNTED,
+        ]
+        for event in sorted((*counted, *shown), key=lambda event: float(event["stamp_s"]))
+        if event["x_m"] is not None and event["y_m"] is not None
+    ]
+
+
+def _is_counted(event: Row, counted: Sequence[Row]) -> bool:
+    end = event["stamp_s"] + (event["duration_s"] or 0.0) + 1e-6
+    return any(
+        one["partner"] == event["partner"]
+        and one["partner_id"] == event["partner_id"]
+        and event["stamp_s"] - 1e-6 <= one["stamp_s"] <= end
+        for one in counted
+    )
+
+
+def trajectory(trace: FloatArray) -> list[int]:
+    """Where a recorded delivery drove: x and y in turn, in centimetres, each less the one before."""
+    points = trace[:, 1:3]
+    if len(points) > 1:
+        line = shapely.simplify(shapely.linestrings(points), PATH_TOLERANCE, preserve_topology=False)
+        points = shapely.get_coordinates(line)
+    whole = np.rint(100.0 * points).astype(np.int64)
+    steps: list[int] = np.diff(whole, axis=0, prepend=0).ravel().tolist()
+    return steps

@@ -1,0 +1,172 @@
+"""The page as one HTML text: template, style, scripts and data, nothing fetched from anywhere.
+
+Every text from a run goes through JSON (with ``<`` escaped) into DOM text nodes; the content security policy lets the
+browser execute only the scripts of this package, by their hashes, and request nothing.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import Any
+
+from harness.compare import side_of
+from harness.report.page.basis import basis
+from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
+from harness.report.page.entries import Entry, entries_of, without_events
+from harness.report.page.recording_code import FINE
+from harness.report.page.replays import Recorded, chosen, load_all, recorded_of, replay, trajectories
+from harness.report.page.scenery import scenery_of
+from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
+from harness.stored_run import StoredRun
+from navstack.errors import InputError
+
+Json = dict[str, Any]
+
+SCRIPTS = (
+    *("core.js", "charts.js", "profit_charts.js", "tables.js", "episodes.js", "scenery.js", "overview.js"),
+    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay.js", "main.js"),
+)
+
+
+def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
+    """The report of some runs.
+
+    Args:
+        runs: whose stacks to show.
+        most_replays: recorded deliveries that the page carries.
+        date: of today, as the page says it.
+
+    Raises:
+        InputError: no delivery finished.
+    """
+    entries = [without_events(entry) for entry in entries_of(runs)]
+    recorded = recorded_of(entries)
+    loaded, troubles = load_all(recorded)
+    carried = {id(each) for each in chosen([each for each, _ in loaded], most_replays)}
+    replays = [replay(each, arrays) for each, arrays in loaded if id(each) in carried]
+    scenery, notes = _scenery(runs)
+    left = len(loaded) - len(replays)
+    if left:
+        notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
+    data = {
+        "kind": "report",
+        "title": " · ".join(dict.fromkeys(entry.label for entry in entries)),
+        "date": date,
+        "entries": [_entry(entry) for entry in entries],
+        "headline": headline(entries),
+        "tables": tables(entries),
+        "waterfall": waterfall(entries),
+        "outcomes": outcomes(entries),
+        "profit": profit(entries),
+        "breakEven": break_even(entries),
+        "comparisons": comparisons(entries),
+        "deliveries": delivery_list(entries),
+        "recorded": [[each.number, each.row["episode"]] for each in recorded],
+        "scenery": scenery,
+        "missions": missions_of(entries),
+        "contacts": contacts_of(entries),
+        "trajectories": trajectories(loaded),
+        "basis": basis(entries, [*notes, *troubles]),
+    }
+    return _assembled(data, replays)
+
+
+def replay_page(recorded: Recorded, arrays: Json, date: str) -> str:
+    """A page with the replay of one delivery, its scans whole."""
+    entry = recorded.entry
+    scenery, notes = _scenery([entry.run])
+    label = f"{entry.label}, episode {recorded.row['episode']}"
+    data = {
+        "kind": "replay",
+        "title": label,
+        "date": date,
+        "entries": [_entry(entry)],
+        "scenery": scenery,
+        "basis": basis([entry], notes),
+    }
+    return _assembled(data, [{**replay(recorded, arrays, FINE), "entry": 0}])
+
+
+def one_recorded(run: StoredRun, episode: int) -> tuple[Recorded, Json]:
+    """The recording of one delivery of a run with one stack.
+
+    Raises:
+        InputError: the run has several stacks, no such delivery, or no recording of it.
+    """
+    stack = side_of(run).stack.name
+    entry = without_events(entries_of([run])[0])
+    index = next((i for i, row in enumerate(entry.stack.rows) if row["episode"] == episode), None)
+    if index is None:
+        raise InputError(f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others")
+    known = {each.index: each for each in recorded_of([entry])}
+    if index not in known:
+        have = ", ".join(str(each.row["episode"]) for each in list(known.values())[:10]) or "none"
+        raise InputError(
+            f"{run.folder}: episode {episode} of {stack} was not recorded (recorded: {have}); "
+            "make the run with --record full"
+        )
+    loaded, troubles = load_all([known[index]])
+    if troubles:
+        raise InputError(troubles[0])
+    return loaded[0]
+
+
+def _entry(entry: Entry) -> Json:
+    return {"label": entry.label, "stack": entry.stack.name, "folder": entry.run.folder.resolve().name}
+
+
+def _scenery(runs: Sequence[StoredRun]) -> tuple[Json, list[str]]:
+    """Every map once, by the name that rows call it, and what is not drawn."""
+    drawn: Json = {}
+    notes = []
+    for run in runs:
+        if run.map_name in drawn:
+            continue
+        scenery, note = scenery_of(run)
+        if scenery is not None:
+            drawn[run.map_name] = scenery
+        if note:
+            notes.append(note)
+    return drawn, notes
+
+
+def _assembled(data: Json, replays: Sequence[Json]) -> str:
+    """The HTML text."""
+    style, script = _asset("page.css"), "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();"
+    policy = (
+        f"default-src 'none'; img-src data:; style-src '{_hash(style)}'; script-src '{_hash(script)}'; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    parts = {
+        "policy": policy,
+        "title": html.escape(data["title"]),
+        "style": style,
+        "data": embedded({**data, "replays": [{**each, "data": None} for each in replays]}),
+        "recordings": "\n".join(
+            f'<script type="text/plain" id="recording-{number}">{each["data"]}</script>'
+            for number, each in enumerate(replays)
+        ),
+        "script": script,
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))
+
+
+def embedded(data: Any) -> str:
+    """JSON that can stand inside a script element whatever texts it holds."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
+
+
+def _asset(name: str) -> str:
+    return (files("harness.report.page") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """As a content security policy names an inline script or style."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -1,0 +1,91 @@
+"""The stacks that a page shows, each with its money delivery by delivery."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harness.economics.cost_model import Measured, Running, running
+from harness.economics.prices import Prices
+from harness.metrics import Row
+from harness.report.tables import Column
+from harness.stored_run import StoredRun, StoredStack
+from harness.valuation import Valuation, deliveries, missions, profit_draws, value
+from navstack.errors import InputError
+from navstack.types import FloatArray
+
+PROFIT = ("revenue", "contribution_margin", "opex")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One stack of one run."""
+
+    label: str  # unlike every other on the page
+    run: StoredRun
+    stack: StoredStack
+    prices: Prices
+    valuation: Valuation
+    running: Running  # [USD/run] arrays (n,), one entry per delivery
+
+    @property
+    def margin(self) -> FloatArray | None:
+        """What each delivery earns less what it costs [USD], shape (n,); None: the cargo was not simulated."""
+        margin: FloatArray | None = self.running.contribution_margin
+        return margin
+
+    @property
+    def column(self) -> Column:
+        """Its column of the tables."""
+        valuation = self.valuation
+        return Column(
+            self.label,
+            Measured(**valuation.measured),
+            valuation.economics,
+            len(self.stack.rows),
+            valuation.intervals,
+            further=valuation.more,
+        )
+
+    def mean_draws(self) -> FloatArray | None:
+        """Bootstrap draws of the mean margin [USD/run]; None: undefined, or one mission only."""
+        clusters = missions(self.stack.rows)
+        if self.margin is None or clusters.max() == 0:
+            return None
+        return profit_draws(self.margin, clusters, self.run.seed)[0]
+
+    def events_of(self, episode: int) -> list[Row]:
+        """The events of one delivery."""
+        return [event for event in self.run.events if event["stack"] == self.stack.name and event["episode"] == episode]
+
+
+def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
+    """Every stack that finished a delivery, in the order given.
+
+    Raises:
+        InputError: none did.
+    """
+    pairs = [(run, stack) for run in runs for stack in run.stacks if stack.rows]
+    if not pairs:
+        raise InputError("no delivery of these runs finished: there is nothing to report")
+    names = [stack.name for _, stack in pairs]
+    labels = [
+        stack.name if names.count(stack.name) == 1 else f"{run.folder.resolve().name}:{stack.name}"
+        for run, stack in pairs
+    ]
+    unlike = [
+        label if labels.count(label) == 1 else f"{label} ({labels[:number].count(label) + 1})"
+        for number, label in enumerate(labels)
+    ]
+    return [_entry(label, *pair) for label, pair in zip(unlike, pairs, strict=True)]
+
+
+def _entry(label: str, run: StoredRun, stack: StoredStack) -> Entry:
+    prices = run.prices()
+    each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)
+    return Entry(label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each)
+
+
+def without_events(entry: Entry) -> Entry:
+    """The same entry with those events only that are its own: quicker to search."""
+    own = tuple(event for event in entry.run.events if event["stack"] == entry.stack.name)
+    return dataclasses.replace(entry, run=dataclasses.replace(entry.run, events=own))

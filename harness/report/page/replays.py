@@ -1,0 +1,114 @@
+"""The recorded deliveries of a page: which ones it carries, and what belongs to each."""
+
+import dataclasses
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
+from harness.report.page.entries import Entry
+from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
+from harness.report.page.sections import TERMS
+from harness.resources import shipped
+from harness.world.robot import RobotParams
+from harness.world.world_params import WorldParams
+from navstack.errors import InputError
+from navstack.params.strict import load_dataclass
+
+Json = dict[str, Any]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Recorded:
+    """One delivery that has a recording."""
+
+    number: int  # of its entry on the page
+    entry: Entry
+    index: int  # of its row among the entry's
+    path: Path
+
+    @property
+    def row(self) -> Json:
+        """Of ``episodes.parquet``."""
+        return self.entry.stack.rows[self.index]
+
+    @property
+    def loss(self) -> float:
+        """What it lost [USD]; what earns most comes last."""
+        margin = self.entry.margin
+        return 0.0 if margin is None else -float(margin[self.index])
+
+
+def recorded_of(entries: Sequence[Entry]) -> list[Recorded]:
+    """Every delivery that has a recording."""
+    return [
+        Recorded(number, entry, index, path)
+        for number, entry in enumerate(entries)
+        for index, row in enumerate(entry.stack.rows)
+        if Path(entry.stack.name).name == entry.stack.name and (path := recording_of(entry, row["episode"])).is_file()
+    ]
+
+
+def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
+    """At most that many of them: stacks take turns, each with its costliest first; then in the page's order."""
+    queues: dict[int, list[Recorded]] = {}
+    for each in sorted(recorded, key=lambda each: (-each.loss, each.row["episode"])):
+        queues.setdefault(each.number, []).append(each)
+    taken: list[Recorded] = []
+    for turn in range(max(map(len, queues.values()), default=0)):
+        taken += [queue[turn] for _, queue in sorted(queues.items()) if turn < len(queue)]
+    return sorted(taken[:most], key=lambda each: (each.number, each.index))
+
+
+def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Json:
+    """What the page needs to show a delivery: its facts, contacts, costs and the recording itself."""
+    entry, row = recorded.entry, recorded.row
+    robot, radius = bodies(entry)
+    return {
+        "entry": recorded.number,
+        "episode": row["episode"],
+        "map": row["map"],
+        "outcome": row["outcome"],
+        "reason": row["reason"],
+        "duration": rounded(row["duration_s"]),
+        "start": [row["start_x_m"], row["start_y_m"]],
+        "goal": [row["goal_x_m"], row["goal_y_m"]],
+        "pieces": row["pieces_at_start"],
+        "footprint": robot.polygon.tolist(),
+        "personRadius": radius,
+        "contacts": contacts(entry.events_of(row["episode"])),
+        "money": {
+            term: rounded(money_of(entry, term)[recorded.index], 4)
+            for term in ("revenue", "opex", "contribution_margin", *(name for name, _ in TERMS))
+        },
+        "data": encode(arrays, fineness),
+    }
+
+
+def bodies(entry: Entry) -> tuple[RobotParams, float]:
+    """The robot, and the radius of people [m], as the run has them."""
+    own = entry.run.folder / "params" / f"{entry.stack.name}-robot.yaml"
+    robot = _loaded(RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml")
+    return robot, _loaded(WorldParams, entry.run.folder / "params" / "world.yaml").people.radius
+
+
+@lru_cache(maxsize=64)
+def _loaded(kind: Any, path: Path) -> Any:
+    return load_dataclass(kind, path)
+
+
+def load_all(recorded: Sequence[Recorded]) -> tuple[list[tuple[Recorded, Json]], list[str]]:
+    """Their arrays, and why some have none."""
+    loaded, troubles = [], []
+    for each in recorded:
+        try:
+            loaded.append((each, load_recording(each.path)))
+        except InputError as error:
+            troubles.append(str(error))
+    return loaded, troubles
+
+
+def trajectories(loaded: Sequence[tuple[Recorded, Json]]) -> list[list[Any]]:
+    """Entry, episode, and the way it took."""
+    return [[each.number, each.row["episode"], trajectory(arrays["trace"])] for each, arrays in loaded]

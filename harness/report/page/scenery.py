@@ -1,0 +1,76 @@
+"""A map as a page draws it: polygons in centimetres, or a small picture where there are none or too many."""
+
+import base64
+import io
+from typing import Any
+
+import numpy as np
+
+from harness.manifest import map_digest
+from harness.stored_run import StoredRun
+from harness.world.scene import Scene
+from harness.world.scene_io import load_scene
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.errors import NavstackError
+from navstack.types import FloatArray
+
+Json = dict[str, Any]
+
+MOST_OBSTACLES = 5000  # drawn as polygons; beyond that as cells
+LARGEST_PICTURE = 1500  # [pixel] along a side
+GROUND, WALKABLE, SOLID = 0, 1, 2  # what a pixel shows
+
+
+def scenery_of(run: StoredRun) -> tuple[Json | None, str]:
+    """The map of a run, and what stands against drawing it (empty: nothing)."""
+    name = str(run.about["map_name"])
+    try:
+        scene = load_scene(name)
+    except NavstackError as error:
+        return None, f"the map of {run.folder.name} is not drawn: {error}"
+    if map_digest(scene) != run.about.get("map_sha256"):
+        return None, f"the map of {run.folder.name} is not drawn: '{run.map_name}' has changed since"
+    return draw(scene), ""
+
+
+def draw(scene: Scene) -> Json:
+    """What a page needs to draw a scene."""
+    grid = scene.geometry
+    x0, y0 = grid.origin.x, grid.origin.y
+    bounds = [x0, y0, x0 + grid.width * grid.resolution, y0 + grid.height * grid.resolution]
+    polygons = len(scene.obstacles) <= MOST_OBSTACLES
+    return {
+        "name": scene.name,
+        "bounds": [round(edge, 3) for edge in bounds],
+        "zones": [[zone.kind, _corners(zone.polygon)] for zone in scene.zones],
+        "obstacles": [[each.kind, _corners(each.polygon)] for each in scene.obstacles] if polygons else [],
+        "picture": None if scene.zones and polygons else _picture(scene, with_obstacles=not polygons),
+    }
+
+
+def _corners(polygon: FloatArray) -> list[int]:
+    """Coordinates in turn [cm]: x, y, x, y, ..."""
+    corners: list[int] = np.rint(100.0 * polygon).astype(np.int64).ravel().tolist()
+    return corners
+
+
+def _picture(scene: Scene, with_obstacles: bool) -> Json:
+    """Walkable and solid cells as a PNG, north up."""
+    from PIL import Image
+
+    cells = np.where(scene.walkable.data == FREE, WALKABLE, GROUND).astype(np.uint8)
+    if with_obstacles:
+        cells[scene.geometry.data >= OCCUPIED] = SOLID
+    step = max(1, -(-max(cells.shape) // LARGEST_PICTURE))
+    height, width = (side // step * step for side in cells.shape)
+    blocks = cells[:height, :width].reshape(height // step, step, width // step, step)
+    image = Image.fromarray(blocks.max(axis=(1, 3))[::-1].copy(), mode="P")
+    image.putpalette((211, 213, 216, 246, 243, 234, 143, 154, 168))
+    stream = io.BytesIO()
+    image.save(stream, "PNG", optimize=True)
+    grid = scene.geometry
+    size = (width * grid.resolution, height * grid.resolution)
+    return {
+        "png": base64.b64encode(stream.getvalue()).decode(),
+        "bounds": [grid.origin.x, grid.origin.y, grid.origin.x + size[0], grid.origin.y + size[1]],
+    }

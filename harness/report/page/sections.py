@@ -1,0 +1,277 @@
+"""The figures of a page as plain values: headline, tables, waterfall, outcomes, profit, break-even, comparisons."""
+
+import itertools
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from harness.compare import Side, compare
+from harness.economics.cost_model import Economics
+from harness.metrics import EPISODE_METRICS, RUN_METRICS
+from harness.metrics.metric import Better, Metric
+from harness.report.comparison import SURE
+from harness.report.page.entries import Entry
+from harness.report.published import load_published, published_columns
+from harness.report.run_tables import PUBLISHED_BESIDE
+from harness.report.table_rows import LAYOUTS
+from harness.report.tables import Column, number_text, span_text, table_notes
+from harness.statistics import Interval
+from harness.valuation import ARRIVED, DOLLARS, OUTCOMES, missions
+from navstack.types import FloatArray
+
+Json = dict[str, Any]
+
+DRAWS = 2000  # resamples of a profit curve
+MOST_DRAWN = 4_000_000  # resampled missions in memory
+CURVE_POINTS = 150
+BINS = 28  # of the break-even distribution
+EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first only
+TERMS = (
+    ("service_compensation", "refunds"),
+    ("pedestrian_safety", "injuries"),
+    ("property_damage", "property"),
+    ("repair", "repair"),
+    ("electricity", "electricity"),
+)
+FOREMOST = (
+    *("contribution_margin", "opex", "pedestrian_safety", "property_damage", "service_compensation"),
+    *("sla", "avg_runtime_h", "avg_distance_km", "avg_pedestrian_contacts", "avg_localization_error_mean_m"),
+)
+
+
+def headline(entries: Sequence[Entry]) -> Json:
+    """What each stack earns per delivery, and the published stack that drives like these."""
+    return {
+        "stacks": [_headline(entry.column, entry) for entry in entries],
+        "paper": _headline(_published(entries)[0]),
+    }
+
+
+def _headline(column: Column, entry: Entry | None = None) -> Json:
+    risk = entry.valuation.risk if entry else None
+    return {
+        "label": column.title,
+        "n": column.n,
+        "margin": _interval(column.interval("contribution_margin"), column.value("contribution_margin")),
+        "sla": _interval(column.interval("sla"), column.value("sla")),
+        "opex": _interval(column.interval("opex"), column.value("opex")),
+        "breakEvenRuns": column.economics.break_even_runs,
+        "lifeRuns": risk.within_runs if risk else None,
+        "probability": risk.break_even_probability if risk else None,
+        "worst": _interval(risk.opex_cvar95_usd_per_run, None) if risk and risk.opex_cvar95_usd_per_run else None,
+    }
+
+
+def _interval(interval: Interval | None, value: float | None) -> Json:
+    if interval is None:
+        return {"v": value, "lo": None, "hi": None}
+    return {"v": interval.value, "lo": interval.low, "hi": interval.high}
+
+
+def _published(entries: Sequence[Entry]) -> list[Column]:
+    """The paper's columns at the first run's prices, the one beside which runs are printed first."""
+    columns = published_columns(load_published(), entries[0].prices)
+    return sorted(columns, key=lambda column: column.title != PUBLISHED_BESIDE)
+
+
+def tables(entries: Sequence[Entry]) -> Json:
+    """Both tables as text, formatted as they are printed."""
+    columns = [*(entry.column for entry in entries), *_published(entries)]
+    return {
+        "columns": [{"title": each.title, "n": each.n, "paper": each.published} for each in columns],
+        "beside": PUBLISHED_BESIDE,
+        "layouts": [
+            {
+                "title": layout.title,
+                "sections": [
+                    {
+                        "title": section.title,
+                        "rows": [
+                            {
+                                "label": row.label,
+                                "bold": row.bold,
+                                "cells": [
+                                    [number_text(each.value(row.key), row), span_text(each.interval(row.key), row)]
+                                    for each in columns
+                                ],
+                            }
+                            for row in section.rows
+                        ],
+                    }
+                    for section in layout.sections
+                ],
+            }
+            for layout in LAYOUTS
+        ],
+        "notes": table_notes(columns),
+    }
+
+
+def waterfall(entries: Sequence[Entry]) -> list[Json]:
+    """From revenue to margin, stack by stack and for the published one [USD/run]."""
+    own = [_waterfall(entry.label, entry.valuation.economics, entry) for entry in entries]
+    paper = _published(entries)[0]
+    return [*own, {**_waterfall(f"{paper.title} (paper)", paper.economics, None), "paper": True}]
+
+
+def _waterfall(label: str, money: Economics, entry: Entry | None) -> Json:
+    interval = entry.column.interval("contribution_margin") if entry else None
+    return {
+        "label": label,
+        "revenue": money.revenue,
+        "terms": [[title, getattr(money, term)] for term, title in TERMS],
+        "margin": _interval(interval, money.contribution_margin),
+    }
+
+
+def outcomes(entries: Sequence[Entry]) -> list[Json]:
+    """Deliveries by outcome, stack by stack and for the published one."""
+    own = []
+    for entry in entries:
+        found = [row["outcome"] for row in entry.stack.rows]
+        counts = {name: found.count(name) / len(found) for name in (*OUTCOMES, ARRIVED)}
+        own.append({"label": entry.label, "n": len(found), "shares": counts, "errors": entry.stack.errors})
+    paper = _published(entries)[0]
+    shares = {name: paper.value(name) or 0.0 for name in OUTCOMES}
+    return [*own, {"label": f"{paper.title} (paper)", "n": paper.n, "shares": shares, "errors": 0, "paper": True}]
+
+
+def profit(entries: Sequence[Entry]) -> list[Json]:
+    """Profit summed up over the deliveries as they were driven, with the band in which resampled ones lie."""
+    return [
+        {"label": entry.label, **profit_curve(entry.margin, missions(entry.stack.rows), entry.run.seed)}
+        for entry in entries
+        if entry.margin is not None
+    ]
+
+
+def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
+    """Sums over the first missions [USD], and the 2.5 % and 97.5 % quantiles of sums over as many resampled ones.
+
+    Args:
+        margin: of each delivery [USD], shape (n,).
+        clusters: number of each delivery's mission, shape (n,).
+        seed: of the resamples.
+    """
+    count = int(clusters.max()) + 1
+    totals = np.bincount(clusters, weights=margin, minlength=count)  # missions in the order of their first delivery
+    draws = max(200, min(DRAWS, MOST_DRAWN // count))
+    drawn = totals[np.random.default_rng(seed).integers(0, count, (draws, count))].cumsum(axis=1)
+    shown = np.unique(np.linspace(0, count - 1, min(count, CURVE_POINTS)).round().astype(int))
+    low, high = np.percentile(drawn[:, shown], (2.5, 97.5), axis=0)
+    per_mission = len(margin) / count
+    return {
+        "k": _rounded((shown + 1) * per_mission, 1),
+        "sum": _rounded(totals.cumsum()[shown], 2),
+        "low": _rounded(low, 2),
+        "high": _rounded(high, 2),
+    }
+
+
+def break_even(entries: Sequence[Entry]) -> list[Json]:
+    """How the break-even point is spread over the bootstrap's resamples."""
+    found = []
+    for entry in entries:
+        draws = entry.mean_draws()
+        if draws is None:
+            continue
+        money, risk = entry.valuation.economics, entry.valuation.risk
+        found.append(
+            {
+                "label": entry.label,
+                "capex": money.capex_usd,
+                "runs": money.break_even_runs,
+                "life": risk.within_runs,
+                "probability": risk.break_even_probability,
+                **break_even_histogram(draws, money.capex_usd),
+            }
+        )
+    return found
+
+
+def break_even_histogram(means: FloatArray, capex: float) -> Json:
+    """Shares of resampled mean margins (draws,) [USD/run] by the deliveries that pay back ``capex`` [USD].
+
+    Bins are even in the logarithm; ``never`` is the share whose mean is not positive.
+    """
+    earning = means[means > 0.0]
+    never = 1.0 - len(earning) / len(means)
+    if not len(earning):
+        return {"edges": [], "shares": [], "never": never}
+    runs = np.log10(capex / earning)
+    low, high = np.percentile(runs, (0.5, 99.5))
+    middle, half = (low + high) / 2.0, max((high - low) / 2.0, 0.02)
+    edges = np.linspace(middle - half, middle + half, BINS + 1)
+    counts, _ = np.histogram(np.clip(runs, edges[0], edges[-1]), edges)
+    return {"edges": _rounded(10.0**edges, 2), "shares": _rounded(counts / len(means), 5), "never": never}
+
+
+def comparisons(entries: Sequence[Entry]) -> list[Json]:
+    """Stacks on the missions that they have in common; pairs without one are left out."""
+    pairs: Iterable[tuple[Entry, Entry]] = itertools.combinations(entries, 2)
+    if len(entries) > EVERY_PAIR_UP_TO:
+        pairs = ((entries[0], other) for other in entries[1:])
+    return [_comparison(first, second) for first, second in pairs if _meet(first, second)]
+
+
+def _meet(first: Entry, second: Entry) -> bool:
+    a, b = ({(row["seed"], row["episode"], *_ends(row)) for row in each.stack.rows} for each in (first, second))
+    return bool(a & b)
+
+
+def _ends(row: Json) -> tuple[Any, ...]:
+    return tuple(row[key] for key in ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m"))
+
+
+def _comparison(first: Entry, second: Entry) -> Json:
+    result = compare(Side(first.run, first.stack), Side(second.run, second.stack))
+    known = [key for key, entry in result.differences.items() if entry.differs]
+    order = [key for key in FOREMOST if key in known] + [key for key in known if key not in FOREMOST]
+    rows, titles = [], metric_titles()
+    for key in order:
+        entry = result.differences[key]
+        span = entry.paired.difference
+        better = ""
+        if entry.better is not Better.NEITHER and entry.p_holm < SURE and span.value:
+            better = second.label if (span.value > 0.0) == (entry.better is Better.HIGHER) else first.label
+        rows.append(
+            {
+                "metric": titles.get(key, key),
+                "a": entry.first,
+                "b": entry.second,
+                "difference": _interval(span, None),
+                "p": entry.paired.p,
+                "pHolm": entry.p_holm,
+                "needed": entry.paired.needed,
+                "better": better,
+                "first": key in FOREMOST,
+            }
+        )
+    return {
+        "a": first.label,
+        "b": second.label,
+        "pairs": result.pairs,
+        "leftOut": list(result.left_out),
+        "warnings": result.warnings,
+        "rows": rows,
+        "alike": len(result.differences) - len(known),
+    }
+
+
+def metric_titles() -> dict[str, str]:
+    """What the metrics of a comparison are called, with their units."""
+    named = [(metric.key, metric) for metric in RUN_METRICS]
+    named += [(metric.mean_key, metric) for metric in EPISODE_METRICS if metric.mean_key]
+    titles = {key: f"{metric.title} [{unit}]" if (unit := _unit(metric)) else metric.title for key, metric in named}
+    return {**titles, **{term: f"{term.replace('_', ' ').capitalize()} [USD/run]" for term in DOLLARS}}
+
+
+def _unit(metric: Metric) -> str:
+    """Of a metric's mean: where that is divided for another unit, the one at the end of its key."""
+    return metric.unit if metric.mean_divisor == 1.0 else (metric.mean_key or "").rpartition("_")[2]
+
+
+def _rounded(values: FloatArray, decimals: int) -> list[float]:
+    rounded: list[float] = np.round(values, decimals).tolist()
+    return rounded

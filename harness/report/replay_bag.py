@@ -1,0 +1,225 @@
+"""A recorded delivery as ROS 2 messages in an MCAP file, for Foxglove, RViz and ``ros2 bag play``.
+
+Frames: ``map``, ``odom`` and ``base_link`` as the robot believed them, ``base_link_true`` where it really was,
+``laser`` on the robot. Times are those of the simulation: 0 is the beginning of the delivery.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.metrics.replay_log import NO_RETURN
+from harness.recorded.mcap_writer import McapWriter
+from harness.report.page.deliveries import COUNTED
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import InputError
+from navstack.geometry import compose, relative_to
+from navstack.types import FloatArray, Pose2D
+
+Fields = dict[str, Any]
+
+MAP_MARGIN = 20.0  # [m] around the way: the map of a whole town has 16 million cells
+CYLINDER, SPHERE = 3, 2  # types of visualization_msgs/Marker
+PERSON_HEIGHT = 1.7  # [m]
+PURPLE, AMBER, RED, GREY = (0.48, 0.25, 0.63), (0.71, 0.41, 0.06), (0.82, 0.14, 0.18), (0.5, 0.5, 0.5)
+
+
+def write_bag(
+    path: Path,
+    arrays: Mapping[str, Any],
+    events: Sequence[Row],
+    grid: OccupancyGrid | None,
+    footprint: FloatArray,
+    person_radius: float,
+) -> int:
+    """Write a recorded delivery; returns the number of messages.
+
+    Args:
+        path: of the file.
+        arrays: of the recording.
+        events: of the delivery, as in ``events.parquet``.
+        grid: the map; None: it is not written.
+        footprint: of the robot, (N, 2) [m], base frame.
+        person_radius: [m].
+
+    Raises:
+        InputError: the file cannot be written, or the recording holds trajectories only.
+    """
+    if "scan_mm" not in arrays:
+        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
+    count = 0
+    with McapWriter(path) as bag:
+        for topic, kind, stamp, fields in sorted(
+            _messages(arrays, events, grid, footprint, person_radius), key=lambda message: message[2]
+        ):
+            bag.write(topic, kind, stamp, fields, is_latched=topic in ("/map", "/tf_static"))
+            count += 1
+    return count
+
+
+Message = tuple[str, str, float, Fields]
+
+
+def _messages(
+    arrays: Mapping[str, Any],
+    events: Sequence[Row],
+    grid: OccupancyGrid | None,
+    footprint: FloatArray,
+    person_radius: float,
+) -> Iterator[Message]:
+    trace = arrays["trace"]
+    first = float(trace[0, 0])
+    if grid is not None:
+        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(grid, trace, first)
+    yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [_mount(arrays["scan_geometry"], first)]}
+    yield from _states(arrays, footprint)
+    yield from _scans(arrays)
+    yield from _plans(arrays)
+    yield from _people(arrays, person_radius)
+    for number, event in enumerate(events):
+        if event["x_m"] is not None and event["y_m"] is not None:
+            yield (
+                "/contacts",
+                "visualization_msgs/msg/MarkerArray",
+                event["stamp_s"],
+                {"markers": [_hit(number, event)]},
+            )
+
+
+def _states(arrays: Mapping[str, Any], footprint: FloatArray) -> Iterator[Message]:
+    """Transforms, odometry, poses, footprint and command, row by row."""
+    for row, odometry, spread in zip(arrays["trace"], arrays["odometry"], arrays["belief_covariance"], strict=True):
+        stamp, true, believed = float(row[0]), Pose2D(*row[1:4].tolist()), Pose2D(*row[6:9].tolist())
+        in_odom = Pose2D(*odometry[:3].tolist())
+        fields: Fields
+        transforms = [
+            _transform("odom", "base_link", stamp, in_odom),
+            _transform("map", "base_link_true", stamp, true),
+        ]
+        if not math.isnan(believed.x):
+            transforms.append(_transform("map", "odom", stamp, compose(believed, relative_to(in_odom, Pose2D()))))
+            covariance = np.zeros((6, 6))
+            covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = spread[[0, 1, 1, 2]]
+            pose = {"pose": _pose(believed), "covariance": covariance.ravel()}
+            fields = {"header": _header("map", stamp), "pose": pose}
+            yield "/belief", "geometry_msgs/msg/PoseWithCovarianceStamped", stamp, fields
+        yield "/tf", "tf2_msgs/msg/TFMessage", stamp, {"transforms": transforms}
+        twist = {"linear": {"x": float(odometry[3])}, "angular": {"z": float(odometry[4])}}
+        fields = {"pose": {"pose": _pose(in_odom)}, "twist": {"twist": twist}, "child_frame_id": "base_link"}
+        yield "/odom", "nav_msgs/msg/Odometry", stamp, {"header": _header("odom", stamp), **fields}
+        truth = {"header": _header("map", stamp), "pose": _pose(true)}
+        yield "/ground_truth", "geometry_msgs/msg/PoseStamped", stamp, truth
+        polygon = {"points": [{"x": x, "y": y} for x, y in footprint.tolist()]}
+        fields = {"header": _header("base_link_true", stamp), "polygon": polygon}
+        yield "/footprint", "geometry_msgs/msg/PolygonStamped", stamp, fields
+        command = {"linear": {"x": float(row[9])}, "angular": {"z": float(row[10])}}
+        fields = {"header": _header("base_link", stamp), "twist": command}
+        yield "/cmd_vel", "geometry_msgs/msg/TwistStamped", stamp, fields
+
+
+def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
+    least, increment, closest, farthest = arrays["scan_geometry"][:4].tolist()
+    for stamp, scan in zip(arrays["scan_stamp"].tolist(), arrays["scan_mm"], strict=True):
+        yield (
+            "/scan",
+            "sensor_msgs/msg/LaserScan",
+            stamp,
+            {
+                "header": _header("laser", stamp),
+                "angle_min": least,
+                "angle_max": least + increment * (len(scan) - 1),
+                "angle_increment": increment,
+                "range_min": closest,
+                "range_max": farthest,
+                "ranges": np.where(scan == NO_RETURN, np.inf, scan / 1000.0),
+            },
+        )
+
+
+def _plans(arrays: Mapping[str, Any]) -> Iterator[Message]:
+    plans = np.split(arrays["plan_xy"], np.cumsum(arrays["plan_size"])[:-1])
+    for stamp, plan in zip(arrays["plan_stamp"].tolist(), plans, strict=True):
+        header = _header("map", stamp)
+        headings = np.arctan2(*np.diff(plan, axis=0, append=plan[-1:]).T[::-1]) if len(plan) else []
+        poses = [
+            {"header": header, "pose": _pose(Pose2D(x, y, float(yaw)))}
+            for (x, y), yaw in zip(plan.tolist(), headings, strict=True)
+        ]
+        yield "/plan", "nav_msgs/msg/Path", stamp, {"header": header, "poses": poses}
+
+
+def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:
+    """People as they were and tracks as the robot saw them, as markers."""
+    kind = "visualization_msgs/msg/MarkerArray"
+    ends = np.cumsum(arrays["track_count"])
+    for stamp, crowd, end, count in zip(
+        arrays["trace"][:, 0].tolist(), arrays["crowd"], ends, arrays["track_count"], strict=True
+    ):
+        people = [
+            _marker("people", number, stamp, place, radius, PURPLE) for number, place in enumerate(crowd.tolist())
+        ]
+        yield "/people", kind, stamp, {"markers": people}
+        seen = [
+            _marker("tracks", int(number), stamp, [x, y], seen_radius, AMBER)
+            for number, x, y, _, _, seen_radius in arrays["tracks"][end - count : end].tolist()
+        ]
+        yield "/tracks", kind, stamp, {"markers": seen}
+
+
+def _marker(
+    group: str, number: int, stamp: float, place: Sequence[float], radius: float, colour: tuple[float, float, float]
+) -> Fields:
+    return {
+        "header": _header("map", stamp),
+        "ns": group,
+        "id": number,
+        "type": CYLINDER,
+        "pose": {"position": {"x": place[0], "y": place[1], "z": PERSON_HEIGHT / 2}, "orientation": {"w": 1.0}},
+        "scale": {"x": 2.0 * radius, "y": 2.0 * radius, "z": PERSON_HEIGHT},
+        "color": {"r": colour[0], "g": colour[1], "b": colour[2], "a": 0.8},
+        "lifetime": {"nanosec": 300_000_000},
+    }
+
+
+def _hit(number: int, event: Row) -> Fields:
+    """A contact; red where it was paid for. It stays."""
+    colour = RED if event["type"] == COUNTED and event["cost_usd"] else GREY
+    marker = _marker("contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour)
+    return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
+
+
+def _mount(geometry: FloatArray, stamp: float) -> Fields:
+    return _transform("base_link", "laser", stamp, Pose2D(*geometry[4:7].tolist()))
+
+
+def _map(grid: OccupancyGrid, trace: FloatArray, stamp: float) -> Fields:
+    """The part of the map around the way."""
+    low, high = trace[:, 1:3].min(axis=0) - MAP_MARGIN, trace[:, 1:3].max(axis=0) + MAP_MARGIN
+    origin = np.array((grid.origin.x, grid.origin.y))
+    x0, y0 = np.maximum(np.floor((low - origin) / grid.resolution).astype(int), 0)
+    x1, y1 = np.minimum(np.ceil((high - origin) / grid.resolution).astype(int), (grid.width, grid.height))
+    corner = Pose2D(grid.origin.x + x0 * grid.resolution, grid.origin.y + y0 * grid.resolution)
+    size = {"resolution": grid.resolution, "width": int(x1 - x0), "height": int(y1 - y0), "origin": _pose(corner)}
+    return {"header": _header("map", stamp), "info": size, "data": grid.data[y0:y1, x0:x1].ravel()}
+
+
+def _header(frame: str, stamp: float) -> Fields:
+    nanoseconds = round(stamp * 1e9)
+    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame}
+
+
+def _transform(parent: str, child: str, stamp: float, pose: Pose2D) -> Fields:
+    place = {"translation": {"x": pose.x, "y": pose.y}, "rotation": _rotation(pose.yaw)}
+    return {"header": _header(parent, stamp), "child_frame_id": child, "transform": place}
+
+
+def _pose(pose: Pose2D) -> Fields:
+    return {"position": {"x": float(pose.x), "y": float(pose.y)}, "orientation": _rotation(pose.yaw)}
+
+
+def _rotation(yaw: float) -> Fields:
+    return {"z": math.sin(yaw / 2.0), "w": math.cos(yaw / 2.0)}

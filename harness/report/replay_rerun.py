@@ -1,0 +1,87 @@
+"""A recorded delivery in the Rerun viewer (rerun.io), which is an optional dependency."""
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.metrics.replay_log import NO_RETURN
+from navstack.errors import InputError
+from navstack.geometry import transform_points
+from navstack.types import FloatArray, Pose2D
+
+GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = 0x0B6E4FFF, 0x7B3FA0FF, 0xD1242FFF, 0x2F5FB3FF, 0xC2541BFF, 0xB4690EFF
+TIMELINE = "delivery"
+
+
+def show_in_rerun(
+    name: str, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float, file: Path | None = None
+) -> None:
+    """Open the viewer with a delivery, or write what it would show into a ``.rrd`` file.
+
+    Args:
+        name: of the recording.
+        arrays: of the recording.
+        footprint: of the robot, (N, 2) [m], base frame.
+        person_radius: [m].
+        file: where to; None: into a viewer that is started.
+
+    Raises:
+        InputError: rerun-sdk is not installed, or the recording holds trajectories only.
+    """
+    if find_spec("rerun") is None:
+        raise InputError("--rerun needs the Rerun viewer, which is not installed; run: pip install 'navbench[rerun]'")
+    if "scan_mm" not in arrays:
+        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
+    import rerun as rr
+
+    stream = rr.RecordingStream(name)
+    if file is None:
+        stream.spawn()
+    else:
+        stream.save(str(file))
+    _log_rows(rr, stream, arrays, footprint, person_radius)
+    _log_scans(rr, stream, arrays)
+    plans = np.split(arrays["plan_xy"], np.cumsum(arrays["plan_size"])[:-1])
+    for stamp, plan in zip(arrays["plan_stamp"].tolist(), plans, strict=True):
+        stream.set_time(TIMELINE, duration=stamp)
+        stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
+    stream.flush()
+
+
+def _log_rows(rr: Any, stream: Any, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float) -> None:
+    outline = np.vstack((footprint, footprint[:1]))
+    ends = np.cumsum(arrays["track_count"])
+    stream.log("way", rr.LineStrips3D([_flat(arrays["trace"][:, 1:3])], colors=GREEN, radii=0.02), static=True)
+    for row, crowd, end, count in zip(arrays["trace"], arrays["crowd"], ends, arrays["track_count"], strict=True):
+        stream.set_time(TIMELINE, duration=float(row[0]))
+        for entity, pose, colour in (("robot", row[1:4], GREEN), ("belief", row[6:9], ORANGE)):
+            if not np.isnan(pose).any():
+                body = _flat(transform_points(Pose2D(*pose.tolist()), outline))
+                stream.log(entity, rr.LineStrips3D([body], colors=colour, radii=0.03))
+        stream.log("people", rr.Points3D(_flat(crowd), radii=person_radius, colors=PURPLE))
+        tracks = arrays["tracks"][end - count : end]
+        arrows = {"origins": _flat(tracks[:, 1:3]), "vectors": _flat(tracks[:, 3:5])}
+        stream.log("tracks", rr.Arrows3D(**arrows, colors=AMBER))
+        stream.log("speed", rr.Scalars(float(row[4])))
+
+
+def _log_scans(rr: Any, stream: Any, arrays: Mapping[str, Any]) -> None:
+    """Where the beams ended, from where the robot really was."""
+    trace = arrays["trace"]
+    least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
+    for stamp, scan in zip(arrays["scan_stamp"].tolist(), arrays["scan_mm"], strict=True):
+        row = trace[min(int(np.searchsorted(trace[:, 0], stamp - 1e-6)), len(trace) - 1)]
+        seen = scan != NO_RETURN
+        angles = least + increment * np.flatnonzero(seen)
+        ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
+        in_map = transform_points(Pose2D(*row[1:4].tolist()), transform_points(Pose2D(*mount), ends))
+        stream.set_time(TIMELINE, duration=stamp)
+        stream.log("scan", rr.Points3D(_flat(in_map), radii=0.04, colors=RED))
+
+
+def _flat(points: FloatArray) -> FloatArray:
+    """Points (n, 2) on the ground (n, 3)."""
+    return np.column_stack((points, np.zeros(len(points))))

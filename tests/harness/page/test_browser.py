@@ -1,0 +1,166 @@
+"""The page in a real Chromium: it opens from a file, filters, plays and scrubs, and asks nobody for anything."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from harness.cli import main
+from harness.manifest import map_digest
+from harness.world.scene_io import load_scene
+
+EVIL = "<script>alert(1)"
+SOON = 20.0  # [s] that anything may take on a busy machine
+INTERACTIVE_MS = 3000.0
+FRAME_MS = 1000.0 / 30.0
+WIDTHS = (1440, 390)
+
+Browse = Callable[[Path, int], Any]
+
+
+def wait(browser: Any, condition: str) -> Any:
+    """What a JavaScript expression gives once it is true."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    return WebDriverWait(browser, SOON, 0.05).until(lambda each: each.execute_script(f"return {condition}"))
+
+
+def choose(browser: Any, select: str, value: str) -> None:
+    """Choose an entry of a list, as a user does."""
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import Select
+
+    Select(browser.find_element(By.ID, select)).select_by_value(value)
+
+
+def shown(browser: Any) -> list[list[str]]:
+    """The cells of the list of deliveries."""
+    rows: list[list[str]] = browser.execute_script(
+        "return [...document.querySelectorAll('#deliveries-table tbody tr')]"
+        ".map(row => [...row.cells].map(cell => cell.textContent))"
+    )
+    return rows
+
+
+def requested(browser: Any) -> set[str]:
+    """Where the page asked for something, by scheme."""
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    sent = [each["params"] for each in messages if each["method"] == "Network.requestWillBeSent"]
+    own = [each["request"]["url"] for each in sent if not each["documentURL"].startswith("chrome")]  # the empty tab's
+    return {url.split(":", 1)[0] for url in own}
+
+
+@pytest.fixture
+def page(write_run: Callable[..., Path], record: Callable[..., None], tmp_path: Path) -> Path:
+    """Two stacks of 30 deliveries, three of them recorded."""
+    folder = write_run(
+        "one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest(load_scene("sidewalk"))
+    )
+    record(folder, "mine", range(2), beams=360, people=20)
+    record(folder, EVIL, range(1))
+    with pytest.raises(SystemExit) as ended:
+        main(["report", str(folder), "--out", str(tmp_path / "report.html")])
+    assert ended.value.code == 0
+    return tmp_path / "report.html"
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_report_works_from_a_file(page: Path, browse: Browse, width: int) -> None:
+    browser = browse(page, width)
+    wait(browser, "document.documentElement.dataset.ready")
+    wait(browser, "document.querySelector('#player').dataset.ready")
+    assert float(browser.execute_script("return document.documentElement.dataset.ready")) < INTERACTIVE_MS
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert browser.execute_script("return document.scripts.length") == 1 + 1 + 3  # data, program, recordings
+    assert EVIL in browser.execute_script("return document.querySelector('.cards').textContent")
+    labels = (
+        "return [...document.querySelectorAll('.figure > svg, canvas')].map(each => each.getAttribute('aria-label'))"
+    )
+    charts = browser.execute_script(labels)
+    assert len(charts) >= 6 and all(charts)
+    _check_filters(browser)
+    _check_replay(browser)
+    assert [entry["message"] for entry in browser.get_log("browser")] == []
+    assert {"file"} <= requested(browser) <= {"file", "data"}
+
+
+def _check_filters(browser: Any) -> None:
+    everything = shown(browser)
+    profits = [float(row[3].replace("−", "-")) for row in everything]
+    assert profits == sorted(profits)
+    choose(browser, "by-stack", "1")
+    assert {row[1] for row in shown(browser)} == {EVIL}
+    choose(browser, "by-cost", "injury")
+    assert all(float(row[6]) > 0.0 for row in shown(browser))
+    choose(browser, "by-outcome", "timeout")
+    assert {row[5] for row in shown(browser)} <= {"late"}
+    told = browser.execute_script("return document.querySelector('#list-count').textContent")
+    assert told == f"{len(shown(browser))} of 60 deliveries"
+    for key, value in (("by-stack", ""), ("by-cost", "all"), ("by-outcome", "")):
+        choose(browser, key, value)
+    browser.execute_script("document.querySelector('th[data-key=duration] button').click()")
+    times = [float(row[10]) for row in shown(browser)]
+    assert times == sorted(times)
+
+
+def _check_replay(browser: Any) -> None:
+    opener = "document.querySelector('#deliveries-table [data-replay]')"
+    number = browser.execute_script(f"const b = {opener}; b.click(); return b.dataset.replay")
+    wait(browser, f"document.querySelector('#player').dataset.ready === '{number}'")
+    blank = picture(browser)
+    slider = "document.querySelector('#player .seek')"
+    move = f"const s = {slider}; s.value = arguments[0]; s.dispatchEvent(new Event('input'))"
+    browser.execute_script(move, 6.0)
+    assert browser.execute_script("return document.querySelector('#player').dataset.time") == "6.00"
+    assert picture(browser) != blank
+    browser.execute_script("document.querySelector('#player .play').click()")
+    wait(browser, "Number(document.querySelector('#player').dataset.time) > 6.5")
+    browser.execute_script("document.querySelector('#player .play').click()")
+    browser.execute_script(move, 0.0)
+    jumps = "[...document.querySelectorAll('#player .transport button')].find(b => b.textContent.startsWith('Next'))"
+    if not browser.execute_script(f"return {jumps}.disabled"):
+        browser.execute_script(f"{jumps}.click()")
+        assert browser.execute_script("return document.querySelector('#player').dataset.time") in ("2.00", "7.00")
+    drawing = (
+        f"const s = {slider}, began = performance.now();"
+        "for (let k = 0; k < 60; k++) { s.value = k / 10; s.dispatchEvent(new Event('input')); }"
+        "return (performance.now() - began) / 60"
+    )
+    assert browser.execute_script(drawing) < FRAME_MS
+
+
+def picture(browser: Any) -> str:
+    """What the replay's canvas shows."""
+    content: str = browser.execute_script("return document.querySelector('#player canvas').toDataURL()")
+    return content
+
+
+def test_keys_play_and_the_theme_can_be_chosen(page: Path, browse: Browse) -> None:
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    browser = browse(page, 1440)
+    wait(browser, "document.querySelector('#player').dataset.ready")
+    canvas = browser.find_element(By.CSS_SELECTOR, "#player canvas")
+    browser.execute_script("arguments[0].scrollIntoView({behavior: 'instant'}); arguments[0].focus()", canvas)
+    canvas.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+    assert browser.execute_script("return document.querySelector('#player').dataset.time") == "2.00"
+    canvas.send_keys(" ")
+    wait(browser, "Number(document.querySelector('#player').dataset.time) > 2.2")
+    before = browser.execute_script("return getComputedStyle(document.body).backgroundColor")
+    browser.execute_script("document.querySelector('#theme').click()")
+    assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") != before
+    assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+def test_a_replay_alone_works_from_a_file(page: Path, browse: Browse, tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["replay", f"{tmp_path / 'one'}:mine", "1", "--html", str(tmp_path / "replay.html")])
+    assert ended.value.code == 0
+    browser = browse(tmp_path / "replay.html", 390)
+    wait(browser, "document.querySelector('#player').dataset.ready")
+    assert browser.execute_script("return document.querySelector('h1').textContent") == "mine, episode 1"
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+    assert [entry["message"] for entry in browser.get_log("browser")] == []

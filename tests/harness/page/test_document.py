@@ -1,0 +1,151 @@
+"""The page as text: what it contains, what it escapes, how large it is."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.cli import main
+from harness.manifest import map_digest
+from harness.report.page.document import embedded, report_page
+from harness.report.page.sections import break_even_histogram, profit_curve
+from harness.stored_run import load_run
+from harness.world.scene_io import load_scene
+
+EVIL = "<script>alert(1)"
+MOST_BYTES = 15_000_000  # of three stacks with 100 deliveries each and 20 recordings
+
+
+def data_of(page: str) -> dict[str, Any]:
+    """What the page's scripts read."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert found
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def test_a_report_holds_the_figures_of_its_runs(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+    folder = write_run("one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest(load_scene("sidewalk")))
+    record(folder, "mine", range(3))
+    run = load_run(str(folder))
+    data = data_of(report_page([run], 2, "2026-01-01"))
+    assert [entry["label"] for entry in data["entries"]] == ["mine", "other"]
+    assert len(data["deliveries"]["entry"]) == 60
+    listed = data["deliveries"]
+    profits = [value for value, entry in zip(listed["profit"], listed["entry"], strict=True) if entry == 0]
+    margin = data["headline"]["stacks"][0]["margin"]
+    assert margin["lo"] < margin["v"] < margin["hi"]
+    assert np.mean(profits) == pytest.approx(margin["v"], abs=1e-3)
+    assert data["profit"][0]["sum"][-1] == pytest.approx(sum(profits), abs=0.01)
+    steps = data["waterfall"][0]
+    assert steps["revenue"] - sum(cost for _, cost in steps["terms"]) == pytest.approx(steps["margin"]["v"])
+    assert data["tables"]["columns"][2] == {"title": "Nav2 w/ GPS", "n": 100, "paper": True}
+    assert len(data["tables"]["columns"]) == 2 + 8
+    assert (data["comparisons"][0]["a"], data["comparisons"][0]["pairs"]) == ("mine", 30)
+    assert len(data["scenery"]["sidewalk"]["obstacles"]) == len(load_scene("sidewalk").obstacles)
+    assert data["basis"]["runs"][0]["seed"] == 0
+    assert any(price["key"] == "delivery_fee" and price["source"] for price in data["basis"]["prices"])
+    assert (len(data["replays"]), len(data["trajectories"]), len(data["recorded"])) == (2, 3, 3)
+    assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
+
+
+def test_the_costliest_recordings_are_carried(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+    folder = write_run("one", episodes=30)
+    record(folder, "mine", range(30))
+    data = data_of(report_page([load_run(str(folder))], 3, ""))
+    worst = np.argsort(data["deliveries"]["profit"], kind="stable")[:3].tolist()
+    assert sorted(worst) == [each["episode"] for each in data["replays"]]
+
+
+def test_the_same_stack_of_two_runs_has_two_names(write_run: Callable[..., Path]) -> None:
+    runs = [load_run(str(write_run(name, episodes=5))) for name in ("before", "after")]
+    assert [each["label"] for each in data_of(report_page(runs, 0, ""))["entries"]] == ["before:mine", "after:mine"]
+
+
+def test_texts_of_runs_stay_texts(
+    write_run: Callable[..., Path], record: Callable[..., None], rename_map: Callable[[Path, str], None]
+) -> None:
+    folder = write_run("evil", stacks=(EVIL,), episodes=4)
+    record(folder, EVIL, range(2))
+    rename_map(folder, EVIL)
+    page = report_page([load_run(str(folder))], 5, "")
+    assert EVIL not in page
+    assert page.count("<script") == 4  # data, two recordings, program
+    data = data_of(page)
+    assert data["entries"][0]["label"] == data["basis"]["runs"][0]["map"] == EVIL
+    assert "<title>&lt;script&gt;alert(1) – navbench</title>" in page
+
+
+def test_embedded_json_cannot_end_its_element() -> None:
+    text = embedded({"a": "</script><!--&\u2028"})
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == {"a": "</script><!--&\u2028"}
+
+
+def test_a_page_asks_nobody_for_anything(write_run: Callable[..., Path]) -> None:
+    page = report_page([load_run(str(write_run("one", episodes=3)))], 0, "")
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)
+    assert policy and policy[1].startswith("default-src 'none'; img-src data:;")
+    assert set(re.findall(r"https?://[^\s'\"]+", page)) <= {"http://www.w3.org/2000/svg"}
+    assert not re.search(r"\.innerHTML|document\.write|\beval\(|new Function", page)
+
+
+def test_a_large_report_is_small_enough(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+    def long(row: dict[str, Any]) -> None:
+        row["duration_s"] = 120.0
+
+    folder = write_run("large", stacks=("a", "b", "c"), episodes=100, change=long)
+    for stack, count in (("a", 7), ("b", 7), ("c", 6)):
+        record(folder, stack, range(count), beams=360, people=20)
+    page = report_page([load_run(str(folder))], 20, "")
+    assert len(data_of(page)["replays"]) == 20
+    assert len(page.encode()) < MOST_BYTES
+
+
+def test_without_cargo_the_money_is_undefined_and_the_page_says_so(write_run: Callable[..., Path]) -> None:
+    def arrive(row: dict[str, Any]) -> None:
+        row |= {"outcome": "arrived", "pieces_lost": None, "pieces_at_start": None}
+
+    data = data_of(report_page([load_run(str(write_run("bare", episodes=5, change=arrive)))], 0, ""))
+    assert data["headline"]["stacks"][0]["margin"]["v"] is None
+    assert (data["profit"], data["breakEven"]) == ([], [])
+    assert data["outcomes"][0]["shares"]["arrived"] == 1.0
+    assert data["deliveries"]["profit"] == [None] * 5
+
+
+def test_profit_is_summed_in_order_and_its_band_narrows_to_certainty() -> None:
+    curve = profit_curve(np.array([2.0, -1.0, 4.0]), np.arange(3), 0)
+    assert (curve["k"], curve["sum"]) == ([1.0, 2.0, 3.0], [2.0, 1.0, 5.0])
+    assert curve["low"][-1] >= -3.0 and curve["high"][-1] <= 12.0
+    sure = profit_curve(np.full(4, 2.5), np.array([0, 0, 1, 1]), 0)
+    assert sure["k"] == [2.0, 4.0]
+    assert sure["low"] == sure["sum"] == sure["high"] == [5.0, 10.0]
+
+
+def test_a_margin_that_is_not_positive_never_breaks_even() -> None:
+    found = break_even_histogram(np.array([-1.0, 0.0, 1.0, 2.0]), 1000.0)
+    assert found["never"] == 0.5
+    assert sum(found["shares"]) == pytest.approx(0.5)
+    assert found["edges"][0] == pytest.approx(500.0, rel=0.01) and found["edges"][-1] == pytest.approx(1000.0, rel=0.01)
+    assert break_even_histogram(np.array([-1.0]), 1.0) == {"edges": [], "shares": [], "never": 1.0}
+
+
+def test_the_command_writes_a_page_and_refuses_what_it_cannot(
+    write_run: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, page = write_run("one", episodes=3), tmp_path / "r.html"
+    for arguments, status, said in (
+        ([str(folder), "--out", str(page)], 0, "r.html: "),
+        ([str(folder), "--out", str(tmp_path / "r.pdf")], 1, "give a name that ends with .html"),
+        ([str(folder), "--out", str(tmp_path / "no" / "r.html")], 1, "its folder does not exist"),
+        ([str(tmp_path), "--out", str(page)], 1, "holds no run"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(["report", *arguments])
+        out, err = capsys.readouterr()
+        assert (ended.value.code, said in out + err, (out + err).count("\n")) == (status, True, 1)
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")

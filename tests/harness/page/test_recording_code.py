@@ -1,0 +1,112 @@
+"""Recordings as a page carries them: what the browser gets back, and what is refused."""
+
+import base64
+import gzip
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.report.page.recording_code import COARSE, FINE, encode, load_recording
+from navstack.errors import InputError
+
+ROW = {"duration_s": 30.0, "start_x_m": -5.0, "start_y_m": 2.0, "goal_x_m": 30.0, "goal_y_m": 40.0}
+Arrays = dict[str, Any]
+
+
+def decoded(text: str) -> dict[str, np.ndarray]:
+    """What the page's script makes of it: an array (columns, n) per field."""
+    content = gzip.decompress(base64.b64decode(text))
+    (size,) = struct.unpack_from("<I", content)
+    position, fields = 4 + size, {}
+    for head in json.loads(content[4 : 4 + size]):
+        shape = (head["columns"], head["n"])
+        steps = np.frombuffer(content, f"<i{head['bytes']}", shape[0] * shape[1], position).reshape(shape)
+        position += steps.nbytes
+        first = np.array(head["first"]).reshape(-1, 1)
+        fields[head["name"]] = (first + steps.cumsum(axis=1)) * np.array(head["scales"])[:, np.newaxis]
+    assert position == len(content)
+    return fields
+
+
+def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays(ROW)
+    fields = decoded(encode(arrays, FINE))
+    trace = arrays["trace"]
+    np.testing.assert_allclose(fields["t"][0], trace[:, 0], atol=6e-4)
+    np.testing.assert_allclose(fields["pose"][:2].T, trace[:, 1:3], atol=6e-3)
+    np.testing.assert_allclose(fields["belief"][2], np.unwrap(trace[:, 8]), atol=6e-4)
+    np.testing.assert_allclose(fields["crowd"].T, arrays["crowd"].reshape(len(trace), -1), atol=6e-3)
+    np.testing.assert_array_equal(fields["lost"][0], arrays["pieces_lost"])
+    np.testing.assert_allclose(fields["tracks"][1:].T, arrays["tracks"][:, 1:5], atol=6e-3)
+    scans = arrays["scan_mm"] / 1000.0
+    scans[:, 0] = 0.0
+    np.testing.assert_allclose(fields["scan"], scans, atol=0.011)
+    assert fields["planSize"].sum() == fields["plan"].shape[1]
+
+
+def test_coarse_scans_keep_their_angles(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays(ROW)
+    fields = decoded(encode(arrays, COARSE))
+    assert fields["scan"].shape == (-(-len(arrays["scan_mm"]) // 2), 18)
+    assert fields["scanGeometry"][0, 1] == pytest.approx(2.0 * arrays["scan_geometry"][1], abs=1e-6)
+
+
+def test_a_heading_does_not_jump_and_nobody_is_far_away(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays(ROW)
+    arrays["trace"][:, 3] = np.linspace(3.0, 3.4, len(arrays["trace"])) % (2 * np.pi)
+    arrays["trace"][:, 3][arrays["trace"][:, 3] > np.pi] -= 2 * np.pi
+    arrays["crowd"][:50, 0] = np.nan
+    fields = decoded(encode(arrays, FINE))
+    assert np.abs(np.diff(fields["pose"][2])).max() < 0.01
+    assert fields["crowd"][0, 0] > 1e4
+    np.testing.assert_allclose(fields["crowd"][0, 50:], arrays["crowd"][50:, 0, 0], atol=6e-3)
+
+
+def test_a_robot_that_does_not_localize_has_no_belief(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays(ROW)
+    arrays["trace"][:, 6:9] = np.nan
+    assert "belief" not in decoded(encode(arrays, FINE))
+
+
+def test_a_recording_of_trajectories_only_is_shown_as_far_as_it_goes(
+    make_arrays: Callable[..., Arrays], tmp_path: Path
+) -> None:
+    arrays = make_arrays(ROW)
+    np.savez_compressed(tmp_path / "old.npz", trace=arrays["trace"], crowd=arrays["crowd"])
+    fields = decoded(encode(load_recording(tmp_path / "old.npz"), COARSE))
+    assert set(fields) == {"t", "pose", "motion", "belief", "crowd"}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda arrays: arrays.pop("crowd"), "is no recording"),
+        (lambda arrays: arrays.update(trace=arrays["trace"][:, :5]), "no sound trajectory"),
+        (lambda arrays: arrays.update(trace=np.full((9, 11), np.nan)), "no sound trajectory"),
+        (lambda arrays: arrays.update(crowd=arrays["crowd"][1:]), "do not match"),
+        (lambda arrays: arrays.update(track_count=arrays["track_count"] * 2), "do not match"),
+        (lambda arrays: arrays.update(plan_size=arrays["plan_size"][1:]), "do not match"),
+        (lambda arrays: arrays.update(crowd=np.array(["x"])), "something else than numbers"),
+        (lambda arrays: arrays.pop("scan_mm"), "lacks scan_mm"),
+    ],
+)
+def test_a_damaged_recording_is_refused(
+    make_arrays: Callable[..., Arrays], tmp_path: Path, change: Callable[[Arrays], Any], said: str
+) -> None:
+    arrays = make_arrays(ROW)
+    change(arrays)
+    np.savez_compressed(tmp_path / "r.npz", **arrays)
+    with pytest.raises(InputError, match=said):
+        load_recording(tmp_path / "r.npz")
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04" + bytes(40), b"no archive at all"])
+def test_what_is_no_archive_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "r.npz").write_bytes(content)
+    with pytest.raises(InputError, match="is damaged"):
+        load_recording(tmp_path / "r.npz")

@@ -1,0 +1,142 @@
+"""``navbench replay``: messages that rosbags reads back, and one clear line for what cannot be."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from harness.cli import main
+from harness.manifest import map_digest
+from harness.metrics import EPISODE_COLUMNS
+from harness.recorded.bag import Bag
+from harness.recorded.ros_messages import TYPES
+from harness.report.replay_rerun import show_in_rerun
+from harness.table_files import read_rows
+from harness.world.scene_io import load_scene
+from navstack.geometry import compose
+from navstack.types import Pose2D
+
+TOPICS = {
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
+    "/map": "nav_msgs/msg/OccupancyGrid",
+    "/scan": "sensor_msgs/msg/LaserScan",
+    "/odom": "nav_msgs/msg/Odometry",
+    "/plan": "nav_msgs/msg/Path",
+    "/people": "visualization_msgs/msg/MarkerArray",
+    "/tracks": "visualization_msgs/msg/MarkerArray",
+    "/contacts": "visualization_msgs/msg/MarkerArray",
+    "/belief": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/ground_truth": "geometry_msgs/msg/PoseStamped",
+    "/footprint": "geometry_msgs/msg/PolygonStamped",
+    "/cmd_vel": "geometry_msgs/msg/TwistStamped",
+}
+
+
+@pytest.fixture
+def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
+    """A run of one stack with one recorded delivery, in which people were hit."""
+
+    def short(row: dict[str, Any]) -> None:
+        row["duration_s"] = 20.0
+
+    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
+    record(made, "mine", range(1, 2))
+    return made
+
+
+def run(*arguments: str) -> Any:
+    """The exit status of a command."""
+    with pytest.raises(SystemExit) as ended:
+        main(["replay", *arguments])
+    return ended.value.code
+
+
+def read(path: Path) -> dict[str, list[tuple[float, Any]]]:
+    """Every message by topic, with its time of arrival [s]."""
+    found: dict[str, list[tuple[float, Any]]] = {}
+    with AnyReader([path]) as reader:
+        for connection, time, content in reader.messages():
+            message = reader.deserialize(content, connection.msgtype)
+            found.setdefault(connection.topic, []).append((time / 1e9, message))
+        kinds = {connection.topic: connection.msgtype for connection in reader.connections}
+    assert kinds == TOPICS
+    return found
+
+
+def yaw_of(rotation: Any) -> float:
+    return float(2.0 * np.arctan2(rotation.z, rotation.w))
+
+
+def pose_of(transform: Any) -> Pose2D:
+    moved = transform.transform
+    return Pose2D(moved.translation.x, moved.translation.y, yaw_of(moved.rotation))
+
+
+def test_rosbags_reads_the_messages_back(
+    folder: Path, tmp_path: Path, make_arrays: Callable[..., dict[str, Any]]
+) -> None:
+    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
+    arrays = make_arrays(read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)[1], 1)
+    found = read(tmp_path / "d.mcap")
+    trace = arrays["trace"]
+    truth = np.array([(time, m.pose.position.x, m.pose.position.y) for time, m in found["/ground_truth"]])
+    np.testing.assert_allclose(truth, trace[:, :3], atol=1e-9)
+    stamps = [m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for _, m in found["/scan"]]
+    np.testing.assert_allclose(stamps, arrays["scan_stamp"], atol=1e-9)
+    ranges = np.array([m.ranges for _, m in found["/scan"]])
+    assert np.isinf(ranges[:, 0]).all()
+    np.testing.assert_allclose(ranges[:, 1:], arrays["scan_mm"][:, 1:] / 1000.0, atol=1e-6)
+    assert [len(m.poses) for _, m in found["/plan"]] == arrays["plan_size"].tolist()
+    assert {len(m.markers) for _, m in found["/people"]} == {arrays["crowd"].shape[1]}
+    for (_, message), row in zip(found["/tf"], trace, strict=True):
+        by_child = {each.child_frame_id: pose_of(each) for each in message.transforms}
+        believed = compose(by_child["odom"], by_child["base_link"])
+        np.testing.assert_allclose((believed.x, believed.y), row[6:8], atol=1e-9)
+    grid = found["/map"][0][1]
+    assert len(grid.data) == grid.info.width * grid.info.height > 0
+    assert grid.info.resolution == pytest.approx(load_scene("sidewalk").geometry.resolution)
+    assert sum(len(m.markers) for _, m in found["/contacts"]) > 0
+
+
+def test_our_own_reader_of_recorded_logs_takes_the_file(folder: Path, tmp_path: Path) -> None:
+    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
+    with Bag([tmp_path / "d.mcap"], TYPES) as bag:
+        assert {"/scan", "/odom", "/tf"} <= set(bag.topics)
+
+
+def test_what_cannot_be_shown_is_said_in_one_line(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], write_run: Callable[..., Path]
+) -> None:
+    two = write_run("two", stacks=("a", "b"), episodes=2)
+    page = ("--html", str(tmp_path / "p.html"))
+    for arguments, said in (
+        ((str(folder), "1"), "give --html FILE, --gif FILE, --mcap FILE or --rerun"),
+        ((str(folder), "0", *page), "was not recorded (recorded: 1)"),
+        ((str(folder), "9", *page), "finished no episode 9"),
+        ((str(two), "0", *page), "has 2 stacks; choose one of"),
+        ((f"{two}:c", "0", *page), "'c'"),
+        ((str(folder), "1", "--mcap", str(tmp_path / "d.bag")), "give a name that ends with .mcap"),
+        ((str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
+        ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
+    ):
+        assert run(*arguments) == 1
+        err = capsys.readouterr().err
+        assert (said in err, err.count("\n")) == (True, 1), err
+    assert not list(tmp_path.glob("*.mcap")) and not list(tmp_path.glob(".bag-*"))
+
+
+def test_rerun_is_asked_for_in_one_line(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
+    row = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
+    corners = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
+    try:
+        import rerun  # noqa: F401
+    except ImportError:
+        with pytest.raises(Exception, match=r"pip install 'navbench\[rerun\]'"):
+            show_in_rerun("one", make_arrays(row), corners, 0.3, tmp_path / "one.rrd")
+        return
+    show_in_rerun("one", make_arrays(row), corners, 0.3, tmp_path / "one.rrd")
+    assert (tmp_path / "one.rrd").stat().st_size > 10_000

@@ -1,0 +1,64 @@
+"""What --record full keeps beside the trajectory, in a real delivery."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.episode import Delivery, run_episode
+from harness.metrics.replay_log import NO_RETURN, millimetres
+from harness.study import make_study
+
+START, GOAL = "-67.875,-71.875,0", "-67.875,-66,0"
+
+
+@pytest.fixture(scope="module")
+def deliveries() -> dict[str, Delivery]:
+    """The same short delivery, recorded and not."""
+    studies = {
+        record: make_study(
+            stacks=["mpc-gps-ekf"], episodes=1, start=START, goal=GOAL, pedestrians=4, workers=1, record=record
+        )
+        for record in ("events", "full")
+    }
+    return {record: run_episode(next(iter(study.tasks()))) for record, study in studies.items()}
+
+
+def test_rows_do_not_depend_on_what_is_recorded(deliveries: dict[str, Delivery]) -> None:
+    assert deliveries["full"].row == deliveries["events"].row
+    assert deliveries["full"].events == deliveries["events"].events
+    assert deliveries["events"].recording is None
+
+
+def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery]) -> None:
+    delivery = deliveries["full"]
+    arrays = delivery.recording
+    assert arrays is not None
+    rows = len(arrays["trace"])
+    assert rows == pytest.approx(delivery.row["duration_s"] * 10, abs=2)
+    for name in ("pieces_lost", "motion_energy_j", "odometry", "belief_covariance", "track_count"):
+        assert len(arrays[name]) == rows
+    assert arrays["pieces_lost"][-1] <= delivery.row["pieces_at_start"]
+    assert arrays["motion_energy_j"][-1] == pytest.approx(delivery.row["motion_energy_kwh"] * 3.6e6, rel=0.05)
+    assert (np.diff(arrays["motion_energy_j"]) >= 0.0).all()
+    assert arrays["track_count"].sum() == len(arrays["tracks"])
+    driven = np.hypot(*np.diff(arrays["odometry"][:, :2], axis=0).T).sum()
+    assert driven == pytest.approx(delivery.row["distance_m"], rel=0.1)
+
+
+def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Delivery]) -> None:
+    arrays = deliveries["full"].recording
+    assert arrays is not None
+    assert (np.diff(arrays["scan_stamp"]) > 0.0).all()
+    assert arrays["scan_mm"].shape == (len(arrays["scan_stamp"]), 360)
+    returned = arrays["scan_mm"][arrays["scan_mm"] != NO_RETURN] / 1000.0
+    assert len(returned) and returned.max() <= arrays["scan_geometry"][3] + 0.5
+    assert arrays["plan_size"].sum() == len(arrays["plan_xy"]) > 0
+    assert len(arrays["plan_stamp"]) >= deliveries["full"].row["plans"]
+    last = arrays["plan_xy"][-1] if arrays["plan_size"][-1] else arrays["plan_xy"].reshape(-1, 2)[-1]
+    assert math.hypot(last[0] + 67.875, last[1] + 66.0) < 0.5
+
+
+def test_ranges_become_millimetres() -> None:
+    given = np.array([0.0, 1.2344, math.inf, math.nan, 80.0])
+    assert millimetres(given).tolist() == [0, 1234, NO_RETURN, NO_RETURN, 65534]
