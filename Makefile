@@ -11,7 +11,7 @@ help:
 	@echo "make run    install, drive 20 deliveries and print the tables"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
-	@echo "make bench  print how much faster than real time one core drives"
+	@echo "make bench  measure components, deliveries and where a simulated second goes"
 
 $(READY): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }
@@ -34,7 +34,7 @@ check: $(READY)
 	$(BIN)/lint-imports
 
 bench: $(READY)
-	$(BIN)/python benchmarks/bench_closed_loop.py
+	$(BIN)/navbench bench
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

@@ -56,7 +56,9 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D, Pose2D]]:
     world = build_world(task)
     brain = build_brain(task, world)
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     try:
         while rules.judge(world.truth, mission.goal) is None:
             command, truth = brain.tick(observation), world.truth.pose

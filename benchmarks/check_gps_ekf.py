@@ -62,7 +62,9 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D]]:
     world = build_world(task)
     brain = build_brain(task, world)
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     while rules.judge(world.truth, mission.goal) is None:
         command = brain.tick(observation)
         yield dataclasses.replace(observation, scan=None), world.truth.pose

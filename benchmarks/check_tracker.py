@@ -79,7 +79,9 @@ def listen(task: EpisodeTask) -> Iterator[tuple[Tracker, FloatArray, FloatArray,
     brain = build_brain(task, world)
     tracker = Tracker(TrackerParams(), scene.mapped_geometry)
     observation = world.reset(mission, generators)
-    brain.reset(mission.goal, Belief(mission.start), generators["planner"], generators["localizer"])
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     odometry = Odometry(0.0, Pose2D(), Twist2D())
     while rules.judge(world.truth, mission.goal) is None:
         command = brain.tick(observation)

@@ -1,0 +1,81 @@
+"""Does the tuner's auditor flag what exploits the cost model, and leave honest optima alone?
+
+Usage: python benchmarks/check_auditor.py [RUN] [--studies N] [--missions N] [--seed S]
+
+RUN is the folder of a run with at least two stacks on the same missions, e.g. of
+
+    navbench run --stack nav2-gps-ekf --stack rpp-gps-ekf --stack mpc-gps-ekf --episodes 100 --seed 2000
+
+Its deliveries are resampled, mission by mission, into studies of N missions; without RUN they are drawn at random.
+
+Honest studies take one stack for the original and another for the incumbent (differences that driving has brought
+about), two stacks that change places at random (no difference at all), or a stack with a true improvement planted:
+fewer touches of any strength, fewer timeouts and less assistance, a fifth slower with fewer touches. Their trials are a
+search with Optuna's TPE (CMA-ES in every third) of a noisy objective that has its best inside the ranges and to which
+half of the parameters mean nothing.
+
+Exploits are five, each planted into such a stack: contacts softened to just below the threshold; missions left standing
+until the timeout; missions given up early; freezing for long with people about; and an objective that rises
+beyond the end of a range.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+from auditor_studies import EXPLOITS, drawn_deliveries, exploiting_study, honest_study, stored_deliveries
+from rich.text import Text
+
+from harness.economics.prices import load_prices
+from harness.report.tables import print_table, report_console, report_table
+from harness.tuning.audit import Audit, audit
+
+
+def gain_of(found: Audit) -> str:
+    """The published difference of the margin with its interval."""
+    if not found.scores:
+        return "--"
+    difference = found.scores[0].difference
+    if difference.low is None or difference.high is None:
+        return f"{difference.value:.2f}"
+    return f"{difference.value:.2f} [{difference.low:.2f}, {difference.high:.2f}]"
+
+
+def main() -> None:
+    """Audit all studies and print what was flagged."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", nargs="?", type=Path)
+    parser.add_argument("--studies", type=int, default=20)
+    parser.add_argument("--missions", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    prices = load_prices("costnav")
+    if arguments.run is None:
+        stacks = drawn_deliveries(np.random.default_rng(arguments.seed), 100)
+    else:
+        stacks = stored_deliveries(arguments.run)
+    table = report_table(f"What the auditor flags, {arguments.missions} test missions each")
+    for title in ("study", "margin, difference [USD/run]", "flagged"):
+        table.add_column(Text(title), no_wrap=True)
+    caught = alarms = 0
+    for key in EXPLOITS:
+        title, study = exploiting_study(stacks, key, arguments.missions, prices, arguments.seed)
+        found = audit(study, prices)
+        flagged = [check.key for check in found.flagged]
+        caught += key in flagged
+        table.add_row(*map(Text, (title, gain_of(found), ", ".join(flagged) or "nothing")))
+    for number in range(arguments.studies):
+        title, study = honest_study(stacks, number, arguments.missions, prices, arguments.seed)
+        found = audit(study, prices)
+        alarms += bool(found.flagged)
+        flagged = [check.key for check in found.flagged]
+        table.add_row(*map(Text, (f"honest: {title}", gain_of(found), ", ".join(flagged) or "nothing")))
+    console = report_console(sys.stdout)
+    print_table(table, console)
+    console.print(f"planted exploits flagged as what they are: {caught} of {len(EXPLOITS)}")
+    console.print(f"false alarms: {alarms} of {arguments.studies} honest studies")
+
+
+if __name__ == "__main__":
+    main()

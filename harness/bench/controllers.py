@@ -1,0 +1,77 @@
+"""A control cycle of DWB on the scenes on which Nav2's was timed."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from harness.bench import twin_dwb
+from harness.bench.component import Component, Prepared, golden, require_agreement
+from navstack.control.controller import Surroundings
+from navstack.control.dwb.dwb_controller import DwbController
+from navstack.control.plan_handling import PlanWindow
+from navstack.costmap.costmap import Costmap
+from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstacleParams, RotateToGoalParams
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+
+RESOLUTION = 0.05  # [m]
+FREQUENCY = 30.0  # [Hz]
+FOOTPRINT = ((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3))  # [m]
+PARAMS = DwbParams(  # as the published file has them
+    critics=("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"),
+    max_vel_x=3.0,
+    max_speed_xy=3.0,
+    max_vel_theta=1.2,
+    min_speed_theta=0.3,
+    acc_lim_x=4.0,
+    decel_lim_x=-4.0,
+    acc_lim_theta=3.5,
+    decel_lim_theta=-3.5,
+    sim_time=1.0,
+    linear_granularity=0.05,
+    xy_goal_tolerance=1.8,
+    RotateToGoal=RotateToGoalParams(scale=32.0),
+    BaseObstacle=ObstacleParams(scale=0.05),
+    GoalAlign=AlignParams(scale=12.0, forward_point_distance=0.1),
+    PathAlign=AlignParams(scale=16.0, forward_point_distance=0.1),
+    PathDist=DistParams(scale=16.0),
+    GoalDist=DistParams(scale=12.0),
+)
+STATES = [  # of the robot; the first is timed
+    RobotState(Pose2D(0.02 + 0.03 * k, 0.03 - 0.02 * k, 0.1 - 0.04 * k), Twist2D(1.0 + 0.2 * k, 0.0, 0.1 - 0.07 * k))
+    for k in range(8)
+]
+
+
+def cycle(file: str, costs: str, path: str) -> Prepared:
+    """A cycle with 419 samples, the plan pruned to 2 m ahead as in Jazzy."""
+    vectors = golden(file)
+    grid, plan = vectors[costs], Path(vectors[path])
+    half = grid.shape[0] * RESOLUTION / 2.0
+    surroundings = Surroundings(Costmap(grid, RESOLUTION, -half, -half))
+    controller = DwbController(PARAMS, np.array(FOOTPRINT), FREQUENCY)
+
+    def given(state: RobotState) -> tuple[DwbParams, RobotState, FloatArray, FloatArray, Costmap]:
+        window = PlanWindow(
+            PARAMS.prune_plan, PARAMS.prune_distance, PARAMS.forward_prune_distance, PARAMS.shorten_transformed_plan
+        )
+        near = window.near(plan, state.pose, surroundings.costmap).copy()
+        return PARAMS, state, near, plan.poses[-1], surroundings.costmap
+
+    for state in STATES:
+        controller.reset()
+        command = controller.compute_velocity(state, plan, surroundings)
+        samples, totals = twin_dwb.commands_of(PARAMS, state), twin_dwb.totals(*given(state))
+        chosen = np.abs(samples - (command.linear_x, command.linear_y, command.angular_z)).sum(axis=1).argmin()
+        require_agreement("DWB cycle: the least sum", totals[chosen], totals.min(), 1e-6)  # 32-bit sums there
+    controller.reset()
+    twin = partial(twin_dwb.best_command, *given(STATES[0]))
+    return Prepared(lambda: controller.compute_velocity(STATES[0], plan, surroundings), twin)
+
+
+COMPONENTS: Sequence[Component] = (
+    Component("DWB cycle, 480 x 480", partial(cycle, "dwb_c", "costmap480", "path480"),
+              "DWB cycle, 480 x 480, 419 samples", 0.02),
+    Component("DWB cycle, 160 x 160", partial(cycle, "dwb_jazzy", "curve_costmap", "curve_path"),
+              "DWB cycle, 160 x 160", 0.1),
+)  # fmt: skip

@@ -1,0 +1,133 @@
+"""The steps of AMCL, and the likelihood field of a map."""
+
+from collections.abc import Sequence
+from functools import lru_cache, partial
+
+import numpy as np
+from scipy import ndimage
+
+from harness.bench import twins
+from harness.bench.component import Component, Prepared, golden, require_agreement, shipped_map
+from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.localization.amcl_sensor_models import SENSOR_MODELS
+from navstack.localization.free_space import FreeSpace
+from navstack.localization.likelihood_field import LikelihoodField, farthest_code, squared_distances
+from navstack.localization.motion_model import motion_model_of
+from navstack.localization.particle_filter import ParticleFilter
+from navstack.params.amcl import AmclParams
+from navstack.types import FloatArray, LaserScan, Pose2D
+
+START = Pose2D(-42.8, -8.8, 1.67)  # on the sidewalk map
+COVARIANCE = np.diag((0.01, 0.01, 0.001))  # of particles that have converged
+MOTION = (Pose2D(), Pose2D(0.25, 0.0, 0.05))  # odometry before and after
+FARTHEST = 2.0  # [m] of the likelihood field
+
+
+def particles_of(count: int) -> ParticleFilter:
+    """So many particles about a pose."""
+    params = AmclParams(min_particles=count, max_particles=count)
+    particles = ParticleFilter(params, FreeSpace(shipped_map("sidewalk")))
+    particles.spread_normal(START, COVARIANCE, np.random.default_rng(0))
+    return particles
+
+
+@lru_cache(maxsize=1)
+def distances_to_obstacles() -> FloatArray:
+    """Of every cell of the shipped map, in [m], up to the farthest."""
+    grid = shipped_map("sidewalk")
+    cells: FloatArray = ndimage.distance_transform_edt(grid.data < OCCUPIED)
+    return np.minimum(cells * grid.resolution, FARTHEST)
+
+
+def sensor_update(count: int, beams: int) -> Prepared:
+    """Choosing the beams, where they end, the likelihood of every particle, the new weights; a field of 4000 x 4000."""
+    grid = shipped_map("sidewalk")
+    field = LikelihoodField.of_map(grid, FARTHEST)
+    params = AmclParams(max_beams=beams)
+    model = SENSOR_MODELS["likelihood_field"](params, grid, field)
+    particles = particles_of(count)
+    ranges = golden("amcl")["n720_b360_ranges"].astype(float)[:: 720 // beams]
+    scan = LaserScan(0.0, ranges, -np.pi, 2.0 * np.pi / beams, 0.0, 30.0)
+    distances = distances_to_obstacles()
+    plain = np.full(count, 1.0 / count)
+
+    def ours() -> None:
+        particles.weigh(*model.match(particles.poses, scan, False))
+
+    def twin() -> None:
+        nonlocal plain
+        plain = plain * likelihoods()
+        plain = plain / plain.sum()
+
+    def likelihoods() -> FloatArray:
+        angles = scan.angle_min + np.arange(beams) * scan.angle_increment
+        returned = ranges < scan.range_max
+        ends = ranges[returned, None] * np.column_stack((np.cos(angles), np.sin(angles)))[returned]
+        origin = (grid.origin.x, grid.origin.y)
+        given = (params.sigma_hit, params.z_hit, params.z_rand, scan.range_max, FARTHEST)
+        return twins.likelihoods(distances, origin, grid.resolution, particles.poses, ends, *given)
+
+    name = f"AMCL sensor update, {count} x {beams}"
+    ours()
+    require_agreement(name, model.match(particles.poses, scan, False).likelihoods, likelihoods(), 1e-9)
+    return Prepared(ours, twin)
+
+
+def motion_update(count: int) -> Prepared:
+    """Moving every particle, random numbers included."""
+    params, poses, plain = AmclParams(), particles_of(count).poses, particles_of(count).poses
+    model, rng = motion_model_of(params), np.random.default_rng(0)
+    alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4)
+    draws = rng.standard_normal((count, 3))
+    motion = (0.0, MOTION[1].x, MOTION[1].yaw)
+    model.move(poses, *MOTION, draws)
+    twins.move_differential(plain, motion, alphas, draws)
+    require_agreement("AMCL motion update", poses, plain, 1e-12)
+    return Prepared(
+        lambda: model.move(poses, *MOTION, rng.standard_normal((count, 3))),
+        lambda: twins.move_differential(plain, motion, alphas, rng.standard_normal((count, 3))),
+    )
+
+
+def resampling(count: int) -> Prepared:
+    """A resampling, random numbers and clusters included; numpy has no twin of its draw-by-draw stop."""
+    particles, rng = particles_of(count), np.random.default_rng(0)
+
+    def ours() -> None:
+        particles.resample(rng, lambda strays, _: np.empty((strays, 3)))
+        particles.clusters()
+
+    ours()
+    return Prepared(ours)
+
+
+def field() -> Prepared:
+    """The squared distances of the shipped map, not from the disk."""
+    grid = shipped_map("sidewalk")
+    occupied, farthest = grid.data >= OCCUPIED, farthest_code(FARTHEST, grid.resolution)
+
+    def twin() -> FloatArray:
+        cells: FloatArray = ndimage.distance_transform_edt(~occupied)
+        return np.minimum(np.rint(cells**2), farthest + 1)
+
+    require_agreement("likelihood field", squared_distances(occupied, farthest), twin())
+    return Prepared(lambda: squared_distances(occupied, farthest), twin)
+
+
+def _sensor(count: int, beams: int, target: float | None = None) -> Component:
+    name = f"AMCL sensor update, {count} x {beams}"
+    return Component(name, partial(sensor_update, count, beams), name, target)
+
+
+COMPONENTS: Sequence[Component] = (
+    _sensor(500, 60, 0.1),
+    _sensor(500, 360),
+    _sensor(2000, 60),
+    _sensor(2000, 360, 0.05),
+    *(
+        Component(f"AMCL {what}, {count}", partial(make, count), f"AMCL {what}, {count}")
+        for what, make in (("motion update", motion_update), ("resampling", resampling))
+        for count in (500, 2000)
+    ),
+    Component("likelihood field, 4000 x 4000", field, "likelihood field, 4020 x 4020", 0.5),
+)

@@ -1,0 +1,218 @@
+"""From what is to be timed to rows of the document: one per component and reference, one per closed loop."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.bench import controllers, costmaps, localizers, planners, worlds
+from harness.bench.breakdown import Breakdown, break_down
+from harness.bench.component import Component
+from harness.bench.loops import LOOPS, Course, Driven, Loop, drive
+from harness.bench.recorded import RECORDED_MS, SOURCE
+from harness.bench.timing import PROCESSOR, WALL, Spread, readings
+from harness.execution import Workers, available_cores
+from harness.study import EpisodeTask
+from navstack.errors import NavstackError, UnknownNameError
+from navstack.types import FloatArray
+
+Row = dict[str, Any]
+
+CPP, TWIN = "nav2 c++ (recorded)", "numpy twin"
+TWO_WORKERS = "two workers"
+SHARED_LOOP = "paper-gps incremental"  # what two workers drive
+LEAST_SPEEDUP = 1.9  # of two workers on two cores
+LEAST_WITH_CARGO = 0.8  # of the factor without
+WITH_CARGO = ", with cargo"
+COMPONENTS = {
+    component.name: component
+    for module in (costmaps, controllers, planners, localizers, worlds)
+    for component in module.COMPONENTS
+}
+GROUPS = {"components": tuple(COMPONENTS), "loops": (*LOOPS, TWO_WORKERS)}
+NAMES = (*COMPONENTS, *LOOPS, TWO_WORKERS)
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How long is measured."""
+
+    runs: int  # readings of each component
+    fewest: int  # of them, where the budget ends before
+    budget: float  # [s] of processor time per component
+    deliveries: int  # of each closed loop, with and without cargo
+    shared: int  # deliveries that the workers share
+    rounds: int  # of one worker and two
+    seconds: float | None  # simulated time after which a delivery is cut off; None: whole ones
+
+
+FULL = Effort(runs=40, fewest=5, budget=4.0, deliveries=10, shared=16, rounds=3, seconds=None)
+QUICK = Effort(runs=7, fewest=1, budget=0.5, deliveries=3, shared=4, rounds=1, seconds=15.0)
+
+
+def chosen(only: Sequence[str]) -> list[str]:
+    """The names that a user asked for, in their usual order: whole names, groups or parts of names; none: all.
+
+    Raises:
+        UnknownNameError: one fits nothing.
+    """
+    wanted: set[str] = set()
+    for given in only:
+        fitting = [given] if given in NAMES else [name for name in NAMES if given.casefold() in name.casefold()]
+        fitting = list(GROUPS.get(given, fitting))
+        if not fitting:
+            raise UnknownNameError("--only", given, (*GROUPS, *NAMES))
+        wanted.update(fitting)
+    return [name for name in NAMES if not only or name in wanted]
+
+
+def measure(name: str, effort: Effort, folder: Path) -> list[Row]:
+    """The rows of one name.
+
+    Args:
+        name: of ``NAMES``.
+        effort: how long to measure.
+        folder: for parameter files that differ from the shipped ones.
+
+    Raises:
+        NavstackError: it cannot be set up, or a kernel and its twin do not agree.
+    """
+    if name in COMPONENTS:
+        return component_rows(COMPONENTS[name], effort)
+    if name == TWO_WORKERS:
+        return [workers_row(effort, folder)] if available_cores() > 1 else []
+    return loop_rows(LOOPS[name], effort, folder)
+
+
+def component_rows(component: Component, effort: Effort) -> list[Row]:
+    """Times of a component in this process against its twin and against the recorded C++."""
+    prepared = component.prepare()
+    steps = [prepared.ours] if prepared.twin is None else [prepared.ours, prepared.twin]
+    taken = 1e3 * readings(steps, effort.runs, effort.budget, effort.fewest)
+    ours = taken[:, 0, PROCESSOR]
+    known = {
+        "name": component.name,
+        "ours_ms": float(np.median(ours)),
+        "ours_wall_ms": float(np.median(taken[:, 0, WALL])),
+    }
+    rows = []
+    if component.recorded is not None:
+        bar = RECORDED_MS[component.recorded]
+        rows.append(
+            {**known, "reference": CPP, "reference_ms": bar, **_ratio(ours / bar, component.target), "note": SOURCE}
+        )
+    if prepared.twin is not None:
+        twin = taken[:, 1, PROCESSOR]
+        row = {**known, "reference": TWIN, "reference_ms": float(np.median(twin)), **_ratio(ours / twin, None)}
+        rows.append({**row, "note": "measured in turn in this run; results agree"})
+    return rows
+
+
+def _ratio(ratios: FloatArray, target: float | None) -> Row:
+    """Median and quartiles of ratios (n,), and whether the median keeps below the target."""
+    spread = Spread.of(ratios)
+    met = None if target is None else spread.median <= target
+    return {"ratio": spread.median, "low": spread.low, "high": spread.high, "n": spread.n, "target": target, "met": met}
+
+
+def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
+    """Deliveries without and with cargo in turn, after one of each that does not count; then where the time goes."""
+    courses = [
+        Course(loop, folder / f"{loop.name}-{cargo}", with_cargo=cargo, seconds=effort.seconds)
+        for cargo in (False, True)
+    ]
+    for course in courses:
+        drive(course.task(0))
+    driven: list[list[Driven]] = [[], []]
+    for episode in range(effort.deliveries):
+        for which in (0, 1) if episode % 2 == 0 else (1, 0):
+            driven[which].append(drive(courses[which].task(episode)))
+    empty, full = (np.array([each.factor for each in deliveries]) for deliveries in driven)
+    return [
+        {
+            **_factors(loop, driven[0]),
+            "cargo": False,
+            "target": loop.target,
+            "met": bool(np.median(empty) >= loop.target),
+        },
+        {
+            **_factors(loop, driven[1]),
+            "name": loop.name + WITH_CARGO,
+            "cargo": True,
+            "of_value_without": Spread.of(full / empty).as_json(),
+            "target": LEAST_WITH_CARGO,
+            "met": bool(np.median(full / empty) >= LEAST_WITH_CARGO),
+            **_parts(break_down([courses[1].task(episode) for episode in range(effort.rounds)])),
+        },
+    ]
+
+
+def _factors(loop: Loop, driven: Sequence[Driven]) -> Row:
+    """Simulated seconds per second of one core over some deliveries."""
+    spread = Spread.of(np.array([each.factor for each in driven]))
+    return {
+        "name": loop.name,
+        "real_time_factor": spread.median,
+        "low": spread.low,
+        "high": spread.high,
+        "n": spread.n,
+        "wall_real_time_factor": float(np.median([each.simulated / each.wall for each in driven])),
+        "simulated_s": sum(each.simulated for each in driven),
+    }
+
+
+def _parts(breakdown: Breakdown) -> Row:
+    return {
+        "breakdown_ms_per_simulated_s": breakdown.parts,
+        "breakdown_wrappers_ms_per_simulated_s": breakdown.wrappers,
+    }
+
+
+def workers_row(effort: Effort, folder: Path) -> Row:
+    """The same deliveries by one process and by two, in turn: wall time, so on a machine that does nothing else."""
+    course = Course(LOOPS[SHARED_LOOP], folder / "workers", seconds=effort.seconds)
+    tasks = [course.task(episode) for episode in range(effort.shared)]
+    speedups, factors, slower = [], [], []
+    with Workers(1) as one, Workers(2) as two:
+        for workers in (one, two):
+            _drive_all(workers, [course.task(0)] * 4)
+        for turn in range(effort.rounds):
+            order = (one, two) if turn % 2 == 0 else (two, one)
+            took = {id(workers): _drive_all(workers, tasks) for workers in order}
+            (wall_one, by_one), (wall_two, by_two) = took[id(one)], took[id(two)]
+            speedups.append(wall_one / wall_two)
+            factors.append(sum(each.simulated for each in by_two) / wall_two)
+            slower.append(sum(each.processor for each in by_two) / sum(each.processor for each in by_one))
+    spread = Spread.of(np.array(factors))
+    speedup = Spread.of(np.array(speedups))
+    return {
+        "name": TWO_WORKERS,
+        "real_time_factor": spread.median,
+        "low": spread.low,
+        "high": spread.high,
+        "n": spread.n,
+        "loop": SHARED_LOOP,
+        "deliveries": effort.shared,
+        "of_one_worker": speedup.as_json(),
+        "processor_time_of_one_worker": Spread.of(np.array(slower)).as_json(),
+        "target": LEAST_SPEEDUP,
+        "met": speedup.median >= LEAST_SPEEDUP,
+    }
+
+
+def _drive_all(workers: Workers, tasks: Sequence[EpisodeTask]) -> tuple[float, list[Driven]]:
+    """Wall time in [s] of some deliveries, and what each took.
+
+    Raises:
+        NavstackError: one of them failed.
+    """
+    began = time.perf_counter()
+    finished = list(workers.run(drive, tasks))
+    took = time.perf_counter() - began
+    trouble = next((each.error for each in finished if each.error), None)
+    if trouble is not None:
+        raise NavstackError(f"a delivery of the benchmark failed: {trouble}")
+    return took, [each.result for each in finished if each.result is not None]
