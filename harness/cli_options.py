@@ -15,10 +15,13 @@ EPISODE_TIMEOUT = click.option(
     "--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=TIME_LIMIT, show_default=True,
     help="Wall time in [s] after which a delivery counts as hung; it is tried twice.")  # fmt: skip
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
-BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json", "against")  # they change no row
+BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json", "against", "budget")  # they change no row
 
-_STUDY = (
-    click.option("--episodes", type=int, default=20, show_default=True, help="Deliveries per stack, at least 1."),
+_EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
+                         help="Deliveries per stack, at least 1.")  # fmt: skip
+_RECORD = click.option("--record", default="events", show_default=True, help="events; decisions: also why each command "
+                       "was given; full: trajectories too.")  # fmt: skip
+_CONDITIONS = (
     click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same deliveries; 0 or more."),
     click.option("--map", "map_name", default="sidewalk", show_default=True,
                  help="A built-in map or a map_server YAML file."),
@@ -37,16 +40,21 @@ _STUDY = (
     WORKERS,
     EPISODE_TIMEOUT,
     PRICES,
-    click.option("--record", default="events", show_default=True, help="events; decisions: also why each command was "
-                 "given; full: trajectories too."),
-    click.option("--allow-unknown", is_flag=True, help="Unknown keys in a Nav2 file are warnings, not errors."),
-    JSON,
 )  # fmt: skip
+_ALLOW_UNKNOWN = click.option("--allow-unknown", is_flag=True,
+                              help="Unknown keys in a Nav2 file are warnings, not errors.")  # fmt: skip
 
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that decide which deliveries are driven, and how."""
-    for option in reversed(_STUDY):
+    for option in reversed((_EPISODES, *_CONDITIONS, _RECORD, _ALLOW_UNKNOWN, JSON)):
+        command = option(command)
+    return command
+
+
+def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
+    for option in reversed((*_CONDITIONS, _ALLOW_UNKNOWN, JSON)):
         command = option(command)
     return command
 

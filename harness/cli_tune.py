@@ -1,0 +1,283 @@
+"""The command ``navbench tune``: from a Nav2 file to one that earns more, with proof on missions it never saw."""
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from harness.cli_help import TUNE_HELP
+from harness.cli_options import condition_options, refuse_others
+from navstack.errors import InputError
+
+if TYPE_CHECKING:
+    from harness.metrics import Row
+    from harness.study import Study
+    from harness.tuning.journal import Journal
+    from harness.tuning.progress import Progress
+    from harness.tuning.result import StudyResult
+    from harness.tuning.stack_evaluator import StackEvaluator
+    from harness.tuning.study import TuningStudy
+
+DEFAULT_STACK = "nav2-stock"
+OWN_OPTIONS = (
+    "objective",
+    "sampler",
+    "trials",
+    "episodes",
+    "test_episodes",
+    "is_raced",
+    "waterfall_missions",
+)  # that run does not have
+RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices")
+
+
+@click.command(help=TUNE_HELP, short_help="Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.")
+@click.option("--stack", default=DEFAULT_STACK, show_default=True,
+              help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
+@click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
+@click.option("--space", default="dwb_critics", show_default=True,
+              help="What may change: a name of params/search_spaces or a YAML file.")  # fmt: skip
+@click.option("--objective", default="margin", show_default=True,
+              help="margin, cvar, lower_bound, margin@sla>=SHARE, or a metric such as -duration_s; several, separated "
+              "by commas, for a Pareto front.")  # fmt: skip
+@click.option("--sampler", default="tpe", show_default=True, help="tpe, cmaes, random or grid.")
+@click.option("--trials", type=int, default=100, show_default=True, help="Files to try, beside the original.")
+@click.option(
+    "--budget", help="Wall time of search and test, e.g. 30m; trials for which there is no time are left out."
+)
+@click.option("--episodes", type=int, default=32, show_default=True,
+              help="Training missions, the same for every trial; racing likes 32, 64 and the like.")  # fmt: skip
+@click.option("--test-episodes", type=int, default=400, show_default=True,
+              help="Unseen missions on which original and result are compared; 0: none.")  # fmt: skip
+@click.option("--racing/--no-racing", "is_raced", default=True, help="Whether hopeless trials are dropped early.")
+@click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), default=40, show_default=True,
+              help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.")  # fmt: skip
+@condition_options
+@click.option("--out", type=click.Path(path_type=Path), help="Study folder; default: results/<time>-tune-<stack>.")
+@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
+              help="Go on with a study that was cut off, or tell of a finished one, from its folder.")  # fmt: skip
+@click.pass_context
+def tune(
+    context: click.Context,
+    budget: str | None,
+    out: Path | None,
+    resume: Path | None,
+    episode_timeout: float,
+    as_json: bool,
+    **choices: Any,
+) -> None:
+    """Tune a file; see ``TUNE_HELP``."""
+    from harness.tuning.declaration import parse_duration
+
+    seconds = None if budget is None else parse_duration(budget)
+    if resume is not None:
+        refuse_others(context)
+        folder = resume.resolve()  # a link may point elsewhere before the study ends
+    else:
+        folder = create_study(seconds, out, choices)
+    sys.exit(drive(folder, choices["workers"], seconds, episode_timeout, as_json))
+
+
+def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]) -> Path:
+    """Check what a user asks for, and write down all of it; returns the study's folder.
+
+    Raises:
+        InputError: a value that ``navbench run`` would refuse too, or a search space that does not fit the file.
+    """
+    from harness.cli_run import say
+    from harness.manifest import about, parameters
+    from harness.preflight import check
+    from harness.resources import resolve, shipped
+    from harness.runs import create_run, default_folder, require_usable
+    from harness.setup import nav2_parameters
+    from harness.study import make_study
+    from harness.tuning.declaration import DECLARATION, ORIGINAL, SPACE, Declaration
+    from harness.tuning.objective import parse_objectives
+    from harness.tuning.paths import with_absolute_files
+    from harness.tuning.sampler import make_sampler
+    from harness.tuning.space import load_space
+    from navstack.params.strict import dump_dataclass, read_text
+
+    own = {name: choices.pop(name) for name in OWN_OPTIONS}
+    stack, space = choices.pop("stack"), choices.pop("space")
+    declaration = Declaration(
+        stack=stack, space=Path(space).stem, budget=budget, sensors="", robot="", options=_run_options(choices), **own
+    )
+    objectives = parse_objectives(declaration.objective)
+    study = make_study(stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices)
+    original = study.stacks[0]
+    if not original.nav2_file:
+        raise InputError(f"stack '{original.name}' has no Nav2 file to tune; give another")
+    declaration = dataclasses.replace(declaration, sensors=_short(original.sensors), robot=_short(original.robot))
+    nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
+    space_file = resolve(space, shipped("params") / "search_spaces", "search space")
+    fitted = load_space(space_file, nav2)
+    make_sampler(declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives))
+    path = out or default_folder(f"tune-{original.name}")
+    require_usable(path)
+    for note in (*check(study), *fitted.notes):
+        say(f"note: {note}")
+    texts = {
+        DECLARATION: dump_dataclass(declaration),
+        SPACE: read_text(space_file),
+        ORIGINAL: with_absolute_files(nav2, study.template.allow_unknown).document.text,
+    }
+    create_run(path, about(study, sys.argv), {**parameters(study), **texts})
+    return path
+
+
+def drive(path: Path, workers: int | None, budget: float | None, time_limit: float, as_json: bool) -> int:
+    """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
+    from harness.cli_run import INTERRUPTED, say
+    from harness.execution import Workers
+    from harness.manifest import load_study, version_notes
+    from harness.tuning.display import shown
+    from harness.tuning.journal import Journal
+    from harness.tuning.progress import Progress
+    from harness.tuning.stack_evaluator import StackEvaluator
+    from harness.tuning.study import load_tuning
+
+    base = load_study(path, workers)
+    study = load_tuning(path, base, budget)
+    for note in version_notes(path):
+        say(f"note: {note}")
+    with Journal(path) as journal, Workers(base.workers, time_limit=time_limit) as pool:
+        progress = Progress(study.plan, journal, study.declaration.budget)
+        if len(journal):
+            say(f"going on after {len(journal)} episodes")
+        with StackEvaluator(study.template, pool, journal, progress.episode) as evaluator:
+            try:
+                with shown(progress):
+                    result = _search_and_test(study, evaluator, journal, progress)
+                    _say_what_was_cut(study, result)
+                    document, report = _explain(study, base, result, evaluator, progress, path)
+            except KeyboardInterrupt:
+                kept = f"{len(journal)} finished episodes are kept in {path}; go on with --resume {path}"
+                say(f"interrupted after {len(progress.trials)} trials; {kept}")
+                return INTERRUPTED
+    if as_json:
+        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+    else:
+        report()
+    return 0
+
+
+def _search_and_test(
+    study: "TuningStudy", evaluator: "StackEvaluator", journal: "Journal", progress: "Progress"
+) -> "StudyResult":
+    from harness.tuning.study import finish, run_search
+
+    search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
+    progress.phase = "test"
+    return finish(study, search, evaluator)
+
+
+def _say_what_was_cut(study: "TuningStudy", result: "StudyResult") -> None:
+    from harness.cli_run import say
+
+    driven, asked = len(result.trials) - 1, study.declaration.trials
+    if driven >= asked:
+        return
+    if study.declaration.budget is None:
+        say(f"after {driven} of {asked} trials there is no further point that keeps the constraints")
+        return
+    say(
+        f"the budget of {study.declaration.budget:g} s cut off {asked - driven} of {asked} trials; the test has all of "
+        f"its {len(result.test_missions)} missions; --resume with a longer --budget drives the rest"
+    )
+
+
+def _explain(
+    study: "TuningStudy",
+    base: "Study",
+    result: "StudyResult",
+    evaluator: "StackEvaluator",
+    progress: "Progress",
+    path: Path,
+) -> "tuple[Row, Any]":
+    """Write everything; returns the JSON document and what prints the report."""
+    from harness.report.tables import report_console
+    from harness.report.tuning import print_tuning, write_tuning
+    from harness.setup import prices_of, world_params
+    from harness.tuning.explanation import explain
+    from harness.tuning.output import run_command, study_document, test_command, write_document, write_files
+    from harness.tuning.scores import scores_document
+
+    declaration = study.declaration
+    write_files(result, study.nav2, base.stacks[0], declaration, path)
+    lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
+    scores = scores_document(result)
+    document = study_document(result, declaration, scores, lint, path)
+    write_document(document, path)
+    progress.phase = "explanation"
+    template = base.template
+    threshold = world_params(template.world, template.pedestrians, template.people).contacts.counted_impulse
+    explanation = explain(
+        result, evaluator, path, prices_of(template.prices), threshold, declaration.waterfall_missions
+    )
+    command = run_command(declaration, path)
+    write_tuning(result, scores, explanation, command, path)
+
+    def report() -> None:
+        console = report_console(sys.stdout)
+        print_tuning(result, scores, explanation, command, path, console)
+        _print_files(lint, test_command(declaration, result.seed, path), path)
+
+    return {**document, "explanation": explanation.as_json()}, report
+
+
+def lint_of(folder: Path, robot: str, allow_unknown: bool) -> "Row":
+    """What the check of the tuned file finds, and which of it the original did not have."""
+    from harness.cli_lint import robot_limits
+    from harness.tuning.declaration import ORIGINAL
+    from harness.tuning.output import TUNED
+    from navstack.params.lint.rules import lint
+    from navstack.params.nav2_file import inspect_nav2
+
+    limits = robot_limits(robot)
+    known, found = (
+        lint(inspect_nav2(file, allow_unknown), limits) for file in (folder / "params" / ORIGINAL, folder / TUNED)
+    )
+    before = {(notice.id, notice.path) for notice in known}
+    return {
+        "errors": sum(notice.is_error for notice in found),
+        "warnings": sum(not notice.is_error for notice in found),
+        "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
+        "gone": [str(each) for each in known if (each.id, each.path) not in {(new.id, new.path) for new in found}],
+    }
+
+
+def _print_files(lint: "Row", command: str, path: Path) -> None:
+    from harness.tuning.output import DIFF, TUNED
+
+    findings = f"{lint['errors']} errors, {lint['warnings']} warnings"
+    lines = [f"tuned file: {path / TUNED}", f"difference: {path / DIFF}", f"lint of the tuned file: {findings}"]
+    lines += [f"  new: {finding}" for finding in lint["new"]] + [f"  gone: {finding}" for finding in lint["gone"]]
+    sys.stdout.write("\n".join((*lines, "drive its test again:", f"  {command}", "")))
+
+
+def _run_options(choices: dict[str, Any]) -> tuple[str, ...]:
+    """The options of ``navbench run`` that differ from its defaults, as one writes them."""
+    from harness.study import is_recording
+
+    files = {"map", "world", "rules", "prices"}
+    given: list[str] = []
+    for name in RUN_OPTIONS:
+        value = choices["map_name" if name == "map" else name]
+        default = next(each.default for each in tune.params if f"--{name}" in each.opts)
+        if value is None or value == default:
+            continue
+        is_file = (name in files and Path(value).is_file()) or (name == "people" and is_recording(value))
+        given += [f"--{name}", str(Path(value).resolve()) if is_file else str(value)]
+    return (*given, "--allow-unknown") if choices["allow_unknown"] else tuple(given)
+
+
+def _short(file: str) -> str:
+    """The name of a file that comes with the program; the path of another."""
+    from harness.resources import shipped
+
+    path = Path(file)
+    return path.stem if path.parent.parent == shipped("params").resolve() else file

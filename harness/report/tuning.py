@@ -1,0 +1,103 @@
+"""The report of ``navbench tune``: printed, and as ``report.md`` with figures in the study's folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from rich.console import Console
+from rich.text import Text
+
+from harness.durable_files import write_text
+from harness.metrics import Row
+from harness.report.tables import print_table, report_table
+from harness.report.tuning_figures import draw_tuning
+from harness.report.tuning_sheets import Sheet, sheets, summary
+from harness.tuning.explanation import Explanation
+from harness.tuning.result import StudyResult
+from navstack.errors import InputError
+
+REPORT = "report.md"
+SENTENCE = 80  # [characters] at which sentences in a table are broken
+CAPTIONS = {
+    "history": "The search: every trial, and the best so far with its 95 % interval on training missions.",
+    "importance": "Importance of each parameter, with what chance alone reaches.",
+    "slices": "The objective over each parameter, trial by trial.",
+    "waterfall": "From the old file's margin to the new one's.",
+    "components": "Cost components before and after.",
+}  # stem of a figure -> what it shows
+
+
+def print_tuning(
+    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path, console: Console
+) -> None:
+    """Print the report.
+
+    Args:
+        study: what was searched.
+        scores: of :func:`harness.tuning.scores.scores_document`.
+        explanation: what the study says.
+        command: ``navbench run`` with the tuned file, without seed and number of deliveries.
+        folder: of the study.
+        console: where to.
+    """
+    for sheet in sheets(study, scores, explanation, command):
+        _print(sheet, console)
+    for line in summary(study, explanation):
+        console.print(Text(line))
+    console.print(f"report: {folder / REPORT}", markup=False, soft_wrap=True)
+
+
+def write_tuning(
+    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path
+) -> Path:
+    """Write ``report.md`` and its figures into the study's folder; returns the report's path.
+
+    Args:
+        study: what was searched.
+        scores: of :func:`harness.tuning.scores.scores_document`.
+        explanation: what the study says.
+        command: as in :func:`print_tuning`.
+        folder: of the study.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    lines = [f"# {study.space.title}", ""]
+    lines += [f"{line}\n" for line in summary(study, explanation)]
+    for sheet in sheets(study, scores, explanation, command):
+        lines += [*_markdown(sheet), ""]
+    for figure in draw_tuning(study, explanation, folder):
+        if figure.suffix == ".png" and figure.stem in CAPTIONS:
+            lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
+    try:
+        write_text(folder / REPORT, "\n".join(lines))
+    except OSError as error:
+        raise InputError(f"'{folder / REPORT}' cannot be written ({error.strerror})") from None
+    return folder / REPORT
+
+
+def _print(sheet: Sheet, console: Console) -> None:
+    table = report_table(sheet.title)
+    for place, header in enumerate(sheet.headers):
+        is_sentence = sheet.texts == len(sheet.headers) and place == len(sheet.headers) - 1
+        justify: Literal["left", "right"] = "left" if place < sheet.texts else "right"
+        width = SENTENCE if is_sentence else None
+        table.add_column(Text(header), no_wrap=not is_sentence, max_width=width, justify=justify)
+    for row in sheet.rows:
+        table.add_row(*map(Text, row))
+    print_table(table, console)
+    for note in sheet.notes:
+        console.print(Text(note, style="dim"), soft_wrap=True)
+    console.print()
+
+
+def _markdown(sheet: Sheet) -> list[str]:
+    rules = ["---" if place < sheet.texts else "---:" for place in range(len(sheet.headers))]
+    rows = [sheet.headers, rules, *sheet.rows]
+    table = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return [f"## {sheet.title}", "", *table, *(line for note in sheet.notes for line in ("", _note(note)))]
+
+
+def _note(note: str) -> str:
+    """A note; commands as they are typed."""
+    return f"`{note}`" if note.startswith("navbench ") else note

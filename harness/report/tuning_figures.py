@@ -1,0 +1,260 @@
+"""Figures of a tuning study, fit for a paper's column."""
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from harness.report.figures import SUFFIXES, save_figure
+from harness.report.tuning_sheets import bounds, number_text, step_title
+from harness.statistics import Interval
+from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
+from harness.tuning.history import Best
+from harness.tuning.importance import Importance
+from harness.tuning.result import COMPLETE, StudyResult
+from harness.tuning.space import Parameter
+from harness.tuning.trial_table import TrialTable, is_ordered, trial_table
+from harness.tuning.waterfall import Waterfall
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FIGURES = ("history", "importance", "slices", "waterfall", "components")  # stems of the files
+BAR_INCH, FRAME_INCH = 0.26, 1.0  # heights: of a bar with its label, of what is about the bars
+GRID_COLUMNS, CELL_INCH = 3, 1.35  # of the slices
+LEAST_SHOWN = 0.005  # [USD/run] smaller components are no bars
+GAIN, LOSS, NEW = "#009e73", "#d55e00", "#0072b2"  # Okabe and Ito 2008
+OLD, LINE, FAINT = "#9a9a9a", "#222222", "#b8b8b8"
+LEAST_RANGE = 0.2  # [USD/run] that an axis of money shows
+EDGE = 0.04  # share of a range that is free on both sides
+FEW_DECADES = 100.0  # ratio of a logarithmic range's ends below which its decades are too few for ticks
+OUTLIERS = 0.05  # share of the trials, the worst ones, that an axis may leave below
+
+
+def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> list[Path]:
+    """Write every figure that there are data for as PDF and PNG, in place of earlier ones; returns their paths.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    for stem in FIGURES:
+        for suffix in SUFFIXES:
+            (folder / f"{stem}{suffix}").unlink(missing_ok=True)
+    table = trial_table(study.space, study.trials)
+    name = study.objectives[0]
+    paths: list[Path] = []
+    if explanation.history:
+        paths += save_figure(folder / "history", 2.8, partial(_history, study=study, bests=explanation.history))
+    if explanation.importances:
+        height = FRAME_INCH + BAR_INCH * len(explanation.importances)
+        paths += save_figure(folder / "importance", height, partial(_importance, ranked=explanation.importances))
+    if len(table.trials) > 1:
+        rows = math.ceil(len(table.parameters) / GRID_COLUMNS)
+        draw = partial(_slices, table=table, study=study, name=name)
+        paths += save_figure(folder / "slices", 0.5 + CELL_INCH * rows, draw)
+    if explanation.waterfall is not None:
+        height = FRAME_INCH + BAR_INCH * (len(explanation.waterfall.steps) + 2)
+        paths += save_figure(folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall))
+    if explanation.components:
+        shown = [each for each in explanation.components if _is_shown(each)]
+        height = FRAME_INCH + 1.6 * BAR_INCH * len(shown)
+        paths += save_figure(folder / "components", height, partial(_components, shown=shown))
+    return paths
+
+
+def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
+    """Every trial, and as steps the best so far with its interval."""
+    driven = [trial for trial in study.trials if trial.told]
+    for is_complete, colour, marker, title in (
+        (True, NEW, "o", "drove all training missions"),
+        (False, FAINT, "x", "dropped on the way (estimate)"),
+    ):
+        chosen = [trial for trial in driven if (trial.state == COMPLETE) == is_complete]
+        points = [trial.number for trial in chosen], [trial.told[0] for trial in chosen]
+        axes.plot(*points, marker, color=colour, markersize=3.0, markeredgewidth=0.9, label=title)
+    numbers = [each.number for each in bests] + [max(trial.number for trial in study.trials) + 1]
+    scores = [each.score for each in bests]
+    values, lows, highs = ([_end(each, key) for each in scores] for key in ("value", "low", "high"))
+    axes.step(numbers, [*values, values[-1]], where="post", color=LINE, linewidth=1.2, label="best so far")
+    axes.fill_between(numbers, [*lows, lows[-1]], [*highs, highs[-1]], step="post", color=LINE, alpha=0.12, linewidth=0)
+    _hold([trial.told[0] for trial in driven], [*lows, *highs], study.objectives[0], axes)
+    axes.set_xlabel("trial (0: the original)")
+    axes.set_ylabel(_objective(study.objectives[0]))
+    axes.set_title(f"n = {len(study.train_missions)} training missions; band: 95 % interval", loc="left", fontsize=8)
+    axes.figure.legend(loc="outside lower right", ncols=3, frameon=False, fontsize=7)
+
+
+def _hold(values: Sequence[float], others: Sequence[float], name: str, axes: "Axes") -> None:
+    """Let the height hold all but the worst trials, which would flatten the rest; of these it tells the number."""
+    inside = float(np.quantile(values, OUTLIERS, method="lower"))
+    low, high = min(inside, *others), max(*values, *others)
+    if _is_money(name) and high - low < LEAST_RANGE:
+        low, high = 0.5 * (low + high - LEAST_RANGE), 0.5 * (low + high + LEAST_RANGE)
+    gap = 0.06 * (high - low or 1.0)
+    axes.set_ylim(low - gap, high + gap)
+    axes.ticklabel_format(axis="y", useOffset=False)
+    below = sum(value < low - gap for value in values)
+    if below:
+        axes.text(0.995, 0.02, f"below: {below}", transform=axes.transAxes, ha="right", fontsize=7)
+
+
+def _scale(parameter: Parameter, cell: "Axes") -> None:
+    """Let the width be the parameter's range."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    low, high = parameter.low, parameter.high
+    if parameter.choices:
+        low, high = (float(end) for end in (min(parameter.choices), max(parameter.choices)))  # type: ignore[type-var]
+    if not parameter.is_log:
+        gap = EDGE * (high - low or 1.0)
+        cell.set_xlim(low - gap, high + gap)
+        return
+    cell.set_xscale("log")
+    gap = (high / low) ** EDGE
+    cell.set_xlim(low / gap, high * gap)
+    if high / low < FEW_DECADES:
+        cell.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    cell.xaxis.set_major_formatter("{x:g}")
+    cell.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _importance(axes: "Axes", ranked: Sequence[Importance]) -> None:
+    """Bars with intervals; a tick where chance alone reaches."""
+    places = np.arange(len(ranked))
+    colours = [NEW if each.is_told_apart else FAINT for each in ranked]
+    values = [each.share.value or 0.0 for each in ranked]
+    axes.barh(places, values, height=0.6, color=colours, linewidth=0)
+    ends = _lengths([each.share for each in ranked])
+    axes.errorbar(values, places, xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8)
+    axes.plot([each.chance for each in ranked], places, "|", color=LOSS, markersize=9, label="chance alone (95 %)")
+    axes.set_yticks(places, [each.name for each in ranked])
+    axes.invert_yaxis()
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlim(0.0, None)
+    axes.set_xlabel("share of importance (PED-ANOVA), 95 % intervals")
+    axes.figure.legend(loc="outside lower right", frameon=False, fontsize=7)
+
+
+def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> None:
+    """One small graph per parameter: objective over value, the original and the incumbent marked."""
+    figure, rows = axes.figure, math.ceil(len(table.parameters) / GRID_COLUMNS)
+    axes.remove()
+    grid = figure.subplots(rows, GRID_COLUMNS, sharey=True, squeeze=False)
+    complete = np.array([trial.state == COMPLETE for trial in table.trials])
+    best = next((i for i, t in enumerate(table.trials) if t.candidate.key == study.incumbent.key), None)
+    for number, cell in enumerate(grid.flat):
+        if number >= len(table.parameters):
+            cell.axis("off")
+            continue
+        parameter = table.parameters[number]
+        if is_ordered(parameter):
+            x = np.array([float(trial.point[parameter.name]) for trial in table.trials])
+            _scale(parameter, cell)
+        else:
+            x = table.places[:, number] * (len(parameter.choices) - 1)
+            cell.set_xticks(range(len(parameter.choices)), [str(choice) for choice in parameter.choices], fontsize=6)
+        cell.plot(x[~complete], table.objective[~complete], "x", color=FAINT, markersize=2.5, markeredgewidth=0.7)
+        cell.plot(x[complete], table.objective[complete], "o", color=NEW, markersize=2.5)
+        cell.plot(x[0], table.objective[0], "s", color=LINE, markersize=4.5, label="original")
+        if best is not None:
+            cell.plot(x[best], table.objective[best], "*", color=LOSS, markersize=8, label="tuned")
+        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        cell.set_xlabel(f"{parameter.name}{unit}", fontsize=7)
+        cell.tick_params(labelsize=6)
+    _hold(table.objective.tolist(), [float(table.objective[0])], name, grid[0, 0])
+    for cell in grid[1:, 0]:
+        cell.ticklabel_format(axis="y", useOffset=False)
+    figure.supylabel(_objective(name), fontsize=8)
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False, fontsize=7)
+
+
+def _waterfall(axes: "Axes", found: Waterfall) -> None:
+    """From the old margin on the left in steps to the new one; whiskers are the steps' own intervals."""
+    labels = ["original file", *(step_title(step) for step in found.steps), "tuned file"]
+    reached = found.original
+    for place, step in enumerate(found.steps, start=1):
+        gain = step.gain.value or 0.0
+        axes.barh(place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0)
+        if step.gain.low is not None and step.gain.high is not None:
+            ends = [[gain - step.gain.low], [step.gain.high - gain]]
+            axes.errorbar([reached + gain], [place], xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8, capsize=2.0)
+        axes.plot([reached + gain] * 2, [place - 0.3, place + 1.3], color=LINE, linewidth=0.6)
+        reached += gain
+    axes.plot([found.original] * 2, [-0.3, 1.3], color=LINE, linewidth=0.6)
+    axes.plot(found.original, 0, "s", color=OLD, markersize=7)
+    axes.plot(found.incumbent, len(labels) - 1, "s", color=NEW, markersize=7)
+    texts = [
+        f"{found.original:.2f}",
+        *(number_text(step.gain.value or 0.0, sign="+") for step in found.steps),
+        f"{found.incumbent:.2f}",
+    ]
+    axes.set_yticks(range(len(labels)), labels)
+    right = axes.secondary_yaxis("right")
+    right.set_yticks(range(len(labels)), texts)
+    right.tick_params(axis="y", length=0)
+    right.spines["right"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    axes.margins(x=0.04)
+    axes.use_sticky_edges = False  # of the bars, at which the frame would end
+    axes.autoscale_view()
+    low, high = axes.get_xlim()
+    if high - low < LEAST_RANGE:
+        axes.set_xlim(0.5 * (low + high - LEAST_RANGE), 0.5 * (low + high + LEAST_RANGE))
+    axes.set_ylim(len(labels) - 0.5, -0.5)
+    total = _difference(found.total)
+    axes.set_xlabel(f"contribution margin [USD/run]; total {total}")
+    title = f"n = {found.missions} {'unseen test' if found.unseen else 'training'} missions; whiskers: 95 % intervals"
+    axes.set_title(title, loc="left", fontsize=8)
+
+
+def _components(axes: "Axes", shown: Sequence[Component]) -> None:
+    """Two bars per component; the difference with its interval stands to the right."""
+    places = np.arange(len(shown), dtype=np.float64)
+    sides = (("original", OLD, -0.19), ("incumbent", NEW, 0.19))
+    for key, colour, shift in sides:
+        label = "original file" if key == "original" else "tuned file"
+        axes.barh(places + shift, [getattr(each, key) for each in shown], height=0.36, color=colour, label=label)
+    axes.axvline(0.0, color=LINE, linewidth=0.8)
+    axes.set_yticks(places, [COMPONENTS[each.key][0] for each in shown])
+    texts = [_difference(each.difference) for each in shown]
+    right = axes.secondary_yaxis("right")
+    right.set_yticks(places, texts)
+    right.tick_params(axis="y", length=0)
+    right.spines["right"].set_visible(False)
+    axes.set_ylim(len(shown) - 0.5, -0.5)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("[USD/run], what is paid negative; right: difference with its 95 % interval")
+    axes.figure.legend(loc="outside lower right", ncols=2, frameon=False, fontsize=7)
+
+
+def _difference(interval: Interval) -> str:
+    return f"{number_text(interval.value or 0.0, sign='+')} {bounds(interval)}".rstrip()
+
+
+def _is_shown(component: Component) -> bool:
+    return component.key == MARGIN or max(abs(component.original), abs(component.incumbent)) >= LEAST_SHOWN
+
+
+def _lengths(intervals: Sequence[Interval]) -> list[list[float]]:
+    """Lengths of error bars below and above."""
+    below = [max(_end(each, "value") - _end(each, "low"), 0.0) for each in intervals]
+    above = [max(_end(each, "high") - _end(each, "value"), 0.0) for each in intervals]
+    return [below, above]
+
+
+def _end(interval: Interval, key: str) -> float:
+    """A bound; the value where there is none."""
+    number = getattr(interval, key)
+    return float(interval.value or 0.0) if number is None else float(number)
+
+
+def _objective(name: str) -> str:
+    return f"{name} [USD/run]" if _is_money(name) else name
+
+
+def _is_money(name: str) -> bool:
+    return name in ("margin", "cvar", "lower_bound") or name.startswith("margin@")

@@ -1,0 +1,250 @@
+"""The report of a tuning study as tables of text, which a terminal and a Markdown page show alike."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harness.liability import ACCOUNTINGS
+from harness.metrics import Row
+from harness.statistics import Interval
+from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
+from harness.tuning.importance import Importance
+from harness.tuning.partings import Parting, sentence
+from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
+from harness.tuning.waterfall import Player, Step
+
+NOTHING = "--"
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """One table: the first columns are text, the others stand to the right."""
+
+    title: str
+    headers: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    texts: int = 1  # columns of text
+    notes: tuple[str, ...] = ()
+
+
+def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]) -> list[Sheet]:
+    """Every table that has rows.
+
+    Args:
+        study: what was searched.
+        scores: of :func:`harness.tuning.scores.scores_document`.
+        explanation: what it says.
+        command: ``navbench run`` with the tuned file, without seed and number of deliveries.
+    """
+    found = [
+        _scores(scores, explanation),
+        _changes(study, explanation.importances),
+        _waterfall(explanation),
+        _components(explanation),
+        _accountings(explanation),
+        _interactions(explanation),
+        _checks(explanation),
+        _partings(explanation.partings, command),
+    ]
+    return [sheet for sheet in found if sheet.rows]
+
+
+def summary(study: StudyResult, explanation: Explanation) -> list[str]:
+    """What the study found, in sentences: the proof first, then whether to trust it."""
+    states = [trial.state for trial in study.trials[1:]]
+    lines = [
+        f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} training missions, "
+        f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
+    ]
+    if not study.incumbent.values:
+        return [*lines, "No trial was better than the original file: it stays as it is."]
+    lines += [_proof(explanation), *explanation.notes]
+    flagged = explanation.audit.flagged
+    if flagged:
+        names = ", ".join(check.title for check in flagged)
+        lines.append(f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file.")
+    else:
+        examined = sum(check.is_examined for check in explanation.audit.checks)
+        lines.append(f"The auditor flags nothing ({examined} of {len(explanation.audit.checks)} checks examined).")
+    return lines
+
+
+def _proof(explanation: Explanation) -> str:
+    margin = next((each for each in explanation.components if each.key == MARGIN), None)
+    if margin is None:
+        return "The margin is undefined, because the cargo was not simulated."
+    where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it: no proof"
+    text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
+    return f"{text}difference {span(margin.difference)}, {_verdict(margin.difference)}."
+
+
+def _verdict(difference: Interval) -> str:
+    if difference.low is None or difference.high is None:
+        return "alike to a cent on every mission"
+    if difference.low > 0.0:
+        return "an improvement"
+    return "a loss" if difference.high < 0.0 else "not told apart from no change"
+
+
+def _scores(scores: Row, explanation: Explanation) -> Sheet:
+    """Every objective, the margin and the SLA, on training missions and on unseen ones."""
+    rows = []
+    for part, title in (("train", "training"), ("test", "unseen test")):
+        for name, score in (scores[part] or {}).items():
+            difference = Interval(**score["difference"])
+            means = value_text(float(score["original"])), value_text(float(score["incumbent"]))
+            needed = NOTHING if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
+            cells = str(difference.n), *means, span(difference), p_text(score["p"], difference), needed
+            rows.append((name, title, *cells))
+    if explanation.optimism is not None:
+        rows.append(("margin", "optimism", "", "", "", span(explanation.optimism), "", ""))
+    headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
+    notes = (
+        "margin, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same ones "
+        "for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
+        "difference. Optimism: the margin's difference on training missions less that on test missions.",
+    )
+    return Sheet("What it brings", headers, tuple(rows), texts=2, notes=notes)
+
+
+def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
+    shares = {each.name: each for each in ranked}
+    order = {each.name: place for place, each in enumerate(ranked)}
+    rows = []
+    for each in sorted(study.space.parameters, key=lambda each: order.get(each.name, len(order))):
+        new = next((study.incumbent.values[path] for path in each.paths if path in study.incumbent.values), None)
+        found = shares.get(each.name)
+        importance = NOTHING if found is None else span(found.share) + ("" if found.is_told_apart else " (chance)")
+        value = "unchanged" if new is None else value_text(new)
+        allowed = " | ".join(map(value_text, each.choices)) or f"{each.low:g} .. {each.high:g}"
+        rows.append((each.name, each.paths[0], value_text(each.original), value, allowed, each.unit, importance))
+    headers = ("Parameter", "Path", "Old", "New", "Range", "Unit", "Importance")
+    notes = (
+        "Importance: PED-ANOVA's share in what makes a trial one of the best quarter, with its bootstrap interval over "
+        "trials; (chance): no more than parameters without effect reach in 1 of 20 studies. --: too few trials.",
+    )
+    return Sheet("What changed", headers, tuple(rows), texts=2, notes=notes)
+
+
+def _waterfall(explanation: Explanation) -> Sheet:
+    found = explanation.waterfall
+    if found is None:
+        return Sheet("", (), ())
+    rows = [("original file", f"{found.original:.2f}", "")]
+    rows += [
+        (step_title(step), number_text(step.gain.value or 0.0, sign="+"), bounds(step.gain)) for step in found.steps
+    ]
+    rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {span(found.total)}"))
+    kind = "unseen test" if found.unseen else "training"
+    notes = (
+        f"Exact Shapley values on {found.missions} {kind} missions, each driven with every mixture of old and new "
+        f"values ({found.episodes} deliveries); 95 % bootstrap intervals over missions. The steps add up to the total.",
+    )
+    return Sheet("From the old margin to the new [USD/run]", ("Step", "Margin", "95 %"), tuple(rows), notes=notes)
+
+
+def _components(explanation: Explanation) -> Sheet:
+    rows = tuple(_component(each) for each in explanation.components)
+    notes = ("What is paid counts negative; all but the last add up to the last.",)
+    headers = ("Cost component [USD/run]", "Original", "Tuned", "Difference", "p")
+    return Sheet("Where the money comes from", headers, rows, notes=notes)
+
+
+def _component(component: Component) -> tuple[str, ...]:
+    digits = 5 if component.key == "electricity" else 2
+    means = (number_text(number, digits) for number in (component.original, component.incumbent))
+    return (
+        COMPONENTS[component.key][0],
+        *means,
+        span(component.difference, digits),
+        p_text(component.p, component.difference),
+    )
+
+
+def _accountings(explanation: Explanation) -> Sheet:
+    found = {each.accounting: each for each in explanation.audit.scores}
+    rows = tuple(
+        (
+            name.replace("_", " "),
+            f"{found[name].original:.2f}",
+            f"{found[name].incumbent:.2f}",
+            span(found[name].difference),
+            p_text(found[name].p, found[name].difference),
+        )
+        for name in ACCOUNTINGS
+        if name in found
+    )
+    notes = ("The same deliveries under other accountings of contacts; docs/money.md says what each of them counts.",)
+    headers = ("Margin [USD/run] if contacts count as", "Original", "Tuned", "Difference", "p")
+    return Sheet("Scored anew: no contact threshold, and by whose fault", headers, rows, notes=notes)
+
+
+def _interactions(explanation: Explanation) -> Sheet:
+    rows = tuple(
+        (f"{each.first} x {each.second}", f"{100.0 * each.share:.1f} %", p_text(each.p_holm))
+        for each in explanation.interactions
+    )
+    notes = (
+        "Share of the variance of the trials' ranks that the product of two parameters explains beyond each by itself.",
+    )
+    return Sheet("Parameters that act together", ("Pair", "Variance", "p Holm"), rows, notes=notes)
+
+
+def _checks(explanation: Explanation) -> Sheet:
+    rows = tuple(
+        (check.title, check.state.upper() if check.is_flagged else check.state, check.says)
+        for check in explanation.audit.checks
+    )
+    notes = tuple(
+        f"{check.title}: a gap, because {check.why}. What to do: {check.advice}." for check in explanation.audit.flagged
+    )
+    return Sheet("The auditor", ("Check", "State", "What it found"), rows, texts=3, notes=notes)
+
+
+def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
+    rows = tuple(
+        (f"seed {each.seed}, delivery {each.episode}", f"{each.difference:+.2f}", sentence(each)) for each in partings
+    )
+    notes = tuple(each.replay(command) for each in partings)
+    return Sheet(
+        "Missions where the two files part ways [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
+    )
+
+
+def step_title(step: Step) -> str:
+    """A step's parameters with their old and new values; a group by its names alone."""
+    player: Player = step.player
+    if len(player.names) == 1:
+        return f"{player.title} {value_text(step.before[0])} -> {value_text(step.after[0])}"
+    names = ", ".join(player.names)
+    return f"{player.title} ({names})" if player.title not in (names, " + ".join(player.names)) else player.title
+
+
+def value_text(value: object) -> str:
+    """A parameter's value as a reader wants it."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def span(interval: Interval, decimals: int = 2) -> str:
+    """A value with its interval."""
+    if interval.value is None:
+        return NOTHING
+    return f"{number_text(interval.value, decimals)} {bounds(interval, decimals)}".rstrip()
+
+
+def bounds(interval: Interval, decimals: int = 2) -> str:
+    """The interval alone; empty where there is none."""
+    if interval.low is None or interval.high is None:
+        return ""
+    return f"[{number_text(interval.low, decimals)}, {number_text(interval.high, decimals)}]"
+
+
+def number_text(number: float, decimals: int = 2, sign: str = "") -> str:
+    """A number to so many decimals; ``sign`` "+" shows that of positive ones, too."""
+    return f"{round(number, decimals) + 0.0:{sign}.{decimals}f}"  # + 0.0: no minus sign before a rounded zero
+
+
+def p_text(p: float, difference: Interval | None = None) -> str:
+    """A p value; of a difference only where some pairs are apart."""
+    if difference is not None and difference.low is None:
+        return NOTHING
+    return "<.001" if p < 0.001 else f"{p:.3f}"

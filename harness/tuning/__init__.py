@@ -1,0 +1,1 @@
+"""Tuning a Nav2 parameter file for what its deliveries earn."""

@@ -1,0 +1,83 @@
+"""The auditor: is the optimum better driving, or a gap of the cost model?
+
+The incumbent is held against the original on the same missions, those that the tuner never saw where there are any. Six
+checks look for what the cost model fails to price; each is a test of its own, and together they raise a false alarm in
+at most 1 of 50 studies whose incumbent exploits nothing (Bonferroni).
+"""
+
+from dataclasses import dataclass
+
+from harness.economics.prices import Prices
+from harness.metrics import Row
+from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
+from harness.tuning.audit_edges import edges
+from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Check
+from harness.tuning.audit_pairs import Pairs, pair_up
+from harness.tuning.audit_scores import Score, score
+from harness.tuning.result import StudyResult
+
+THRESHOLD = 50.0  # [N s] in one physics step with one partner, from which a contact counts; published
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """What the auditor found."""
+
+    checks: tuple[Check, ...]
+    scores: tuple[Score, ...]  # margin under every accounting; empty where it is undefined
+    missions: int  # that both finished
+    unseen: bool  # these are test missions
+
+    @property
+    def flagged(self) -> tuple[Check, ...]:
+        """The checks that raise an alarm."""
+        return tuple(check for check in self.checks if check.is_flagged)
+
+    def as_json(self) -> Row:
+        """The audit as one JSON object."""
+        return {
+            "flagged": [check.key for check in self.flagged],
+            "family_level": FAMILY_LEVEL,
+            "level_of_each_test": LEVEL,
+            "missions": self.missions,
+            "unseen": self.unseen,
+            "checks": [check.as_json() for check in self.checks],
+            "accountings": {
+                each.accounting: {
+                    "original": each.original,
+                    "incumbent": each.incumbent,
+                    "difference": each.difference.as_json(),
+                    "p": each.p,
+                }
+                for each in self.scores
+            },
+        }
+
+
+def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> Audit:
+    """Hold the incumbent against the original.
+
+    Args:
+        study: with test rows, or with training rows alone; rows with their events where single contacts are to be told.
+        prices: the price file.
+        threshold: [N s] from which the world counts a contact.
+    """
+    unseen = len(study.test_rows) == 2
+    rows = (study.test_rows[0], study.test_rows[1]) if unseen else study.train_rows
+    pairs = pair_up(*rows, prices, study.seed)
+    if not pairs.n:
+        absent = "no mission was finished by both"
+        checks = [Check(key, False, absent, is_examined=False) for key in TITLES if key != "edge"]
+        return Audit((*checks, edges(study)), (), 0, unseen)
+    scores = score(pairs)
+    return Audit((*_on_deliveries(pairs, scores, threshold), edges(study)), scores, pairs.n, unseen)
+
+
+def _on_deliveries(pairs: Pairs, scores: tuple[Score, ...], threshold: float) -> tuple[Check, ...]:
+    return (
+        pushing(pairs, scores, threshold),
+        another_accounting(scores),
+        timeouts(pairs, scores),
+        early_ends(pairs),
+        freezing(pairs),
+    )

@@ -1,0 +1,133 @@
+"""The auditor's look at the search space: a tuned value at the edge of its range may have its best beyond."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from harness.statistics import Interval
+from harness.tuning.audit_findings import LEVEL, Check, Evidence
+from harness.tuning.result import StudyResult
+from harness.tuning.space import Parameter
+from harness.tuning.trial_table import TrialTable, is_ordered, place, trial_table
+from navstack.types import FloatArray
+
+NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
+FINE = 1e-9
+WHY = (
+    "the search ended where the file of the search space ends, not where the objective has its best: what the study "
+    "calls an optimum is one of the range"
+)
+ADVICE = "widen the range, if the robot allows it, and go on; or say why the limit is meant"
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A tuned value near an end of its range."""
+
+    parameter: Parameter
+    value: float
+    distance: float  # of the range, from the value to the end
+    is_high: bool  # the end is the upper one
+    p_near: float  # that a value without effect on the objective lies so near to an end
+    p_trend: float  # one-sided, that the objective does not rise towards that end
+
+    @property
+    def p(self) -> float:
+        """Both by Fisher's method (1932): near for no reason, and no rise either."""
+        product = self.p_near * self.p_trend
+        return 0.0 if product == 0.0 else product * (1.0 - math.log(product))
+
+
+def edges(study: StudyResult) -> Check:
+    """Tuned values near an end of their range, flagged where that is no chance."""
+    table = trial_table(study.space, study.trials)
+    near = [edge for edge in (_edge(study, table, i) for i in range(len(table.parameters))) if edge is not None]
+    tested = max(1, sum(_is_tuned(study, parameter) for parameter in study.space.parameters))
+    flagged = [edge for edge in near if edge.p <= LEVEL / tested]
+    said = [_sentence(edge) for edge in flagged or near]
+    return Check(
+        "edge",
+        bool(flagged),
+        "; ".join(said) if said else f"none of the {tested} tuned values is near an end of its range",
+        tuple(_evidence(edge) for edge in flagged or near),
+        why=WHY,
+        advice=ADVICE,
+    )
+
+
+def _is_tuned(study: StudyResult, parameter: Parameter) -> bool:
+    """Whether the incumbent has another value than the original of a parameter with ends."""
+    return is_ordered(parameter) and any(path in study.incumbent.values for path in parameter.paths)
+
+
+def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
+    """The end that the incumbent's value is near to; None: it is not, or the tuner left it as it was."""
+    parameter = table.parameters[number]
+    if not _is_tuned(study, parameter):
+        return None
+    value = next(study.incumbent.values[path] for path in parameter.paths if path in study.incumbent.values)
+    where = place(parameter, value)
+    distance, is_high = min((where, False), (1.0 - where, True))
+    if distance > NEAR + FINE:
+        return None
+    p_trend = _p_of_trend(table, number, is_high)
+    return Edge(parameter, float(value), distance, is_high, _p_near(table, number, distance), p_trend)
+
+
+def _p_near(table: TrialTable, number: int, distance: float) -> float:
+    """How likely an arbitrary value is so near to an end: of a grid 2 in so many levels, else twice the distance."""
+    tried = np.unique(table.places[:, number])
+    is_grid = 2 * tried.size <= len(table.trials)
+    parameter = table.parameters[number]
+    if parameter.choices:
+        levels: float = len(parameter.choices)
+    elif parameter.is_int or parameter.step is not None:
+        levels = (parameter.high - parameter.low) / (parameter.step or 1.0) + 1.0
+    else:
+        levels = tried.size if is_grid else math.inf
+    return min(1.0, max(2.0 * distance, 2.0 / levels if tried.size else 0.0))
+
+
+def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
+    """One-sided p of the objective's rise towards an end, at that end, with all other parameters held.
+
+    A quadratic response surface of the objective's ranks (Box and Wilson 1951) without products. All parameters stand
+    in it, as a sampler that dwells on what is good makes trials alike also in what does not matter. 1 where trials are
+    too few for it.
+    """
+    varied = [
+        i for i in range(len(table.parameters)) if i != number and len(table.trials) and _varies(table.places[:, i])
+    ]
+    if len(table.trials) < 2 * len(varied) + 10 or not _varies(table.places[:, number]) or not _varies(table.objective):
+        return 1.0
+    inward = 1.0 - table.places[:, number] if is_high else table.places[:, number]  # from the end
+    others = table.places[:, varied] - table.places[:, varied].mean(axis=0)
+    design = np.column_stack([np.ones(len(inward)), inward, inward**2, others, others**2])
+    answer = stats.rankdata(table.objective)
+    solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
+    residual, freedom = answer - design @ solution, len(answer) - int(rank)
+    variance = float(residual @ residual) / freedom * np.linalg.pinv(design.T @ design)[1, 1]
+    if variance <= 0.0:
+        return 1.0
+    return float(stats.t.cdf(solution[1] / math.sqrt(variance), freedom))
+
+
+def _varies(values: FloatArray) -> bool:
+    return bool(np.ptp(values) > 0.0)
+
+
+def _sentence(edge: Edge) -> str:
+    limit = edge.parameter.high if edge.is_high else edge.parameter.low
+    end = f"the {'upper' if edge.is_high else 'lower'} end {limit:g}"
+    if edge.distance <= FINE:
+        return f"{edge.parameter.name} = {edge.value:g} is {end}"
+    return f"{edge.parameter.name} = {edge.value:g} is {100.0 * edge.distance:.2g} % of its range from {end}"
+
+
+def _evidence(edge: Edge) -> Evidence:
+    original = edge.parameter.original
+    number = float(original) if isinstance(original, int | float) else math.nan
+    none = Interval(edge.value - number, None, None, 1)
+    return Evidence(edge.parameter.name, edge.parameter.unit, number, edge.value, none, edge.p)

@@ -1,0 +1,169 @@
+"""Deliveries of two candidates on the same missions, as arrays that the auditor compares."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from harness.economics.prices import Prices
+from harness.liability import EVENT, PERSON
+from harness.metrics import Row
+from harness.outcome import Outcome
+from harness.statistics import PairedDifference, compare_pairs
+from harness.statistics.bootstrap import IntArray
+from harness.tuning.evaluation import EVENTS
+from harness.valuation import CENT, missions
+from navstack.types import FloatArray
+
+FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered
+SLOWEST = 0.01  # [m/s] below which that is no driving
+BAND = 0.7  # of the threshold from which on a touch that does not count is close to it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Side:
+    """One candidate's deliveries; arrays (n,) in the order of the missions."""
+
+    rows: tuple[Row, ...]
+    events: tuple[Row, ...] | None  # of all these deliveries; None: nobody kept them
+
+    def column(self, key: str) -> FloatArray:
+        """A column; NaN where it is null."""
+        return np.array([np.nan if row[key] is None else row[key] for row in self.rows], dtype=np.float64)
+
+    def ended(self, outcome: Outcome) -> FloatArray:
+        """1 where a delivery ended so, else 0."""
+        return np.array([row["outcome"] == outcome.value for row in self.rows], dtype=np.float64)
+
+    @property
+    def gave_up(self) -> FloatArray:
+        """1 where the navigation ended without success, else 0."""
+        return np.array([bool(row["gave_up"]) for row in self.rows], dtype=np.float64)
+
+    @property
+    def progress(self) -> FloatArray:
+        """Share of the shortest path that was made good, by the straight distance that is left at the end."""
+        shortest = np.maximum(self.column("shortest_path_m"), 1e-9)
+        share: FloatArray = np.clip(1.0 - self.column("goal_distance_m") / shortest, 0.0, 1.0)
+        return share
+
+    @property
+    def pace(self) -> FloatArray:
+        """Speed [m/s] at which the shortest path was made good."""
+        speed: FloatArray = self.progress * self.column("shortest_path_m") / np.maximum(self.column("duration_s"), 1e-9)
+        return speed
+
+    @property
+    def standing(self) -> FloatArray:
+        """Estimated share of the time at a standstill: of what driving at the candidate's usual speed would not take.
+
+        Rows hold the mean speed, not how it came about; the usual speed is the :data:`FASTEST` quantile over the
+        deliveries. A robot that always stands as long as it drives shows in :attr:`pace` instead.
+        """
+        speed = self.column("average_speed_mps")
+        usual = float(np.quantile(speed, FASTEST))
+        share: FloatArray = np.clip(1.0 - speed / usual, 0.0, 1.0) if usual > SLOWEST else np.ones_like(speed)
+        return share
+
+    def close_touches(self, threshold: float) -> FloatArray:
+        """Touches per delivery just too soft to be counted [1/run].
+
+        With events: contact events with people of which no step reaches ``threshold`` [N s], but one reaches 0.7
+        of it, or all impacts together reach it. Without: all contacts too soft to count.
+        """
+        if self.events is None:
+            return self.column("soft_contacts")
+        numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
+        touches = np.zeros(len(self.rows))
+        for event in self.events:
+            if event["type"] != EVENT or event["kind"] != PERSON:
+                continue
+            peak = largest_step(event)
+            if peak < threshold and (peak >= BAND * threshold or event["impulse_ns"] >= threshold):
+                touches[numbers[event["episode"]]] += 1.0
+        return touches
+
+    @property
+    def counted(self) -> FloatArray:
+        """Contacts with people that are paid for [1/run]."""
+        return self.column("pedestrian_contacts")
+
+    @property
+    def impulses(self) -> tuple[FloatArray, FloatArray]:
+        """Of each contact event with a person the impulse and the most of one physics step [N s]."""
+        own = [event for event in self.events or () if event["type"] == EVENT and event["kind"] == PERSON]
+        return np.array([event["impulse_ns"] for event in own]), np.array([largest_step(event) for event in own])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Original and incumbent on the missions that both finished."""
+
+    original: Side
+    incumbent: Side
+    clusters: IntArray  # number of each pair's mission
+    abandoned: tuple[FloatArray, FloatArray]  # of all missions, also unfinished: 1 where there is no result, else 0
+    prices: Prices
+    seed: int  # of resamples
+
+    @property
+    def n(self) -> int:
+        """Number of pairs."""
+        return len(self.original.rows)
+
+    @property
+    def has_events(self) -> bool:
+        """Whether single contacts are known."""
+        return self.original.events is not None and self.incumbent.events is not None
+
+    def compare_all(self, original: FloatArray, incumbent: FloatArray) -> PairedDifference:
+        """The same for shares of all missions, also of those without a result."""
+        every = np.arange(original.size)
+        return compare_pairs(original, incumbent, every, np.random.default_rng(self.seed), is_share=True)
+
+    def compare(self, original: FloatArray, incumbent: FloatArray, is_share: bool = False) -> PairedDifference:
+        """Incumbent minus original."""
+        rng = np.random.default_rng(self.seed)
+        return compare_pairs(original, incumbent, self.clusters, rng, is_share)
+
+    def compare_money(self, original: FloatArray, incumbent: FloatArray) -> PairedDifference:
+        """The same of [USD]; without bounds where all pairs are alike to a cent."""
+        return compare_pairs(original, incumbent, self.clusters, np.random.default_rng(self.seed), resolution=CENT)
+
+
+def pair_up(original: Sequence[Row], incumbent: Sequence[Row], prices: Prices, seed: int) -> Pairs:
+    """Pair the rows of two candidates, one mission after the other.
+
+    Raises:
+        ValueError: other missions, or another number of them.
+    """
+    if [_delivery(row) for row in original] != [_delivery(row) for row in incumbent]:
+        raise ValueError("rows of different missions cannot be paired")
+    lost = tuple(np.array([has_error(row) for row in rows], dtype=np.float64) for rows in (original, incumbent))
+    both: npt.NDArray[np.bool_] = (lost[0] + lost[1]) == 0.0
+    sides = [_side([row for row, keep in zip(rows, both, strict=True) if keep]) for rows in (original, incumbent)]
+    return Pairs(sides[0], sides[1], missions(sides[0].rows), (lost[0], lost[1]), prices, seed)
+
+
+def has_error(row: Row) -> bool:
+    """Whether a delivery has no result."""
+    return row.get("error") is not None
+
+
+def largest_step(event: Row) -> float:
+    """Most that was exchanged in one physics step [N s]; the whole impulse where nobody kept it."""
+    peak = event.get("peak_step_impulse_ns")
+    return float(event["impulse_ns"] if peak is None else peak)
+
+
+def _delivery(row: Row) -> tuple[int | None, int]:
+    return row.get("seed"), row["episode"]
+
+
+def _side(rows: Sequence[Row]) -> Side:
+    """One candidate's finished deliveries with their events, under the name that their rows have."""
+    if any(row.get(EVENTS) is None for row in rows):
+        return Side(tuple(rows), None)
+    owned = ({**event, "stack": row["stack"], "episode": row["episode"]} for row in rows for event in row[EVENTS])
+    return Side(tuple(rows), tuple(owned))

@@ -1,0 +1,66 @@
+"""What a user asked of a study, kept in its folder: with it a study goes on where it was cut off."""
+
+import re
+from dataclasses import dataclass
+
+from harness.tuning.evaluation import FIRST_TEST
+from navstack.errors import InputError
+
+DECLARATION = "tuning.yaml"  # in the study's params/
+SPACE = "search_space.yaml"  # beside it
+ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
+MOST_TRIALS = 10_000
+MOST_EPISODES = 10_000  # training missions, or test missions
+_UNITS = {"h": 3600.0, "m": 60.0, "s": 1.0}
+_DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """A study but for what ``run.json`` says."""
+
+    stack: str  # as the user gave it
+    space: str  # name of the search space
+    objective: str
+    sampler: str
+    trials: int  # beside the original
+    episodes: int  # training missions
+    test_episodes: int
+    is_raced: bool
+    waterfall_missions: int  # on which the explanation drives mixtures of old and new values
+    budget: float | None  # [s] of wall time; None: as long as it takes
+    sensors: str  # of the stack: a name of params/sensors, or an absolute path
+    robot: str
+    options: tuple[str, ...]  # of the ``navbench run`` that drives the test again, but for stack, seed and episodes
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            InputError: a number out of range.
+        """
+        for option, value, least, most in (
+            ("--trials", self.trials, 1, MOST_TRIALS),
+            ("--episodes", self.episodes, 2, MOST_EPISODES),
+            ("--test-episodes", self.test_episodes, 0, MOST_EPISODES),
+        ):
+            if not least <= value <= most:
+                raise InputError(f"{option} {value} is out of range; give {least} to {most}")
+        assert self.episodes <= FIRST_TEST, "training missions would run into those of the test"
+
+
+def parse_duration(text: str) -> float:
+    """A duration in [s], given as ``90s``, ``30m`` or ``1h30m``.
+
+    Raises:
+        InputError: it is none, or nothing.
+    """
+    parts = _DURATION.fullmatch(text.strip().lower())
+    seconds = (
+        sum(float(part or 0.0) * unit for part, unit in zip(parts.groups(), _UNITS.values(), strict=True))
+        if parts
+        else 0.0
+    )
+    if seconds <= 0.0:
+        raise InputError(f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or 1h30m")
+    return seconds

@@ -1,0 +1,58 @@
+"""How the best trial of a study grew, with how sure its score is."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.statistics import Interval, percentile_interval
+from harness.tuning.evaluation import Evaluator
+from harness.tuning.objective import Objective, parse_objectives
+from harness.tuning.result import COMPLETE, StudyResult
+from navstack.errors import InputError
+
+DRAWS = 400  # bootstrap draws per interval
+
+
+@dataclass(frozen=True, slots=True)
+class Best:
+    """A trial that was the best when it was driven."""
+
+    number: int  # of the trial
+    score: Interval  # of the first objective over training missions
+
+    def as_json(self) -> Row:
+        """The trial as one JSON object."""
+        return {"trial": self.number, **self.score.as_json()}
+
+
+def history(study: StudyResult, evaluator: Evaluator) -> tuple[Best, ...]:
+    """Every trial that was better than all complete ones before it, the original first.
+
+    Intervals are the bootstrap's over training missions, 95 %. They are of each trial alone: as the best of many is
+    chosen, its score is too good (the report's optimism says by how much).
+    """
+    objective = parse_objectives(",".join(study.objectives))[0]
+    found: list[Best] = []
+    for trial in study.trials:
+        if trial.state != COMPLETE or (found and trial.values[0] <= (found[-1].score.value or 0.0)):
+            continue
+        rows = evaluator.rows(trial.candidate, trial.missions)
+        draws = [_value(objective, each) for each in _resamples(rows, study.seed)]
+        found.append(Best(trial.number, percentile_interval(trial.values[0], np.array(draws), len(rows))))
+    return tuple(found)
+
+
+def _value(objective: Objective, rows: Sequence[Row]) -> float:
+    """The objective; NaN where a resample has nothing of its kind."""
+    try:
+        return objective.value(rows, len(rows))
+    except InputError:
+        return math.nan
+
+
+def _resamples(rows: Sequence[Row], seed: int) -> list[list[Row]]:
+    rng = np.random.default_rng(seed)
+    return [[rows[i] for i in rng.integers(0, len(rows), len(rows))] for _ in range(DRAWS)]

@@ -1,0 +1,146 @@
+"""Which parameters matter to the objective, and which pairs of them act together, told from a study's trials."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from harness.metrics import Row
+from harness.statistics import Interval, holm, percentile_interval
+from harness.tuning.space import Parameter
+from harness.tuning.trial_table import TrialTable, is_ordered
+from navstack.types import FloatArray
+
+TOP = 0.25  # share of the trials, the best ones, that importance is about
+LEAST_TRIALS = 20  # so that the best are five, fewer than which PED-ANOVA's densities are not to be trusted
+RESAMPLES = 100  # of the trials, for intervals; and as many shuffles for the level of chance
+PAIRS = 3  # interactions that are told of
+SEED = 0  # of resamples and shuffles
+
+
+@dataclass(frozen=True, slots=True)
+class Importance:
+    """How much a parameter decides whether a trial is among the best."""
+
+    name: str
+    share: Interval  # of all importance, 0..1; over resampled trials
+    chance: float  # share that a parameter without any effect exceeds in 1 of 20 studies with these trials
+
+    @property
+    def is_told_apart(self) -> bool:
+        """Whether it is more than chance gives."""
+        return (self.share.value or 0.0) > self.chance
+
+    def as_json(self) -> Row:
+        """The importance as one JSON object."""
+        return {"name": self.name, **self.share.as_json(), "chance": self.chance}
+
+
+@dataclass(frozen=True, slots=True)
+class Interaction:
+    """Two parameters of which the effect of one depends on the value of the other."""
+
+    first: str
+    second: str
+    share: float  # of the variance of the objective's ranks that their product explains beyond each by itself
+    p_holm: float  # of none, adjusted for all pairs
+
+    def as_json(self) -> Row:
+        """The interaction as one JSON object."""
+        return {"names": [self.first, self.second], "variance_share": self.share, "p_holm": self.p_holm}
+
+
+def importances(table: TrialTable) -> tuple[Importance, ...]:
+    """Importance of each parameter by PED-ANOVA (Watanabe et al. 2023, IJCAI), the largest first.
+
+    It asks how far the density of the best quarter of the trials departs from that of all, parameter by parameter. The
+    shares add up to one whatever the data, so each stands beside what shuffled objectives give. Intervals are the
+    percentile bootstrap's over trials; these come from an adaptive sampler and are not independent, so they are too
+    narrow. Empty where the trials are fewer than :data:`LEAST_TRIALS`, or all alike.
+    """
+    varied = [number for number in range(len(table.parameters)) if np.ptp(table.places[:, number], axis=0) > 0.0]
+    if len(table.trials) < LEAST_TRIALS or len(varied) < 2 or np.ptp(table.objective) == 0.0:
+        return ()
+    parameters = [table.parameters[number] for number in varied]
+    places, objective, n = table.places[:, varied], table.objective, len(table.trials)
+    rng = np.random.default_rng(SEED)
+    shares = _ped_anova(parameters, places, objective)
+    resamples = (rng.integers(0, n, n) for _ in range(RESAMPLES))
+    spread = np.array([_ped_anova(parameters, places[chosen], objective[chosen]) for chosen in resamples])
+    shuffled = np.array([_ped_anova(parameters, places, rng.permutation(objective)) for _ in range(RESAMPLES)])
+    chance = np.quantile(shuffled, 0.95, axis=0)
+    found = [
+        Importance(each.name, percentile_interval(float(shares[i]), spread[:, i], n), float(chance[i]))
+        for i, each in enumerate(parameters)
+    ]
+    return tuple(sorted(found, key=lambda each: -(each.share.value or 0.0)))
+
+
+def interactions(table: TrialTable) -> tuple[Interaction, ...]:
+    """The strongest pairs of numbers by a quadratic response surface on ranks (Box and Wilson 1951), strongest first.
+
+    Beside every parameter's linear term and the two squares the product of a pair is tested (partial F test). Empty
+    where the trials are too few for such a surface.
+    """
+    numbers = [
+        i
+        for i, parameter in enumerate(table.parameters)
+        if is_ordered(parameter) and len(table.trials) and np.ptp(table.places[:, i]) > 0.0
+    ]
+    if len(table.trials) < max(LEAST_TRIALS, len(numbers) + 10) or np.ptp(table.objective) == 0.0:
+        return ()
+    places = table.places - table.places.mean(axis=0)
+    answer = stats.rankdata(table.objective)
+    found = []
+    for i, j in itertools.combinations(numbers, 2):
+        without = np.column_stack([np.ones(len(answer)), places, places[:, i] ** 2, places[:, j] ** 2])
+        found.append((i, j, *_gain_of_term(without, places[:, i] * places[:, j], answer)))
+    adjusted = holm([p for *_, p in found])
+    names = [parameter.name for parameter in table.parameters]
+    pairs = [Interaction(names[i], names[j], s, p) for (i, j, s, _), p in zip(found, adjusted, strict=True)]
+    return tuple(sorted(pairs, key=lambda pair: (pair.p_holm, -pair.share))[:PAIRS])
+
+
+def _gain_of_term(without: FloatArray, term: FloatArray, answer: FloatArray) -> tuple[float, float]:
+    """Share of the variance that one more term explains, and the p value of its partial F test."""
+    before, _ = _residual(without, answer)
+    after, rank = _residual(np.column_stack([without, term]), answer)
+    freedom = len(answer) - rank
+    whole = float(((answer - answer.mean()) ** 2).sum())
+    gain = max(before - after, 0.0)
+    if freedom < 1 or whole == 0.0:
+        return 0.0, 1.0
+    p = float(stats.f.sf(gain / (after / freedom), 1, freedom)) if after > 0.0 else 0.0
+    return gain / whole, p
+
+
+def _residual(design: FloatArray, answer: FloatArray) -> tuple[float, int]:
+    """Sum of squares that the columns leave, and their rank."""
+    solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
+    left = answer - design @ solution
+    return float(left @ left), int(rank)
+
+
+def _ped_anova(parameters: Sequence[Parameter], places: FloatArray, objective: FloatArray) -> FloatArray:
+    """Shares by parameter, shape (parameters,), of trials at ``places`` (trials, parameters)."""
+    import optuna
+    from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
+    from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
+    from optuna.trial import create_trial
+
+    distributions: dict[str, BaseDistribution] = {
+        each.name: FloatDistribution(0.0, 1.0)
+        if is_ordered(each)
+        else CategoricalDistribution(np.unique(places[:, i]).tolist())
+        for i, each in enumerate(parameters)
+    }
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    study = optuna.create_study(direction="maximize")
+    for point, value in zip(places.tolist(), objective.tolist(), strict=True):
+        params = dict(zip(distributions, point, strict=True))
+        study.add_trial(create_trial(params=params, distributions=distributions, value=value))
+    evaluator = PedAnovaImportanceEvaluator(target_quantile=TOP)
+    found = get_param_importances(study, evaluator=evaluator, normalize=True)
+    return np.array([found[each.name] for each in parameters])

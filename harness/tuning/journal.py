@@ -1,0 +1,137 @@
+"""The journal of a study: every episode is on disk before anybody hears of it, so that nothing is simulated twice."""
+
+import contextlib
+import json
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from harness.durable_files import locked, no_links, sync_folder
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
+from harness.runs import JOURNAL, MOST_JOURNAL, MOST_LINE
+from harness.table_files import trouble_with
+from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
+from navstack.errors import InputError
+from navstack.files import check_regular
+
+COLUMNS = {**EPISODE_COLUMNS, MARGIN: "double"}
+
+Key = tuple[tuple[tuple[str, Value], ...], int]  # of a candidate, and a mission
+
+
+class Journal:
+    """Finished episodes by candidate and mission, and the wall time that they took over all sessions of a study.
+
+    Nobody else can write the folder meanwhile.
+    """
+
+    def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
+        """Lock the folder and read what is finished.
+
+        Args:
+            path: of the study's folder.
+            clock: [s].
+
+        Raises:
+            InputError: another program writes the folder, it cannot be written, or its journal is damaged.
+        """
+        self.path = path / JOURNAL
+        self._rows: dict[Key, Row] = {}
+        self._clock, self._before = clock, 0.0
+        self._began = clock()
+        with contextlib.ExitStack() as opening:
+            try:
+                opening.enter_context(locked(path))
+                if self.path.exists():
+                    check_regular(self.path, MOST_JOURNAL)
+                self._file: IO[bytes] = opening.enter_context(open(self.path, "ab+", opener=no_links))
+                self._read()
+                sync_folder(path)
+            except OSError as error:
+                raise InputError(f"study folder '{path}' cannot be written ({error.strerror})") from None
+            self._open = opening.pop_all()
+
+    def __enter__(self) -> "Journal":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._open.close()
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @property
+    def elapsed(self) -> float:
+        """Wall time [s] of the study so far; of earlier sessions up to their last episode."""
+        return self._before + self._clock() - self._began
+
+    def get(self, candidate: Candidate, mission: int) -> Row | None:
+        """The row of an episode; None: it is not finished."""
+        row = self._rows.get((candidate.key, mission))
+        return None if row is None else {**row, "stack": candidate.name}
+
+    def add(self, candidate: Candidate, mission: int, row: Row) -> None:
+        """Put one finished episode on disk before returning.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        columns = {key: value for key, value in row.items() if key != EVENTS}
+        episode = {"mission": mission, "row": columns, EVENTS: row[EVENTS]}
+        record = {"values": dict(candidate.values), **episode, "elapsed_s": self.elapsed}
+        line = json.dumps(record, allow_nan=False)
+        try:
+            self._file.write(line.encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise InputError(
+                f"study folder '{self.path.parent}' cannot be written ({error.strerror}); {len(self)} finished "
+                f"episodes are kept; make room and go on with --resume {self.path.parent}"
+            ) from None
+        self._keep(json.loads(line))
+
+    def _keep(self, record: Any) -> None:
+        candidate = Candidate("", dict(record["values"]))
+        self._rows[candidate.key, int(record["mission"])] = {**record["row"], EVENTS: list(record[EVENTS])}
+
+    def _read(self) -> None:
+        """Take in the finished episodes; a last line that was cut off goes away."""
+        place, end = 0, self._file.seek(0, os.SEEK_END)
+        self._file.seek(0)
+        for number, line in enumerate(iter(lambda: self._file.readline(MOST_LINE), b""), start=1):
+            trouble = self._take_in(line)
+            if trouble and place + len(line) >= end:
+                break
+            if trouble:
+                raise InputError(f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a whole one")
+            place += len(line)
+        self._file.truncate(place)
+
+    def _take_in(self, line: bytes) -> str:
+        """Keep a line's episode; returns what is wrong with it."""
+        try:
+            record = json.loads(line) if line.endswith(b"\n") else None
+            if record is None:
+                return "cut off"
+            trouble = _trouble_with(record["row"])
+            if trouble:
+                return trouble
+            self._keep(record)
+            self._before = float(record["elapsed_s"])
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            return f"{type(error).__name__}"
+        return ""
+
+
+def _trouble_with(row: Row) -> str:
+    """What is wrong with an episode's row and the events in it; empty if nothing is."""
+    events = row.get(EVENTS, [])
+    if not isinstance(events, list) or any(set(event) - set(EVENT_COLUMNS) for event in events):
+        return f"{EVENTS} are no rows of events.parquet"
+    return trouble_with({key: value for key, value in row.items() if key != EVENTS}, COLUMNS)

@@ -1,0 +1,243 @@
+"""What a study makes as large as it can.
+
+``margin``: the mean contribution margin [USD/run]. ``cvar``: half the mean, half the mean of the worst 10 % of the
+deliveries (conditional value at risk: Rockafellar and Uryasev 2000, "Optimization of conditional value-at-risk"): the
+one without the rare disaster of two files that earn alike. ``lower_bound``: the one-sided 95 % lower confidence bound
+of the mean margin by Student's t. ``margin@sla>=0.9``: the mean margin, of those whose share of deliveries in time and
+intact is at least 0.9. The name of any metric of ``docs/metrics.md``: its mean, in the direction that is better; where
+none is, or the other is wanted, ``-name`` for small and ``+name`` for large values.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.stats import t as student
+
+from harness.metrics import EPISODE_METRICS, Row
+from harness.metrics.metric import Better
+from harness.statistics import cvar, wilson_interval
+from harness.tuning.evaluation import MARGIN
+from harness.valuation import CENT, OUTCOMES
+from navstack.errors import InputError, UnknownNameError
+from navstack.types import FloatArray
+
+TAIL = 0.10  # share of the deliveries that are the worst
+TAIL_WEIGHT = 0.5  # of their mean in ``cvar``
+CONFIDENCE = 0.95
+USD_PER_SHARE = 1000.0  # [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
+NAMES = ("margin", "cvar", "lower_bound", "margin@sla>=0.9")
+
+
+class UndefinedError(InputError):
+    """Deliveries have no value of an objective."""
+
+
+class Objective(Protocol):
+    """What is made large."""
+
+    @property
+    def name(self) -> str:
+        """As the user gave it."""
+
+    @property
+    def resolution(self) -> float:
+        """A gain up to this is none: of money less than a cent, which is a few more metres of electricity."""
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """Of deliveries that stand for ``total`` of their kind (with more of them a bound lies closer to the mean).
+
+        Raises:
+            UndefinedError: it has none.
+        """
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """One number per delivery, shape (n,), of which the objective is, or all but is, the mean: for paired tests.
+
+        ``reference`` are deliveries that give a level where one is needed, the same for both sides of a pair.
+        """
+
+    def shortfall(self, rows: Sequence[Row]) -> float:
+        """By how much a side condition is missed, 0: it is kept, or there is none."""
+
+    def is_hopeless(self, rows: Sequence[Row]) -> bool:
+        """Whether the side condition is out of reach."""
+
+
+class _Unbound:
+    """An objective without side condition, in [USD]."""
+
+    @property
+    def resolution(self) -> float:
+        """A cent."""
+        return CENT
+
+    def shortfall(self, rows: Sequence[Row]) -> float:
+        """Nothing is missed."""
+        return 0.0
+
+    def is_hopeless(self, rows: Sequence[Row]) -> bool:
+        """Nothing is asked for."""
+        return False
+
+
+@dataclass(frozen=True, slots=True)
+class Mean(_Unbound):
+    """The mean of a column; ``sign`` -1: small values are wanted."""
+
+    name: str
+    column: str
+    sign: float = 1.0
+
+    @property
+    def resolution(self) -> float:
+        """A cent of the margin."""
+        return CENT if self.column == MARGIN else 0.0
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """As :class:`Objective` has it."""
+        known = [score for score in self.scores(rows, rows) if not math.isnan(score)]
+        if not known:
+            raise UndefinedError(f"objective '{self.name}': no delivery has a value of {self.column}; choose another")
+        return float(np.mean(known))
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """As :class:`Objective` has it; NaN where undefined."""
+        if self.column == MARGIN:
+            return self.sign * margins(rows, self.name)
+        if self.column in OUTCOMES:
+            return np.array([self.sign * (row["outcome"] == self.column) for row in rows])
+        return self.sign * np.array([math.nan if row[self.column] is None else row[self.column] for row in rows])
+
+
+@dataclass(frozen=True, slots=True)
+class MeanAndTail(_Unbound):
+    """Half the mean margin, half the mean of the worst."""
+
+    name: str = "cvar"
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """As :class:`Objective` has it."""
+        values = margins(rows, self.name)
+        return float((1.0 - TAIL_WEIGHT) * values.mean() - TAIL_WEIGHT * cvar(-values, 1.0 - TAIL))
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """Rockafellar and Uryasev's linear form about the reference's quantile t: t - max(t - margin, 0) / share.
+
+        Its mean is the mean of the worst for the reference, and for others a bound from below.
+        """
+        values, level = margins(rows, self.name), float(np.quantile(margins(reference, self.name), TAIL))
+        worst = level - np.maximum(level - values, 0.0) / TAIL
+        return np.asarray((1.0 - TAIL_WEIGHT) * values + TAIL_WEIGHT * worst)
+
+
+@dataclass(frozen=True, slots=True)
+class LowerBound(_Unbound):
+    """The lower confidence bound of the mean margin."""
+
+    name: str = "lower_bound"
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """As :class:`Objective` has it; one delivery has no bound but its margin."""
+        values = margins(rows, self.name)
+        if len(values) < 2:
+            return float(values.mean())
+        factor = float(student.ppf(CONFIDENCE, total - 1)) / math.sqrt(total)
+        return float(values.mean() - factor * values.std(ddof=1))
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """The margins."""
+        return margins(rows, self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class MarginAtSla:
+    """The mean margin where the SLA is kept."""
+
+    name: str
+    least: float  # share of deliveries
+
+    @property
+    def resolution(self) -> float:
+        """A cent."""
+        return CENT
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """The mean margin less a penalty in proportion to the missing share (exact for a large one: Fletcher 1987)."""
+        return float(margins(rows, self.name).mean()) - USD_PER_SHARE * self.shortfall(rows)
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """The margins, with the penalty of each delivery where the reference misses the SLA."""
+        penalty = USD_PER_SHARE if self.shortfall(reference) > 0.0 else 0.0
+        return margins(rows, self.name) - penalty * np.array([row["outcome"] != "sla" for row in rows])
+
+    def shortfall(self, rows: Sequence[Row]) -> float:
+        """Of the share."""
+        return max(0.0, self.least - sum(row["outcome"] == "sla" for row in rows) / len(rows))
+
+    def is_hopeless(self, rows: Sequence[Row]) -> bool:
+        """Whether even the upper end of the share's interval lies below."""
+        high = wilson_interval(sum(row["outcome"] == "sla" for row in rows), len(rows)).high
+        return high is not None and high < self.least
+
+
+def parse_objectives(text: str) -> tuple[Objective, ...]:
+    """The objectives of a text such as ``margin`` or ``margin,-pedestrian_delay_s``.
+
+    Raises:
+        UnknownNameError: one that there is not; the message offers the nearest.
+        InputError: one given twice, or a share that is none.
+    """
+    names = [name.strip() for name in text.split(",")]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"--objective names '{twice}' twice; name each once")
+    return tuple(_parse(name) for name in names)
+
+
+def margins(rows: Sequence[Row], name: str = "margin") -> FloatArray:
+    """Contribution margins [USD], shape (n,).
+
+    Raises:
+        UndefinedError: the cargo is not modelled, so that there are none.
+    """
+    values = [row[MARGIN] for row in rows]
+    if any(value is None for value in values):
+        raise UndefinedError(
+            f"objective '{name}' needs a margin, which this world has not: nobody models its cargo; choose a metric"
+        )
+    return np.array(values, dtype=np.float64)
+
+
+def _parse(name: str) -> Objective:
+    plain: dict[str, Callable[[], Objective]] = {
+        "margin": lambda: Mean("margin", MARGIN),
+        "cvar": MeanAndTail,
+        "lower_bound": LowerBound,
+    }
+    if name in plain:
+        return plain[name]()
+    if name.startswith("margin@"):
+        return _parse_sla(name)
+    metric = name.lstrip("+-")
+    directions = {each.key: each.better for each in EPISODE_METRICS}
+    directions |= {outcome: Better.HIGHER if outcome == "sla" else Better.LOWER for outcome in OUTCOMES}
+    if metric not in directions or len(name) - len(metric) > 1:
+        raise UnknownNameError("objective", name, (*NAMES, *directions))
+    if name == metric and directions[metric] not in (Better.HIGHER, Better.LOWER):
+        raise InputError(f"objective '{name}': neither small nor large values are better; give -{name} or +{name}")
+    is_small = name.startswith("-") or (name == metric and directions[metric] is Better.LOWER)
+    return Mean(name, metric, -1.0 if is_small else 1.0)
+
+
+def _parse_sla(name: str) -> Objective:
+    condition = name.removeprefix("margin@").replace(" ", "")
+    try:
+        least = float(condition.removeprefix("sla>="))
+    except ValueError:
+        least = -1.0
+    if not condition.startswith("sla>=") or not 0.0 < least <= 1.0:
+        raise InputError(f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. 0.9")
+    return MarginAtSla(name, least)

@@ -1,0 +1,163 @@
+"""What a study leaves in its folder: the tuned file, how it differs, a stack that drives it, the trials."""
+
+import dataclasses
+import difflib
+import json
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+
+from harness.durable_files import write_text
+from harness.metrics import Row
+from harness.stack import Stack
+from harness.table_files import write_table
+from harness.tuning.declaration import Declaration
+from harness.tuning.evaluation import Candidate, Value, unseen_seed
+from harness.tuning.paths import with_values
+from harness.tuning.result import FAILED, StudyResult, Trial
+from harness.tuning.space import Parameter
+from navstack.errors import InputError
+from navstack.params.nav2_file import Nav2File
+from navstack.params.strict import dump_dataclass
+
+TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"
+ALLOW_UNKNOWN = "--allow-unknown"  # option of navbench run
+TRIALS, DOCUMENT = "trials.parquet", "tune.json"
+OF_TRIAL = {
+    "trial": "int64",
+    "state": "string",
+    "missions": "int64",
+    "told": "double",
+    "p": "double",
+    "reason": "string",
+}  # columns of trials.parquet beside one per objective and parameter
+
+
+def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: Declaration, folder: Path) -> None:
+    """Write everything but the document; ``stack`` is the original, which drives ``nav2``.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    tuned = with_values(nav2, result.incumbent.values, ALLOW_UNKNOWN in declaration.options).document.text
+    before = nav2.document.text
+    difference = difflib.unified_diff(
+        before.splitlines(keepends=True), tuned.splitlines(keepends=True), "original.nav2.yaml", TUNED
+    )
+    driven = dataclasses.replace(
+        stack,
+        name="",
+        title=f"{stack.title}; tuned for {declaration.objective} in the space {declaration.space}",
+        nav2_file=TUNED,
+        sensors=declaration.sensors,
+        robot=declaration.robot,
+    )
+    try:
+        write_text(folder / TUNED, tuned)
+        write_text(folder / DIFF, "".join(difference))
+        write_text(folder / STACK, dump_dataclass(driven))
+        write_table(folder / TRIALS, _columns(result), (_trial_row(trial, result) for trial in result.trials))
+    except OSError as error:
+        raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
+
+
+def run_command(declaration: Declaration, folder: Path) -> tuple[str, ...]:
+    """``navbench run`` with the tuned file, without seed and number of deliveries."""
+    return ("navbench", "run", "--stack", str(folder / STACK), *declaration.options)
+
+
+def test_command(declaration: Declaration, seed: int, folder: Path) -> str:
+    """The line that drives the incumbent's test again."""
+    count = declaration.test_episodes or declaration.episodes
+    which = unseen_seed(seed) if declaration.test_episodes else seed
+    return shlex.join((*run_command(declaration, folder), "--seed", str(which), "--episodes", str(count)))
+
+
+def study_document(result: StudyResult, declaration: Declaration, scores: Row, lint: Row, folder: Path) -> Row:
+    """Content of ``tune.json``.
+
+    Args:
+        result: of the study.
+        declaration: what was asked for.
+        scores: of :func:`harness.tuning.scores.scores_document`.
+        lint: what the tuned file's check found.
+        folder: of the study.
+    """
+    driven = sum(len(trial.missions) for trial in result.trials)
+    every = sum(len(result.train_missions) for trial in result.trials if trial.state != FAILED)
+    return {
+        "schema": 1,
+        "stack": declaration.stack,
+        "space": {"name": result.space.name, "parameters": [_parameter(each) for each in result.space.parameters]},
+        "objectives": list(result.objectives),
+        "sampler": declaration.sampler,
+        "seed": result.seed,
+        "test_seed": unseen_seed(result.seed),
+        "trials_asked": declaration.trials,
+        "trials": {state: sum(trial.state == state for trial in result.trials) for state in _states(result)},
+        "training_episodes": {"missions": len(result.train_missions), "driven": driven, "without_racing": every},
+        "incumbent": {"trial": _number_of(result), "changes": _changes(result)},
+        "front": [{"trial": number, "values": list(result.trials[number].values)} for number in result.front],
+        **scores,
+        "lint": lint,
+        "files": {"tuned": TUNED, "stack": STACK, "diff": DIFF, "trials": TRIALS},
+        "command": test_command(declaration, result.seed, folder),
+        "folder": str(folder),
+    }
+
+
+def write_document(document: Mapping[str, object], folder: Path) -> None:
+    """Write ``tune.json``.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    try:
+        write_text(folder / DOCUMENT, json.dumps(document, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        raise InputError(f"'{folder / DOCUMENT}' cannot be written ({error.strerror})") from None
+
+
+def _columns(result: StudyResult) -> dict[str, str]:
+    objectives = {f"objective_{name}": "double" for name in result.objectives}
+    parameters = {each.name: _arrow_type(each.original) for each in result.space.parameters}
+    return {**OF_TRIAL, **objectives, **parameters}
+
+
+def _arrow_type(value: Value) -> str:
+    return "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else "double"
+
+
+def _trial_row(trial: Trial, result: StudyResult) -> Row:
+    return {
+        "trial": trial.number,
+        "state": trial.state,
+        "missions": len(trial.missions),
+        "told": trial.told[0] if trial.told else None,
+        "p": trial.p,
+        "reason": trial.reason,
+        **{f"objective_{name}": value for name, value in zip(result.objectives, trial.values, strict=False)},
+        **{name: float(value) if type(value) is int else value for name, value in trial.point.items()},
+    }
+
+
+def _parameter(parameter: Parameter) -> Row:
+    allowed: Row = {"choices": list(parameter.choices)}
+    if not parameter.choices:
+        allowed = {"low": parameter.low, "high": parameter.high, "log": parameter.is_log, "step": parameter.step}
+    return {"name": parameter.name, "paths": list(parameter.paths), "original": parameter.original, **allowed}
+
+
+def _changes(result: StudyResult) -> list[Row]:
+    before = {path: each.original for each in result.space.parameters for path in each.paths}
+    return [{"path": path, "from": before[path], "to": value} for path, value in result.incumbent.values.items()]
+
+
+def _number_of(result: StudyResult) -> int:
+    """Of the trial that became the incumbent."""
+    key = Candidate("", result.incumbent.values).key
+    return next(trial.number for trial in result.trials if trial.candidate.key == key)
+
+
+def _states(result: StudyResult) -> list[str]:
+    return sorted({trial.state for trial in result.trials})

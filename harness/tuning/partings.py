@@ -1,0 +1,88 @@
+"""The missions on which two files part ways: what happened to each, and how to see it again."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harness.metrics import Row
+from harness.tuning.evaluation import MARGIN
+
+SHOWN = 3
+TOLD = (
+    *("outcome", "reason", "gave_up", "duration_s", "distance_m", "average_speed_mps", "goal_distance_m"),
+    *("pedestrian_contacts", "soft_contacts", "collision_impulse_ns", "pedestrian_injury_usd", "pieces_lost"),
+    *("recoveries", "min_pedestrian_distance_m", MARGIN),
+)  # columns that tell what happened
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """One mission on which the two files earned very different sums."""
+
+    seed: int
+    episode: int
+    original: Row  # the columns of TOLD
+    incumbent: Row
+    start: tuple[float, float, float]  # x [m], y [m], yaw [rad]
+    goal: tuple[float, float]  # x [m], y [m]
+
+    @property
+    def difference(self) -> float:
+        """Margin [USD] of the incumbent less that of the original."""
+        return float(self.incumbent[MARGIN] - self.original[MARGIN])
+
+    def replay(self, command: Sequence[str]) -> str:
+        """The line that drives this delivery again with all before it, for ``command`` without seed and number."""
+        return shlex.join([*command, "--seed", str(self.seed), "--episodes", str(self.episode + 1), "--record", "full"])
+
+    def as_json(self) -> Row:
+        """The parting as one JSON object."""
+        return {
+            "seed": self.seed,
+            "episode": self.episode,
+            "start": list(self.start),
+            "goal": list(self.goal),
+            "difference_usd": self.difference,
+            "original": self.original,
+            "incumbent": self.incumbent,
+        }
+
+
+def partings(original: Sequence[Row], incumbent: Sequence[Row], shown: int = SHOWN) -> tuple[Parting, ...]:
+    """The missions with the largest differences of the margin, the largest first.
+
+    Args:
+        original: rows of finished and unfinished deliveries, one mission after the other.
+        incumbent: of the same missions.
+        shown: how many at most; fewer where the margins are alike to a cent.
+    """
+    pairs = [(a, b) for a, b in zip(original, incumbent, strict=True) if _has_margin(a) and _has_margin(b)]
+    apart = [_parting(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
+    return tuple(sorted(apart, key=lambda each: (-abs(each.difference), each.seed, each.episode))[:shown])
+
+
+def sentence(parting: Parting) -> str:
+    """What happened to each, in a sentence."""
+    return f"old file: {_happened(parting.original)}; new file: {_happened(parting.incumbent)}"
+
+
+def _happened(row: Row) -> str:
+    said = f"{row['outcome']} ({row['reason']}) after {row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
+    contacts, soft = row["pedestrian_contacts"], row["soft_contacts"]
+    if contacts or soft:
+        said += f", {contacts} paid and {soft} soft contacts"
+    if row["gave_up"]:
+        said += f", gave up: {row['gave_up']}"
+    return f"{said}, {row[MARGIN]:.2f} USD"
+
+
+def _has_margin(row: Row) -> bool:
+    return row.get("error") is None and row.get(MARGIN) is not None
+
+
+def _parting(original: Row, incumbent: Row) -> Parting:
+    start = (original["start_x_m"], original["start_y_m"], original["start_yaw_rad"])
+    told = ({key: row.get(key) for key in TOLD} for row in (original, incumbent))
+    return Parting(
+        original["seed"], original["episode"], *told, start=start, goal=(original["goal_x_m"], original["goal_y_m"])
+    )

@@ -1,0 +1,152 @@
+"""Single parameters of a Nav2 file by path: found, read and set.
+
+A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.Nav2File.with_values` names parameters, e.g.
+``controller_server.FollowPath.max_vel_x``; ``ros__parameters`` may stand in it as in the file. Instead of the name of a
+plugin's section, which is the file's own choice, the type may be given:
+``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the first entry of a list.
+"""
+
+import dataclasses
+import re
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.tuning.evaluation import Value
+from navstack.errors import ParameterError, did_you_mean
+from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_findings import Visit
+from navstack.params.ros_yaml import PARAMETERS
+
+SCALARS = (bool, int, float, str)
+_ENTRY = re.compile(r"(.*)\[(\d{1,2})\]")
+_TYPE = re.compile(r"\{([\w:/]+)\}")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A parameter that has an effect."""
+
+    path: str  # node.parameter, with the section's name in the file
+    kind: type  # one of SCALARS
+    value: Value  # in the file, or Nav2's default
+
+
+class AbsentError(ParameterError):
+    """A file has nothing of the kind that a path names."""
+
+
+class NoPluginError(AbsentError):
+    """A file has no plugin of the type that a path names."""
+
+
+def locate(nav2: Nav2File, path: str) -> Place:
+    """Find a parameter.
+
+    Raises:
+        AbsentError: the file has no such node, plugin or parameter, or none that has an effect here; the message offers
+            the nearest path.
+    """
+    node, name = _split(path)
+    name, index = (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
+    visits = nav2.visits.get(node, ())
+    known = {f"{visit.prefix}{field}": (visit, field) for visit in visits for field in _fields(visit)}
+    given = _TYPE.search(name)
+    if given is not None:
+        name = name.replace(f"{given[0]}.", _prefix_of(nav2, node, given[1], path))
+    if name not in known:
+        raise _absent(nav2, path, node, name, known)
+    visit, field = known[name]
+    kind, value = _kind(visit, field), nav2.value(node, name, _default(visit, field))
+    suffix = "" if index is None else f"[{index}]"
+    if index is not None and isinstance(value, list | tuple) and index < len(value):
+        kind, value = typing.get_args(kind)[0], value[index]
+    if kind not in SCALARS or not isinstance(value, SCALARS):
+        has = f"has the value {value!r}" if value is not None else "has no value in it, nor in Nav2"
+        raise AbsentError(f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or switch")
+    return Place(f"{node}.{name}{suffix}", kind, float(value) if kind is float else value)
+
+
+def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False) -> Nav2File:
+    """A copy of a file with parameters set, by the paths of their :class:`Place`; all other text stays as it is.
+
+    Args:
+        nav2: the file.
+        values: path -> value.
+        allow_unknown: as the file was loaded with.
+
+    Raises:
+        ParameterError: a value of the wrong kind or that the parameter cannot have.
+    """
+    changes: dict[str, Any] = {}
+    for path, value in values.items():
+        entry = _ENTRY.fullmatch(path)
+        if entry is None:
+            changes[path] = value
+            continue
+        node, name = _split(entry[1])
+        changes.setdefault(entry[1], list(nav2.value(node, name, ())))[int(entry[2])] = value
+    return nav2.with_values(changes, allow_unknown)
+
+
+def _split(path: str) -> tuple[str, str]:
+    """Node and parameter of a path."""
+    before, found, after = path.partition(f".{PARAMETERS}.")
+    if found:
+        return before.rpartition(".")[2], after
+    node, _, name = path.partition(".")
+    return node, name
+
+
+def _prefix_of(nav2: Nav2File, node: str, plugin: str, path: str) -> str:
+    """Where the parameters of a plugin type stand, also below a rotation shim."""
+    params = {types[plugin] for types in nav2.catalog.available.values() if plugin in types} - {None}
+    if not params:
+        types_ = sorted({kind for types in nav2.catalog.available.values() for kind in types})
+        raise ParameterError(f"path '{path}': unknown plugin '{plugin}'{did_you_mean(plugin, types_)}")
+    found = next((visit.prefix for visit in nav2.visits.get(node, ()) if visit.params in params), None)
+    if found is None:
+        raise NoPluginError(f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search space")
+    return found
+
+
+def _absent(nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str, Any]) -> AbsentError:
+    what = f"path '{path}': {nav2.path.name}"
+    if not known:
+        nodes = [each for each, visits in nav2.visits.items() if visits]
+        return AbsentError(f"{what} has no node '{node}' that has an effect{did_you_mean(node, nodes)}")
+    if name in nav2.parameters.get(node, {}):
+        return AbsentError(f"{what}: {node}.{name} has no effect here; leave it out")
+    places = [f"{node}.{each}" for each in known]
+    return AbsentError(f"{what} has no such parameter{did_you_mean(f'{node}.{name}', places)}")
+
+
+def _fields(visit: Visit) -> Iterator[str]:
+    """The parameters of a namespace that a file may hold; other namespaces have visits of their own."""
+    for field in dataclasses.fields(visit.params):
+        if _kind(visit, field.name) in SCALARS or typing.get_origin(_kind(visit, field.name)) is tuple:
+            yield field.name
+
+
+def _kind(visit: Visit, name: str) -> Any:
+    kind = typing.get_type_hints(visit.params)[name]
+    if typing.get_origin(kind) not in (typing.Union, types.UnionType):
+        return kind
+    return next(option for option in typing.get_args(kind) if option is not type(None))
+
+
+def _default(visit: Visit, name: str) -> Any:
+    return next(field.default for field in dataclasses.fields(visit.params) if field.name == name)
+
+
+def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File:
+    """A copy whose maps and masks are found from any folder."""
+    moved = {
+        f"{node}.yaml_filename": str((nav2.path.parent / str(entries["yaml_filename"].value)).resolve())
+        for node, entries in nav2.parameters.items()
+        if "yaml_filename" in entries and not Path(str(entries["yaml_filename"].value) or "/").is_absolute()
+    }
+    return nav2.with_values(moved, allow_unknown) if moved else nav2

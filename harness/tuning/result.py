@@ -1,0 +1,45 @@
+"""What a tuning study found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harness.metrics import Row
+from harness.tuning.evaluation import Candidate, Value
+from harness.tuning.space import Space
+
+COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One candidate on training missions.
+
+    ``evaluator.rows(trial.candidate, trial.missions)`` gives its episodes again without driving anything.
+    """
+
+    number: int  # 0: the original
+    candidate: Candidate
+    point: dict[str, Value]  # by name of the parameter, every one; of the original what its file says
+    state: str  # COMPLETE: drove all training missions; PRUNED: dropped on the way; FAILED: could not be driven
+    missions: tuple[int, ...]  # for training that it drove, in its order; a dropped trial not all
+    values: tuple[float, ...]  # each objective on these missions, larger is better; empty when it failed
+    told: tuple[float, ...]  # what the sampler was told of it
+    p: float | None  # of the race's last look that it is no worse than the incumbent; None: there was no race
+    reason: str  # why it was pruned or failed
+
+
+@dataclass(frozen=True, slots=True)
+class StudyResult:
+    """Everything that the search and the test brought. Rows stand in the order of the missions."""
+
+    original: Candidate
+    incumbent: Candidate  # the best that drove all training missions; the original where nothing was better
+    objectives: tuple[str, ...]  # names; several: a Pareto study, in which the incumbent is best in the first
+    space: Space
+    trials: tuple[Trial, ...]  # the original's first
+    front: tuple[int, ...]  # numbers of the trials that no other beats in all objectives; one unless a Pareto study
+    seed: int
+    train_missions: tuple[int, ...]  # stratified: each rung is a balanced first part
+    test_missions: tuple[int, ...]
+    train_rows: tuple[Sequence[Row], Sequence[Row]]  # of original and incumbent
+    test_rows: tuple[Sequence[Row], ...]  # of original and incumbent; empty where no test was asked for

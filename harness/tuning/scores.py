@@ -1,0 +1,65 @@
+"""What original and incumbent scored, on training missions and on unseen ones, and how sure the difference is."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.statistics import compare_pairs
+from harness.tuning.evaluation import MARGIN
+from harness.tuning.objective import Objective, parse_objectives
+from harness.tuning.result import StudyResult
+from harness.valuation import CENT, missions
+
+ALWAYS = ("margin", "sla")  # told of beside the objectives
+
+
+def scores_document(result: StudyResult) -> Row:
+    """Both files' scores: ``train``, ``test`` (None: none was driven) and, per quantity, the ``optimism`` of training.
+
+    Differences are of the quantity's mean, incumbent less original, paired mission by mission: 95 % bootstrap interval
+    and sign-flip test. Optimism is the training difference less the test difference: what choosing the best of many on
+    the same missions has added.
+    """
+    objectives = parse_objectives(",".join(dict.fromkeys((*result.objectives, *ALWAYS))))
+    train = _scores(objectives, *result.train_rows, result.seed)
+    if len(result.test_rows) != 2:
+        return {"train": train, "test": None, "optimism": None}
+    test = _scores(objectives, *result.test_rows, result.seed)
+    optimism = {
+        name: train[name]["difference"]["value"] - test[name]["difference"]["value"] for name in train if name in test
+    }
+    return {"train": train, "test": test, "optimism": optimism}
+
+
+def _scores(objectives: Sequence[Objective], original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
+    """By name of the quantity; those that are undefined here are left out."""
+    pairs = [pair for pair in zip(original, incumbent, strict=True) if all(row.get("error") is None for row in pair)]
+    if not pairs:
+        return {}
+    first, second = ([row for row in side] for side in zip(*pairs, strict=True))
+    return {each.name: _score(each, first, second, seed) for each in objectives if _is_defined(each, (*first, *second))}
+
+
+def _is_defined(objective: Objective, rows: Sequence[Row]) -> bool:
+    needs_margin = objective.name not in rows[0] and objective.name.lstrip("+-") not in rows[0]
+    return not needs_margin or objective.name == "sla" or all(row[MARGIN] is not None for row in rows)
+
+
+def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
+    before, after = (objective.scores(rows, original) for rows in (original, incumbent))
+    known = ~(np.isnan(before) | np.isnan(after))
+    numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
+    is_money = objective.name in ("margin", "cvar", "lower_bound")
+    paired = compare_pairs(
+        before[known], after[known], numbers, np.random.default_rng(seed), objective.name == "sla",
+        CENT if is_money else 0.0,
+    )  # fmt: skip
+    total = len(original)
+    return {
+        "original": objective.value(original, total),
+        "incumbent": objective.value(incumbent, total),
+        "difference": paired.difference.as_json(),
+        "p": paired.p,
+        "pairs_needed": paired.needed,
+    }

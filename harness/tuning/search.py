@@ -1,0 +1,159 @@
+"""The search: one trial after the other, each against the incumbent on the same missions."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.tuning.evaluation import Candidate, Evaluator
+from harness.tuning.objective import Objective, UndefinedError
+from harness.tuning.racing import LEVEL, adjusted, p_no_worse, rungs
+from harness.tuning.result import COMPLETE, FAILED, PRUNED, Trial
+from harness.tuning.sampler import Point, Sampler
+from harness.tuning.space import Space
+from navstack.errors import InputError, ParameterError
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What of a study decides its trials; nothing else does."""
+
+    space: Space
+    objectives: tuple[Objective, ...]
+    missions: tuple[int, ...]  # for training, in their order
+    trials: int  # beside the original
+    is_raced: bool = True
+
+    @property
+    def rungs(self) -> tuple[int, ...]:
+        """Numbers of missions after which a trial may be dropped; of a Pareto study only all."""
+        total = len(self.missions)
+        return rungs(total) if self.is_raced and len(self.objectives) == 1 else (total,)
+
+    def order(self, number: int) -> tuple[int, ...]:
+        """The missions as a trial meets them: each trial begins at another rung's worth of them.
+
+        Were the first ones the same for all, an incumbent that was lucky on them would let nobody past.
+        """
+        first = self.rungs[0]
+        begin = number * first % len(self.missions)
+        return (*self.missions[begin:], *self.missions[:begin])
+
+
+MayBegin = Callable[[Candidate, tuple[int, ...]], bool]
+OnTrial = Callable[[Trial, Trial], None]  # hears of a trial and the incumbent after it
+
+
+class Search:
+    """Runs trials and keeps the incumbent."""
+
+    def __init__(self, plan: Plan, sampler: Sampler, evaluator: Evaluator, on_trial: OnTrial) -> None:
+        self._plan, self._sampler, self._evaluator, self._on_trial = plan, sampler, evaluator, on_trial
+        self.trials: list[Trial] = []
+        self._incumbent: Trial | None = None
+
+    @property
+    def incumbent(self) -> Trial:
+        """The best so far that drove all missions."""
+        if self._incumbent is None:
+            raise ValueError("nothing has been driven yet")
+        return self._incumbent
+
+    def run(self, may_begin: MayBegin = lambda candidate, missions: True) -> None:
+        """Drive the original, and trials as long as there are any.
+
+        Args:
+            may_begin: asked before each trial, with its candidate and the missions of its first rung; if not, it and
+                those after it are not driven.
+
+        Raises:
+            InputError: the original cannot be driven, or an objective is undefined for it.
+        """
+        self._add(self._original())
+        for number in range(1, self._plan.trials + 1):
+            point = self._sampler.ask()
+            if point is None:
+                return
+            candidate = Candidate(f"trial-{number}", self._plan.space.values(point))
+            if not may_begin(candidate, self._plan.order(number)[: self._plan.rungs[0]]):
+                return
+            self._add(self._drive(number, candidate, point))
+
+    def _add(self, trial: Trial) -> None:
+        self._sampler.tell(trial.point, trial.told or None)
+        self.trials.append(trial)
+        if trial.state == COMPLETE and (self._incumbent is None or self._is_better(trial, self._incumbent)):
+            self._incumbent = trial
+        self._on_trial(trial, self.incumbent)
+
+    def _original(self) -> Trial:
+        candidate, total = Candidate("original", {}), len(self._plan.missions)
+        rows = self._evaluator.rows(candidate, self._plan.missions)
+        error = _error_in(rows)
+        if error:
+            raise InputError(f"the original file cannot be tuned: {error}")
+        values = tuple(objective.value(rows, total) for objective in self._plan.objectives)
+        return Trial(0, candidate, self._plan.space.original, COMPLETE, self._plan.missions, values, values, None, "")
+
+    def _drive(self, number: int, candidate: Candidate, point: Point) -> Trial:
+        plan, order = self._plan, self._plan.order(number)
+        failed = Trial(number, candidate, point, FAILED, (), (), (), None, "")
+        p: float | None = None
+        for look, count in enumerate(plan.rungs):
+            missions = order[:count] if count < len(order) else plan.missions  # equal rows have equal means
+            try:
+                rows = self._evaluator.rows(candidate, missions)
+                reason = _error_in(rows)
+                values = () if reason else tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
+            except (ParameterError, UndefinedError) as error:  # values that cannot be had, or an undefined objective
+                reason, values = str(error), ()
+            if reason:
+                return dataclasses.replace(failed, missions=missions, reason=reason)
+            if look < len(plan.rungs) - 1:
+                p, reason = self._look(rows, order)
+                if reason:
+                    told = (self._told(rows, order),)
+                    return Trial(number, candidate, point, PRUNED, missions, values, told, p, reason)
+        return Trial(number, candidate, point, COMPLETE, plan.missions, values, values, p, "")
+
+    def _look(self, rows: Sequence[Row], order: Sequence[int]) -> tuple[float, str]:
+        """P value that a trial is no worse than the incumbent, and why it is dropped; empty: it is not."""
+        objective, known = self._plan.objectives[0], self._evaluator.rows(self.incumbent.candidate, order)
+        own, other = (objective.scores(each, known) for each in (rows, known[: len(rows)]))
+        p = p_no_worse(own, other)
+        if objective.is_hopeless(rows) and objective.shortfall(known) == 0.0:
+            return p, f"the side condition of {objective.name} is out of reach"
+        return p, f"worse than {self.incumbent.candidate.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else ""
+
+    def _told(self, rows: Sequence[Row], order: Sequence[int]) -> float:
+        """A dropped trial's objective as it would be on all missions."""
+        objective, known = self._plan.objectives[0], self._evaluator.rows(self.incumbent.candidate, order)
+        own, other, all_ = (objective.scores(each, known) for each in (rows, known[: len(rows)], known))
+        shift = adjusted(own, other, float(np.nanmean(all_))) - float(np.nanmean(own))
+        return objective.value(rows, len(known)) + shift
+
+    def _is_better(self, trial: Trial, incumbent: Trial) -> bool:
+        """By the side condition first, then by the first objective."""
+        objective, missions = self._plan.objectives[0], self._plan.missions
+        own, other = (
+            objective.shortfall(self._evaluator.rows(each.candidate, missions)) for each in (trial, incumbent)
+        )
+        if own != other:
+            return own < other
+        return trial.values[0] > incumbent.values[0] + objective.resolution
+
+
+def front_of(trials: Sequence[Trial]) -> tuple[int, ...]:
+    """Numbers of the complete trials that no other beats in one objective without being beaten in another."""
+    known = [trial for trial in trials if trial.state == COMPLETE]
+    return tuple(trial.number for trial in known if not any(_dominates(other, trial) for other in known))
+
+
+def _dominates(a: Trial, b: Trial) -> bool:
+    return a.values != b.values and all(x >= y for x, y in zip(a.values, b.values, strict=True))
+
+
+def _error_in(rows: Sequence[Row]) -> str:
+    return next((str(row["error"]) for row in rows if row.get("error") is not None), "")

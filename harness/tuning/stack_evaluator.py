@@ -1,0 +1,113 @@
+"""The evaluator that drives: a patched Nav2 file becomes a stack, its missions run on the workers of ``run``."""
+
+import dataclasses
+import hashlib
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from harness.economics.cost_model import running
+from harness.economics.prices import Prices
+from harness.episode import Delivery, run_episode
+from harness.execution import Finished, Workers
+from harness.metrics import Row
+from harness.setup import nav2_parameters, prices_of
+from harness.stack import Stack
+from harness.study import EpisodeTask
+from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, seed_and_episode
+from harness.tuning.journal import Journal
+from harness.tuning.paths import with_values
+from harness.valuation import deliveries
+
+OnEpisode = Callable[[Candidate, Row], None]
+
+
+class StackEvaluator:
+    """Drives what the journal does not have yet."""
+
+    def __init__(self, template: EpisodeTask, workers: Workers, journal: Journal, on_episode: OnEpisode) -> None:
+        """Drive nothing yet.
+
+        Args:
+            template: any task of the study: its stack is the original, its seed that of the training missions.
+            workers: where episodes run.
+            journal: where they are kept.
+            on_episode: hears of each episode that was driven, once it is kept.
+        """
+        self._template, self._workers, self._journal, self._on_episode = template, workers, journal, on_episode
+        self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
+        self._prices = prices_of(template.prices)
+        self._folder = tempfile.TemporaryDirectory(prefix="navbench-tune-")
+
+    def __enter__(self) -> "StackEvaluator":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._folder.cleanup()
+
+    def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
+        """As :class:`harness.tuning.evaluation.Evaluator` has it.
+
+        Raises:
+            InputError: the candidate's values cannot be had.
+        """
+        missing = [mission for mission in dict.fromkeys(missions) if self._journal.get(candidate, mission) is None]
+        if missing:
+            self._drive(candidate, missing)
+        found = [self._journal.get(candidate, mission) for mission in missions]
+        return [row for row in found if row is not None]
+
+    def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
+        stack = self._stack(candidate)
+        by_delivery = {seed_and_episode(self._template.seed, mission): mission for mission in missions}
+        runs = self._workers.run(run_episode, self._tasks(stack, by_delivery))
+        try:
+            for finished in runs:
+                mission = by_delivery[finished.task.seed, finished.task.episode]
+                row = _row(finished, self._prices)
+                self._journal.add(candidate, mission, row)
+                self._on_episode(candidate, row)
+        finally:
+            runs.close()
+
+    def _tasks(self, stack: Stack, wanted: dict[tuple[int, int], int]) -> Iterator[EpisodeTask]:
+        for seed, episode in wanted:
+            yield dataclasses.replace(self._template, stack=stack, seed=seed, episode=episode)
+
+    def _stack(self, candidate: Candidate) -> Stack:
+        """The original for no values; else with a file of its own, whose name tells its content."""
+        stack = dataclasses.replace(self._template.stack, name=candidate.name)
+        if not candidate.values:
+            return stack
+        digest = hashlib.sha256(json.dumps(candidate.key).encode()).hexdigest()
+        path = Path(self._folder.name) / f"{digest[:16]}.nav2.yaml"
+        if not path.exists():
+            with_values(self._nav2, candidate.values, self._template.allow_unknown).dump(path)
+        return dataclasses.replace(stack, nav2_file=str(path))
+
+
+def _row(finished: Finished[EpisodeTask, Delivery], prices: Prices) -> Row:
+    """The row of an episode with its margin; of one without a result its error, as in a run."""
+    if finished.result is None:
+        task = finished.task
+        where = {"stack": task.stack.name, "episode": task.episode, "stack_number": task.stack_number}
+        return {
+            **where,
+            "map": Path(task.map_name).stem,
+            "seed": task.seed,
+            "error": finished.error,
+            MARGIN: None,
+            EVENTS: [],
+        }
+    row = finished.result.row
+    return {**row, MARGIN: margin_of(row, prices), EVENTS: finished.result.events}
+
+
+def margin_of(row: Row, prices: Prices) -> float | None:
+    """Contribution margin [USD] of one delivery; None where its cargo is not modelled."""
+    margin = running(deliveries([row], prices.rolling_resistance_force), prices).contribution_margin
+    return None if margin is None else float(margin[0])  # type: ignore[index]

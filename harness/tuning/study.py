@@ -1,0 +1,122 @@
+"""A study from its folder to its result: missions, search, test."""
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+from harness.setup import mission_of, nav2_parameters
+from harness.study import EpisodeTask, Study
+from harness.tuning.declaration import DECLARATION, ORIGINAL, SPACE, Declaration
+from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
+from harness.tuning.journal import Journal
+from harness.tuning.objective import parse_objectives
+from harness.tuning.racing import stratified
+from harness.tuning.result import StudyResult
+from harness.tuning.sampler import make_sampler
+from harness.tuning.search import OnTrial, Plan, Search, front_of
+from harness.tuning.space import load_space
+from navstack.errors import InputError
+from navstack.params.nav2_file import Nav2File
+from navstack.params.strict import load_dataclass
+
+MOST_RESERVED = 0.5  # of the budget, for the test
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class TuningStudy:
+    """Everything that decides a study's rows, trials and result."""
+
+    declaration: Declaration
+    template: EpisodeTask  # its stack is the original, its seed that of the training missions
+    plan: Plan
+    nav2: Nav2File  # the user's file
+
+
+def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy:
+    """The study of a folder.
+
+    Args:
+        folder: of the study.
+        study: as its ``run.json`` has it.
+        budget: [s] in place of the declared one; None: the declared one.
+
+    Raises:
+        InputError: the folder holds no such study, or a file of it cannot be used.
+    """
+    if not (folder / "params" / DECLARATION).is_file():
+        raise InputError(f"'{folder}' is no tuning study: params/{DECLARATION} is missing; use navbench run --resume")
+    declaration = load_dataclass(Declaration, folder / "params" / DECLARATION)
+    if budget is not None:
+        declaration = dataclasses.replace(declaration, budget=budget)
+    original = folder.absolute() / "params" / ORIGINAL
+    stack = dataclasses.replace(study.template.stack, nav2_file=str(original))
+    template = dataclasses.replace(study.template, stack=stack)
+    nav2 = nav2_parameters(str(original), template.allow_unknown)
+    space = load_space(folder / "params" / SPACE, nav2)
+    plan = Plan(
+        dataclasses.replace(space, name=declaration.space),
+        parse_objectives(declaration.objective),
+        stratified({number: _length(template, number) for number in range(declaration.episodes)}, template.seed),
+        declaration.trials,
+        declaration.is_raced,
+    )
+    make_sampler(declaration.sampler, plan.space, template.seed, plan.trials, len(plan.objectives))
+    return TuningStudy(declaration, template, plan, nav2)
+
+
+def run_search(study: TuningStudy, evaluator: Evaluator, journal: Journal, on_trial: OnTrial) -> Search:
+    """Drive every trial that the budget allows; those that the journal has are gone through again without driving."""
+    plan, seed = study.plan, study.template.seed
+    sampler = make_sampler(study.declaration.sampler, plan.space, seed, plan.trials, len(plan.objectives))
+    search = Search(plan, sampler, evaluator, on_trial)
+    search.run(within_budget(study.declaration.budget, study.declaration.test_episodes, journal))
+    return search
+
+
+def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyResult:
+    """Drive the test with original and incumbent."""
+    plan, trials = study.plan, tuple(search.trials)
+    original, incumbent = trials[0].candidate, Candidate("incumbent", search.incumbent.candidate.values)
+    test = unseen_missions(study.declaration.test_episodes)
+    both = (original, incumbent)
+    train_rows = tuple(evaluator.rows(each, plan.missions) for each in both)
+    test_rows = tuple(evaluator.rows(each, test) for each in both) if test else ()
+    return StudyResult(
+        original=original,
+        incumbent=incumbent,
+        objectives=tuple(objective.name for objective in plan.objectives),
+        space=plan.space,
+        trials=trials,
+        front=front_of(trials),
+        seed=study.template.seed,
+        train_missions=plan.missions,
+        test_missions=test,
+        train_rows=(train_rows[0], train_rows[1]),
+        test_rows=test_rows,
+    )
+
+
+def _length(template: EpisodeTask, number: int) -> float:
+    """Shortest path [m] of a training mission."""
+    task = dataclasses.replace(template, episode=number)
+    return mission_of(task, task.generators()["mission"]).shortest_path
+
+
+def within_budget(
+    budget: float | None, test_episodes: int, journal: Journal
+) -> Callable[[Candidate, tuple[int, ...]], bool]:
+    """Whether a trial may begin: it has begun before, or there is time beside what the test will take.
+
+    Args:
+        budget: [s] of wall time for search and test; None: any.
+        test_episodes: of original and incumbent each.
+        journal: which keeps the time.
+    """
+
+    def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
+        if budget is None or any(journal.get(candidate, mission) is not None for mission in missions):
+            return True
+        reserve = min(2 * test_episodes * journal.elapsed / max(len(journal), 1), MOST_RESERVED * budget)
+        return journal.elapsed + reserve < budget
+
+    return may_begin

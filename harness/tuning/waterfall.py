@@ -1,0 +1,171 @@
+"""The margin waterfall: from the old file to the new one, parameter by parameter, on the same missions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.statistics import Interval, bootstrap_mean
+from harness.tuning.evaluation import MARGIN, Candidate, Evaluator, Value
+from harness.tuning.result import StudyResult
+from harness.tuning.shapley import MOST_PLAYERS, Coalition, coalitions, shapley_values
+from harness.valuation import CENT
+from navstack.types import FloatArray
+
+REST = "the rest"
+
+
+@dataclass(frozen=True, slots=True)
+class Player:
+    """Parameters that change together: one, those that a constraint binds, or all that are left."""
+
+    title: str
+    names: tuple[str, ...]  # of parameters of the search space
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one player brings."""
+
+    player: Player
+    before: tuple[Value, ...]  # of each parameter, in the order of the player's names
+    after: tuple[Value, ...]
+    gain: Interval  # [USD/run]
+
+    def as_json(self) -> Row:
+        """The step as one JSON object."""
+        changes = {
+            name: [before, after]
+            for name, before, after in zip(self.player.names, self.before, self.after, strict=True)
+        }
+        return {"player": self.player.title, "changes": changes, "gain_usd_per_run": self.gain.as_json()}
+
+
+@dataclass(frozen=True, slots=True)
+class Waterfall:
+    """From the original's margin to the incumbent's."""
+
+    steps: tuple[Step, ...]  # the largest gain first
+    original: float  # [USD/run] mean margin
+    incumbent: float
+    total: Interval  # [USD/run] incumbent less original; the steps add up to its value
+    missions: int  # on which every coalition has a margin
+    unseen: bool  # these are test missions
+    episodes: int  # that all coalitions together stand for
+
+    def as_json(self) -> Row:
+        """The waterfall as one JSON object."""
+        return {
+            "original": self.original,
+            "incumbent": self.incumbent,
+            "total": self.total.as_json(),
+            "steps": [step.as_json() for step in self.steps],
+            "missions": self.missions,
+            "unseen": self.unseen,
+        }
+
+
+def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS) -> tuple[Player, ...]:
+    """Who brings the gain: changed parameters, the most important one by one, all others together as the last.
+
+    Parameters that a constraint of the search space binds change together, as half of such a change may be forbidden.
+
+    Args:
+        study: whose incumbent is explained.
+        ranking: names of parameters, the most important first; those missing come last.
+        most: players at most.
+    """
+    changed = [each.name for each in study.space.parameters if _is_changed(study, each.paths)]
+    order = {
+        name: place for place, name in enumerate(dict.fromkeys([*filter(changed.__contains__, ranking), *changed]))
+    }
+    groups: list[set[str]] = [{name} for name in changed]
+    for constraint in study.space.constraints:
+        bound = [group for group in groups if group & constraint.names]
+        if len(bound) > 1:
+            groups = [group for group in groups if not group & constraint.names] + [set().union(*bound)]
+    ranked = sorted((sorted(group, key=order.__getitem__) for group in groups), key=lambda names: order[names[0]])
+    if len(ranked) > most:
+        rest = [name for names in ranked[most - 1 :] for name in names]
+        return (*map(_player, ranked[: most - 1]), Player(REST, tuple(rest)))
+    return tuple(map(_player, ranked))
+
+
+def waterfall(
+    study: StudyResult, evaluator: Evaluator, missions: Sequence[int], who: Sequence[Player]
+) -> Waterfall | None:
+    """Drive every mixture of old and new values and share out the gain (exact Shapley values).
+
+    A mission on which any mixture has no result is left out, and where the cargo is not modelled there is no margin.
+    Intervals are the bootstrap's over missions.
+
+    Args:
+        study: whose incumbent is explained.
+        evaluator: that drives what it has not driven yet.
+        missions: numbers of the missions.
+        who: the players, at least one.
+
+    Returns:
+        None where no mission has a margin for every mixture, or nothing was changed.
+    """
+    if not who or not missions:
+        return None
+    margins = {each: _margins(evaluator, mixture(study, who, each), missions) for each in coalitions(len(who))}
+    whole = ~np.isnan(np.array(list(margins.values()))).any(axis=0)
+    if not whole.any():
+        return None
+    margins = {coalition: values[whole] for coalition, values in margins.items()}
+    shares = shapley_values(margins, len(who))
+    first, last = margins[frozenset()], margins[frozenset(range(len(who)))]
+    steps = [_step(study, player, shares[:, i]) for i, player in enumerate(who)]
+    return Waterfall(
+        steps=tuple(sorted(steps, key=lambda step: -(step.gain.value or 0.0))),
+        original=float(first.mean()),
+        incumbent=float(last.mean()),
+        total=_mean(last - first),
+        missions=int(whole.sum()),
+        unseen=set(missions) <= set(study.test_missions),
+        episodes=len(margins) * len(missions),
+    )
+
+
+def mixture(study: StudyResult, who: Sequence[Player], coalition: Coalition) -> Candidate:
+    """The candidate with the new values of some players and the old ones of the others."""
+    if not coalition:
+        return study.original
+    if len(coalition) == len(who):
+        return study.incumbent
+    names = {name for i in coalition for name in who[i].names}
+    paths = {path for each in study.space.parameters if each.name in names for path in each.paths}
+    values = {path: value for path, value in study.incumbent.values.items() if path in paths}
+    return Candidate("mixture-" + "".join("01"[i in coalition] for i in range(len(who))), values)
+
+
+def _is_changed(study: StudyResult, paths: Sequence[str]) -> bool:
+    return any(path in study.incumbent.values for path in paths)
+
+
+def _player(names: Sequence[str]) -> Player:
+    return Player(" + ".join(names), tuple(names))
+
+
+def _margins(evaluator: Evaluator, candidate: Candidate, missions: Sequence[int]) -> FloatArray:
+    """Margin [USD] on each mission; NaN where there is none."""
+    rows = evaluator.rows(candidate, missions)
+    margins = (row.get(MARGIN) if row.get("error") is None else None for row in rows)
+    return np.array([np.nan if margin is None else margin for margin in margins], dtype=np.float64)
+
+
+def _step(study: StudyResult, player: Player, gains: FloatArray) -> Step:
+    parameters = {each.name: each for each in study.space.parameters}
+    chosen = [parameters[name] for name in player.names]
+    after = (next(study.incumbent.values[p] for p in each.paths if p in study.incumbent.values) for each in chosen)
+    return Step(player, tuple(each.original for each in chosen), tuple(after), _mean(gains))
+
+
+def _mean(values: FloatArray) -> Interval:
+    """Mean over missions; without bounds where all are alike to a cent."""
+    if np.ptp(values) <= CENT:
+        return Interval(float(values.mean()), None, None, values.size)
+    return bootstrap_mean(values, np.random.default_rng(0))

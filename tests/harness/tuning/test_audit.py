@@ -1,0 +1,185 @@
+"""The auditor: planted exploits are flagged as what they are, honest optima are left alone."""
+
+import dataclasses
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.economics.prices import load_prices
+from harness.tuning.audit import audit
+from harness.tuning.audit_edges import edges
+from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES
+from harness.tuning.audit_pairs import pair_up
+from harness.tuning.evaluation import EVENTS, Candidate
+from harness.tuning.result import COMPLETE, StudyResult, Trial
+from harness.tuning.space import Parameter, Space
+
+PRICES = load_prices("costnav")
+MISSIONS = 120
+Deliveries = dict[str, list[dict[str, Any]]]
+
+
+@pytest.fixture(scope="module")
+def stacks(auditor_studies: ModuleType) -> Deliveries:
+    drawn: Deliveries = auditor_studies.drawn_deliveries(np.random.default_rng(3), 100)
+    return drawn
+
+
+@pytest.fixture
+def exploiting(auditor_studies: ModuleType, stacks: Deliveries) -> Callable[[str], StudyResult]:
+    def make(key: str) -> StudyResult:
+        study: StudyResult = auditor_studies.exploiting_study(stacks, key, MISSIONS, PRICES, 0)[1]
+        return study
+
+    return make
+
+
+@pytest.mark.parametrize("key", ["threshold", "timeout", "early_end", "freezing", "edge"])
+def test_a_planted_exploit_is_flagged(exploiting: Callable[[str], StudyResult], key: str) -> None:
+    found = audit(exploiting(key), PRICES)
+    flagged = {check.key: check for check in found.flagged}
+    assert key in flagged
+    assert flagged[key].evidence
+    assert flagged[key].why
+    assert flagged[key].advice
+
+
+def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+    alarms = 0
+    for number in range(0, 18, 3):  # of each kind two
+        _, study = auditor_studies.honest_study(stacks, number, MISSIONS, PRICES, 0)
+        alarms += bool(audit(study, PRICES).flagged)
+    assert alarms <= 1
+
+
+def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callable[[str], StudyResult]) -> None:
+    scores = {each.accounting: each for each in audit(exploiting("threshold"), PRICES).scores}
+    assert scores["published"].difference.value == pytest.approx(
+        scores["published"].incumbent - scores["published"].original
+    )
+    assert scores["published"].is_gain
+    assert (scores["no_threshold"].difference.value or 0.0) == pytest.approx(0.0)
+
+
+def test_a_file_held_against_itself_passes_every_check(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+    _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
+    same = dataclasses.replace(
+        study, incumbent=Candidate("incumbent", {}), test_rows=(study.test_rows[0], study.test_rows[0])
+    )
+    found = audit(same, PRICES)
+    assert [check.key for check in found.checks] == list(TITLES)
+    assert all(check.is_examined and not check.is_flagged for check in found.checks)
+
+
+def test_missions_without_result_are_an_early_end(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("edge")
+    broken = [
+        {**row, "error": "the controller died"} if number % 10 == 0 else row
+        for number, row in enumerate(study.test_rows[1])
+    ]
+    found = audit(dataclasses.replace(study, test_rows=(study.test_rows[0], broken)), PRICES)
+    assert "early_end" in {check.key for check in found.flagged}
+    assert found.missions == MISSIONS - len(range(0, MISSIONS, 10))
+
+
+def test_without_events_what_needs_them_says_so(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("timeout")
+    bare = tuple(
+        [{key: value for key, value in row.items() if key != EVENTS} for row in rows] for rows in study.test_rows
+    )
+    found = audit(dataclasses.replace(study, test_rows=bare), PRICES)
+    states = {check.key: check.state for check in found.checks}
+    assert states["accounting"] == "not examined"
+    assert states["timeout"] == "flagged"
+    assert [each.accounting for each in found.scores] == ["published"]
+
+
+def test_nothing_finished_by_both_is_not_examined(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("freezing")
+    broken = [{**row, "error": "the controller died"} for row in study.test_rows[1]]
+    found = audit(dataclasses.replace(study, test_rows=(study.test_rows[0], broken)), PRICES)
+    assert found.missions == 0
+    assert not any(check.is_examined for check in found.checks if check.key != "edge")
+
+
+def test_rows_of_different_missions_are_refused(exploiting: Callable[[str], StudyResult]) -> None:
+    first, second = exploiting("edge").test_rows
+    with pytest.raises(ValueError, match="different missions"):
+        pair_up(first, second[::-1], PRICES, 0)
+
+
+def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("timeout")
+    found = audit(dataclasses.replace(study, train_rows=study.test_rows, test_rows=()), PRICES)
+    assert not found.unseen
+    assert found.flagged
+    assert found.as_json()["flagged"] == [check.key for check in found.flagged]
+
+
+def test_the_tests_share_the_level_of_the_family() -> None:
+    tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 2, "edge": 1}
+    assert tests.keys() == TITLES.keys()
+    assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL)
+
+
+def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -> StudyResult:
+    """A random search of one parameter, of which the objective is a multiple, and of one without effect."""
+    rng = np.random.default_rng(5)
+    other = Parameter("other", ("node.other",), 0.5, 0.0, 1.0)
+    found = []
+    for number in range(trials):
+        own = (
+            parameter.choices[int(rng.integers(len(parameter.choices)))]
+            if parameter.choices
+            else float(rng.uniform(parameter.low, parameter.high))
+        )
+        own = round(own) if parameter.is_int else own
+        told = (slope * float(own) if not isinstance(own, str) else 0.0) + float(rng.normal(0.0, 0.2))
+        point = {parameter.name: own, "other": float(rng.random())}
+        candidate = Candidate(f"trial-{number}", {})
+        found.append(Trial(number, candidate, point, COMPLETE, (0,), (told,), (told,), None, ""))
+    return StudyResult(
+        original=Candidate("original", {}),
+        incumbent=Candidate("incumbent", dict.fromkeys(parameter.paths, value)),
+        objectives=("margin",),
+        space=Space("made-up", "", (parameter, other)),
+        trials=tuple(found),
+        front=(0,),
+        seed=0,
+        train_missions=(0,),
+        test_missions=(),
+        train_rows=((), ()),
+        test_rows=(),
+    )
+
+
+NUMBER = Parameter("gain", ("node.gain",), 0.5, 0.0, 1.0)
+WHOLE = Parameter("samples", ("node.samples",), 5, 1.0, 10.0, is_int=True)
+TEXT = Parameter("kind", ("node.kind",), "a", choices=("a", "b", "c"))
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "slope", "is_flagged"),
+    [
+        (NUMBER, 1.0, 0.0, True),  # at the very end: no chance for a number that may be anything
+        (NUMBER, 0.95, 2.0, True),  # near, and the objective rises towards it
+        (NUMBER, 0.95, 0.0, False),
+        (NUMBER, 0.05, 2.0, False),  # near the end away from which it rises
+        (NUMBER, 0.5, 2.0, False),
+        (WHOLE, 10, 0.5, True),
+        (WHOLE, 10, 0.0, False),  # one of ten levels is often the last one
+        (TEXT, "c", 0.0, False),  # texts have no ends
+    ],
+)
+def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool) -> None:
+    assert edges(searched(parameter, value, slope)).is_flagged is is_flagged
+
+
+def test_a_value_that_the_tuner_left_alone_is_no_edge() -> None:
+    study = dataclasses.replace(searched(NUMBER, 1.0, 2.0), incumbent=Candidate("incumbent", {}))
+    check = edges(study)
+    assert not check.is_flagged
+    assert "none of the" in check.says

@@ -1,0 +1,174 @@
+"""Waterfall, components, partings and the report, in a made-up world whose answers are known."""
+
+import dataclasses
+import io
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from harness.economics.prices import load_prices
+from harness.metrics import Row
+from harness.report.tuning import print_tuning, write_tuning
+from harness.report.tuning_sheets import summary
+from harness.tuning.audit import audit
+from harness.tuning.constraint import parse_constraint
+from harness.tuning.evaluation import MARGIN, Candidate
+from harness.tuning.explanation import EXPLANATION, Explanation, explain
+from harness.tuning.partings import partings, sentence
+from harness.tuning.result import StudyResult
+from harness.tuning.scores import scores_document
+from harness.tuning.waterfall import REST, mixture, players, waterfall
+
+PRICES = load_prices("costnav")
+COMMAND = ("navbench", "run", "--stack", "tuned.yaml")
+MISSIONS = 30
+MakeStudy = Callable[..., StudyResult]
+
+
+class Counting:
+    """An evaluator that tells whom it was asked for; missions of ``broken`` have no result for mixtures."""
+
+    def __init__(self, inner: object, broken: Sequence[int] = ()) -> None:
+        self._inner, self._broken = inner, broken
+        self.names: list[str] = []
+
+    def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
+        self.names.append(candidate.name)
+        rows: list[Row] = self._inner.rows(candidate, missions)  # type: ignore[attr-defined]
+        broken = [m in self._broken and candidate.name.startswith("mixture") for m in missions]
+        return [{**row, "error": "lost"} if is_broken else row for row, is_broken in zip(rows, broken, strict=True)]
+
+
+def test_the_steps_add_up_to_the_difference(make_study: MakeStudy, evaluator: object) -> None:
+    study = make_study()
+    who = players(study, ["clearance", "horizon"])
+    found = waterfall(study, Counting(evaluator), study.test_missions[:MISSIONS], who)
+    assert found is not None
+    before, after = ([row[MARGIN] for row in rows[:MISSIONS]] for rows in study.test_rows)
+    assert found.total.value == pytest.approx((sum(after) - sum(before)) / MISSIONS)
+    assert sum(step.gain.value or 0.0 for step in found.steps) == pytest.approx(found.total.value)
+    assert found.steps[0].player.title == "clearance"
+    assert found.unseen
+    assert found.episodes == 32 * MISSIONS
+
+
+def test_every_mixture_is_driven_once_on_the_same_missions(make_study: MakeStudy, evaluator: object) -> None:
+    study, counting = make_study(), Counting(evaluator)
+    waterfall(study, counting, study.test_missions[:2], players(study, []))
+    assert len(counting.names) == len(set(counting.names)) == 32
+    assert {"original", "incumbent"} <= set(counting.names)
+
+
+def test_a_mission_that_a_mixture_lost_is_left_out(make_study: MakeStudy, evaluator: object) -> None:
+    study = make_study()
+    missions = study.test_missions[:5]
+    found = waterfall(study, Counting(evaluator, missions[:2]), missions, players(study, []))
+    assert found is not None
+    assert found.missions == 3
+    assert waterfall(study, Counting(evaluator, missions), missions, players(study, [])) is None
+
+
+def test_the_fifth_player_is_the_rest(make_study: MakeStudy) -> None:
+    who = players(make_study(), ["speed", "clearance"])
+    assert [player.title for player in who] == ["speed", "clearance", "horizon", "samples", REST]
+    assert who[-1].names == ("stop", "idle")
+
+
+def test_what_a_constraint_binds_changes_together(make_study: MakeStudy) -> None:
+    study = make_study()
+    bound = parse_constraint("horizon * speed <= 6", ("horizon", "speed"), "test")
+    study = dataclasses.replace(study, space=dataclasses.replace(study.space, constraints=(bound,)))
+    who = players(study, ["horizon"])
+    assert who[0].names == ("horizon", "speed")
+    assert len(who) == 5
+
+
+def test_a_mixture_changes_every_path_of_its_parameters(make_study: MakeStudy) -> None:
+    study = make_study()
+    who = players(study, ["speed"])
+    assert set(mixture(study, who, frozenset({0})).values) == {
+        "controller_server.FollowPath.max_vel_x",
+        "velocity_smoother.max",
+    }
+    assert mixture(study, who, frozenset()) == study.original
+    assert mixture(study, who, frozenset(range(5))) == study.incumbent
+
+
+def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
+    study = make_study()
+    found = partings(*study.test_rows)
+    differences = sorted((abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True)
+    assert [abs(each.difference) for each in found] == pytest.approx(differences[:3])
+    assert "1 paid" in sentence(found[0])
+    first = found[0]
+    assert first.replay(COMMAND).endswith(f"--seed {first.seed} --episodes {first.episode + 1} --record full")
+    assert partings(study.test_rows[0], study.test_rows[0]) == ()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("study")
+
+
+@pytest.fixture(scope="module")
+def explained(make_study: MakeStudy, evaluator: object, folder: Path) -> tuple[StudyResult, Explanation]:
+    study = make_study()
+    return study, explain(study, Counting(evaluator), folder, PRICES, waterfall_missions=MISSIONS)
+
+
+def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanation]) -> None:
+    _, found = explained
+    *terms, margin = found.components
+    for side in ("original", "incumbent"):
+        assert sum(getattr(term, side) for term in terms) == pytest.approx(getattr(margin, side))
+    assert margin.difference.low is not None
+    assert margin.difference.low > 0.0
+    assert found.optimism is not None
+    assert not found.audit.flagged
+
+
+def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanation]) -> None:
+    _, found = explained
+    assert found.history[0].number == 0
+    values = [each.score.value or 0.0 for each in found.history]
+    assert values == sorted(values)
+    assert all(each.score.low is not None and each.score.low <= (each.score.value or 0.0) for each in found.history)
+
+
+def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation], folder: Path) -> None:
+    study, found = explained
+    scores = scores_document(study)
+    report = write_tuning(study, scores, found, COMMAND, folder).read_text(encoding="utf-8")
+    for heading in ("What it brings", "What changed", "From the old margin", "The auditor", "part ways"):
+        assert heading in report
+    for stem in ("history", "importance", "slices", "waterfall", "components"):
+        assert f"({stem}.png)" in report
+        assert (folder / f"{stem}.png").stat().st_size > 10_000
+        assert (folder / f"{stem}.pdf").is_file()
+    assert json.loads((folder / EXPLANATION).read_text(encoding="utf-8"))["audit"]["flagged"] == []
+    stream = io.StringIO()
+    print_tuning(study, scores, found, COMMAND, folder, Console(file=stream, width=120))
+    assert "an improvement" in stream.getvalue()
+    assert "flags nothing" in stream.getvalue()
+
+
+def test_a_study_without_improvement_is_told_of(make_study: MakeStudy, evaluator: object, tmp_path: Path) -> None:
+    study = make_study(trials=10, test=0, tuned={})
+    found = explain(study, Counting(evaluator), tmp_path, PRICES)
+    assert found.waterfall is None
+    assert found.optimism is None
+    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path).read_text(encoding="utf-8")
+    assert "stays as it is" in report
+
+
+def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation], auditor_studies: ModuleType) -> None:
+    study, found = explained
+    stacks = auditor_studies.drawn_deliveries(np.random.default_rng(3), 60)
+    _, exploiting = auditor_studies.exploiting_study(stacks, "timeout", 100, PRICES, 0)
+    lines = summary(study, dataclasses.replace(found, audit=audit(exploiting, PRICES)))
+    assert any("THE AUDITOR FLAGS" in line and "standing still" in line for line in lines)

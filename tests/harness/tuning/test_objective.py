@@ -1,0 +1,81 @@
+"""Objectives: what they count, and what they refuse."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.tuning.evaluation import MARGIN
+from harness.tuning.forecast import expected_gain
+from harness.tuning.objective import UndefinedError, parse_objectives
+from navstack.errors import InputError
+
+RNG = np.random.default_rng(3)
+ROWS: list[dict[str, Any]] = [
+    {MARGIN: float(margin), "outcome": "sla" if margin > 0.0 else "timeout", "duration_s": 10.0 + number, "spl": None}
+    for number, margin in enumerate(np.where(RNG.random(40) < 0.2, RNG.uniform(-45.0, -27.0, 40), 3.49))
+]
+MARGINS = np.array([row[MARGIN] for row in ROWS])
+
+
+def value(name: str, total: int = 40) -> float:
+    return parse_objectives(name)[0].value(ROWS, total)
+
+
+def test_values_are_their_formulas() -> None:
+    assert value("margin") == pytest.approx(MARGINS.mean())
+    assert value("cvar") == pytest.approx(0.5 * MARGINS.mean() + 0.5 * np.sort(MARGINS)[:4].mean())
+    error = MARGINS.std(ddof=1) / np.sqrt(40)
+    assert value("lower_bound") == pytest.approx(MARGINS.mean() - 1.68488 * error, abs=1e-3)
+    assert value("lower_bound", 160) > value("lower_bound")
+    assert value("duration_s") == value("-duration_s") == -29.5 and value("+duration_s") == 29.5
+    share = np.mean([row["outcome"] == "sla" for row in ROWS])
+    assert value("sla") == pytest.approx(share)
+    assert value("margin@sla>=0.1") == pytest.approx(MARGINS.mean())
+    assert value("margin@sla>=0.99") == pytest.approx(MARGINS.mean() - 1000.0 * (0.99 - share))
+
+
+def test_scores_have_the_objective_as_their_mean() -> None:
+    for name in ("margin", "cvar", "duration_s", "sla"):
+        objective = parse_objectives(name)[0]
+        assert objective.scores(ROWS, ROWS).mean() == pytest.approx(objective.value(ROWS, 40))
+    objective = parse_objectives("cvar")[0]
+    assert objective.scores(ROWS[:20], ROWS).mean() <= objective.value(ROWS[:20], 20) + 1e-9
+
+
+def test_side_condition_is_hopeless_only_when_it_is() -> None:
+    objective = parse_objectives("margin@sla>=0.9")[0]
+    late = [{**ROWS[0], "outcome": "timeout"}] * 8
+    assert objective.is_hopeless(late) and not objective.is_hopeless([{**ROWS[0], "outcome": "sla"}] * 8)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("margn", "did you mean 'margin'?"),
+        ("--duration_s", "unknown objective"),
+        ("margin,margin", "twice"),
+        ("margin@sla>=1.5", "give a share"),
+        ("margin@spoiled>=0.5", "give a share"),
+    ],
+)
+def test_unknown_ones_are_refused(name: str, said: str) -> None:
+    with pytest.raises(InputError, match="objective") as raised:
+        parse_objectives(name)
+    assert said in str(raised.value)
+
+
+def test_undefined_values_are_said_to_be() -> None:
+    with pytest.raises(UndefinedError, match="no delivery has a value of spl"):
+        value("spl")
+    with pytest.raises(UndefinedError, match="nobody models its cargo"):
+        parse_objectives("margin")[0].value([{MARGIN: None}], 1)
+
+
+def test_expected_gain_is_that_of_the_normal_distribution() -> None:
+    values = list(np.random.default_rng(0).normal(0.0, 1.0, 2000))
+    later = np.array(values[1000:])
+    draws = np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), (200_000, 10)).max(axis=1)
+    assert expected_gain(values, 1.5, 0.0, 10) == pytest.approx(np.maximum(draws - 1.5, 0.0).mean(), rel=0.02)
+    assert expected_gain(values[:5], 1.5, 0.0, 10) is None and expected_gain(values, 1.5, 0.0, 0) == 0.0
+    assert (expected_gain(values, 1.5, 2.0, 10) or 0.0) == 0.0, "all of the spread is noise"

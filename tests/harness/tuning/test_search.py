@@ -1,0 +1,200 @@
+"""The search: racing, what the sampler is told, and the same trials whatever happens on the way."""
+
+import dataclasses
+import importlib.util
+import sys
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from harness.tuning.display import LiveTable
+from harness.tuning.evaluation import MARGIN
+from harness.tuning.journal import Journal
+from harness.tuning.objective import parse_objectives
+from harness.tuning.progress import Progress
+from harness.tuning.racing import adjusted, p_no_worse, rungs, stratified
+from harness.tuning.result import Trial
+from harness.tuning.sampler import make_sampler
+from harness.tuning.search import Plan, Search, front_of
+from navstack.errors import InputError
+
+specification = importlib.util.spec_from_file_location("made_up", Path(__file__).with_name("made_up.py"))
+assert specification is not None and specification.loader is not None
+made_up = importlib.util.module_from_spec(specification)
+sys.modules["made_up"] = made_up
+specification.loader.exec_module(made_up)
+MadeUp, SPACE = made_up.MadeUp, made_up.SPACE
+
+
+def search(world: MadeUp, kind: str = "tpe", trials: int = 30, objective: str = "margin", raced: bool = True) -> Search:
+    objectives = parse_objectives(objective)
+    plan = Plan(SPACE, objectives, tuple(range(32)), trials, raced)
+    sampler = make_sampler(kind, SPACE, 5, trials, len(objectives))
+    return Search(plan, sampler, world, lambda trial, incumbent: None)
+
+
+def driven(kind: str = "tpe", world: MadeUp | None = None, **options: object) -> list[Trial]:
+    found = search(world or MadeUp(), kind, **options)  # type: ignore[arg-type]
+    found.run()
+    return found.trials
+
+
+@pytest.mark.parametrize("kind", ["tpe", "random", "grid"])
+def test_same_seed_gives_the_same_trials(kind: str) -> None:
+    assert driven(kind) == driven(kind)
+
+
+def test_trials_go_on_as_if_nothing_had_stopped_them() -> None:
+    whole = driven(trials=20)
+    world = MadeUp(stop_after=150)
+    with pytest.raises(KeyboardInterrupt):
+        driven(world=world, trials=20)
+    world.stop_after = None
+    assert driven(world=world, trials=20) == whole
+
+
+def test_more_trials_begin_with_the_same_ones() -> None:
+    assert driven(trials=20)[:13] == driven(trials=12)
+
+
+def test_search_improves_and_racing_saves_episodes() -> None:
+    raced, plain = MadeUp(), MadeUp()
+    best = search(raced)
+    best.run()
+    unraced = search(plain, raced=False)
+    unraced.run()
+    assert best.incumbent.values[0] > best.trials[0].values[0] + 10.0
+    assert len(raced.driven) < 0.6 * len(plain.driven)
+    assert all(len(trial.missions) == 32 for trial in unraced.trials)
+    pruned = [trial for trial in best.trials if trial.state == "pruned"]
+    assert pruned and all(trial.p is not None and trial.p < 0.3 and trial.reason for trial in pruned)
+    assert {len(trial.missions) for trial in pruned} <= {8, 16, 24}
+
+
+def test_trials_do_not_all_begin_with_the_same_missions() -> None:
+    plan = Plan(SPACE, parse_objectives("margin"), tuple(range(32)), 5)
+    firsts = [plan.order(number)[:8] for number in range(4)]
+    assert len(set(firsts)) == 4
+    assert sorted(mission for first in firsts for mission in first) == list(range(32))
+
+
+def test_incumbent_is_the_best_complete_trial() -> None:
+    found = search(MadeUp())
+    found.run()
+    complete = [trial for trial in found.trials if trial.state == "complete"]
+    assert max(trial.values for trial in complete)[0] - found.incumbent.values[0] <= 0.01
+
+
+def test_a_gain_of_less_than_a_cent_is_none() -> None:
+    world = MadeUp()
+    world.rows = lambda candidate, missions: [  # type: ignore[method-assign]
+        {"error": None, "outcome": "sla", MARGIN: 3.49 + 1e-6 * len(candidate.values)} for _ in missions
+    ]
+    found = search(world, trials=5)
+    found.run()
+    assert found.incumbent.number == 0
+
+
+def test_a_failed_trial_does_not_end_the_study() -> None:
+    trials = driven(world=MadeUp(failing="trial-3"), trials=6)
+    assert [trial.state == "failed" for trial in trials] == [False, False, False, True, False, False, False]
+    assert trials[3].reason == "its worker died" and trials[3].told == ()
+
+
+def test_an_original_that_fails_does() -> None:
+    with pytest.raises(InputError, match="original file cannot be tuned: its worker died"):
+        driven(world=MadeUp(failing="original"))
+
+
+def test_pareto_front_holds_what_nothing_beats() -> None:
+    trials = driven(objective="margin,-duration_s", trials=12)
+    front = front_of(trials)
+    assert all(len(trial.missions) == 32 for trial in trials)
+    for number in front:
+        own = trials[number].values
+        assert not any(all(a >= b for a, b in zip(t.values, own, strict=True)) and t.values != own for t in trials)
+    assert set(range(len(trials))) - set(front), "some trial is beaten"
+
+
+def test_side_condition_comes_before_the_margin() -> None:
+    world = MadeUp()
+    found = search(world, objective="margin@sla>=0.99", trials=15)
+    found.run()
+    objective = parse_objectives("margin@sla>=0.99")[0]
+    shortfalls = [
+        objective.shortfall(world.rows(each.candidate, range(32))) for each in found.trials if each.state == "complete"
+    ]
+    own = objective.shortfall(world.rows(found.incumbent.candidate, range(32)))
+    assert own == min(shortfalls)
+
+
+def test_cmaes_wants_ranges() -> None:
+    with pytest.raises(InputError, match="--sampler cmaes wants"):
+        make_sampler("cmaes", SPACE, 0, 10, 1)
+    ranges = dataclasses.replace(SPACE, parameters=SPACE.parameters[:3])
+    points = []
+    for _ in range(2):
+        sampler = make_sampler("cmaes", ranges, 0, 10, 1)
+        sampler.tell(ranges.original, [0.0])
+        asked = []
+        for number in range(12):
+            point = sampler.ask()
+            assert point is not None
+            sampler.tell(point, [-float(number)])
+            asked.append(point)
+        points.append(asked)
+    assert points[0] == points[1]
+
+
+def test_rungs_and_strata() -> None:
+    assert rungs(64) == (8, 16, 24, 32, 48, 64) and rungs(4) == (4,) and rungs(31) == (31,)
+    lengths = {number: float((number * 37) % 64) for number in range(64)}
+    order = stratified(lengths, 1)
+    assert sorted(order) == list(range(64)) and order == stratified(lengths, 1) != stratified(lengths, 2)
+    for begin in range(0, 64, 8):  # each rung's worth has one mission of each eighth
+        assert sorted(int(lengths[mission] // 8) for mission in order[begin : begin + 8]) == list(range(8))
+
+
+def test_looks_drop_one_as_good_as_rarely_as_they_say() -> None:
+    rng = np.random.default_rng(0)
+    p_values = []
+    for _ in range(400):
+        own, other = (3.49 - 40.0 * (rng.random(16) < 0.4) * rng.uniform(0.8, 1.2, 16) for _ in range(2))
+        p_values.append(p_no_worse(own, other))
+    assert 0.2 < np.mean(np.array(p_values) < 0.3) < 0.36
+    assert p_no_worse(np.full(8, 3.49), np.full(8, 3.48)) == 1.0, "a cent is no difference"
+
+
+def test_control_variate_takes_off_half_of_the_noise_where_missions_decide() -> None:
+    rng = np.random.default_rng(1)
+    plain, better = [], []
+    for _ in range(300):
+        mission = rng.normal(0.0, 10.0, 64)
+        own, other = (mission + rng.normal(0.0, 4.0, 64) for _ in range(2))
+        plain.append(own[:16].mean() - own.mean())
+        better.append(adjusted(own[:16], other[:16], float(other.mean())) - own.mean())
+    assert np.std(better) < 0.6 * np.std(plain)
+
+
+def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Path) -> None:
+    world, objectives = MadeUp(), parse_objectives("margin")
+    plan = Plan(SPACE, objectives, tuple(range(32)), 30)
+    with Journal(tmp_path) as journal:
+        progress = Progress(plan, journal, None)
+        assert progress.text == "search: 0 episodes driven"
+        found = Search(
+            plan, make_sampler("tpe", SPACE, 5, 30, 1), world, lambda a, b: progress.trial(a, b, world)
+        )  # fmt: skip
+        found.run(lambda candidate, missions: candidate.name != "trial-21")
+        console = Console(file=StringIO(), width=200)
+        console.print(LiveTable(progress))
+        assert isinstance(console.file, StringIO)
+        shown = console.file.getvalue()
+    driven = sum(len(trial.missions) for trial in found.trials)
+    assert len(found.trials) == 21 and f"trial 20/30, best {found.incumbent.values[0]:.2f}" in shown
+    assert f"{driven} episodes, {32 * 21 - driven} saved by racing" in shown
+    assert "expected further gain" in shown and "s left" in shown and "pruned" in shown
+    assert progress.gain is not None and 0.0 <= progress.gain < 40.0

@@ -1,0 +1,187 @@
+"""Search spaces and paths into Nav2 files: what is found, what is refused, and what a point writes."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from harness.resources import shipped
+from harness.tuning.constraint import parse_constraint
+from harness.tuning.paths import AbsentError, locate, with_absolute_files, with_values
+from harness.tuning.sampler import make_sampler
+from harness.tuning.space import Space, load_space
+from navstack.errors import InputError, ParameterError
+from navstack.params.nav2_file import Nav2File, load_nav2
+
+SPACES = {
+    "dwb_critics": "stock",
+    "dwb_sampling": "stock",
+    "inflation": "mpc",
+    "mpc_weights": "mpc",
+    "mpc_limits": "mpc",
+    "mppi": "mppi",
+    "collision_monitor": "stock",
+    "amcl": "amcl",
+}
+DWB = "controller_server.{dwb_core::DWBLocalPlanner}"
+
+
+@cache
+def nav2(name: str) -> Nav2File:
+    return load_nav2(shipped("params") / "nav2" / f"{name}.yaml")
+
+
+def space_of(folder: Path, text: str, file: str = "stock") -> Space:
+    (folder / "own.yaml").write_text(f"title: own\n{text}")
+    return load_space(folder / "own.yaml", nav2(file))
+
+
+def complaint(folder: Path, text: str) -> str:
+    with pytest.raises(InputError) as raised:
+        space_of(folder, text)
+    assert "\n" not in str(raised.value)
+    return str(raised.value)
+
+
+def test_every_space_that_comes_with_the_program_is_tried_here() -> None:
+    assert {path.stem for path in (shipped("params") / "search_spaces").glob("*.yaml")} == set(SPACES)
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_points_of_every_space_make_files_that_load(name: str) -> None:
+    file = nav2(SPACES[name])
+    space = load_space(shipped("params") / "search_spaces" / f"{name}.yaml", file)
+    sampler = make_sampler("random", space, 1, 20, 1)
+    sampler.tell(space.original, [0.0])
+    for _ in range(2):
+        point = sampler.ask()
+        assert point is not None and space.allows(point)
+        changed = with_values(file, space.values(point))
+        for parameter in space.parameters:
+            for path in parameter.paths:
+                assert locate(changed, path).value == point[parameter.name]
+        sampler.tell(point, [0.0])
+    assert space.values(space.original) == {}
+
+
+def test_only_tuned_values_change_in_the_text() -> None:
+    file = nav2("stock")
+    values = {"controller_server.FollowPath.PathAlign.scale": 7.5, "velocity_smoother.max_velocity[0]": 1.25}
+    before, after = (each.document.text.splitlines() for each in (file, with_values(file, values)))
+    changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
+    assert [b.strip() for _, b in changed] == ["PathAlign.scale: 7.5", "max_velocity: [1.25, 0.0, 1.5]"]
+
+
+def test_a_plugin_is_found_by_its_type_also_below_a_rotation_shim() -> None:
+    for name in ("stock", "tuned"):
+        assert locate(nav2(name), f"{DWB}.PathAlign.scale").path == "controller_server.FollowPath.PathAlign.scale"
+
+
+def test_paths_may_stand_as_in_the_file_and_absent_ones_have_nav2s_default() -> None:
+    place = locate(nav2("stock"), "local_costmap.local_costmap.ros__parameters.inflation_layer.inflation_radius")
+    assert (place.path, place.value) == ("local_costmap.inflation_layer.inflation_radius", 0.8)
+    assert locate(nav2("stock"), f"{DWB}.prune_distance").value == 2.0
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        (f"{DWB}.PathAlign.scales", "did you mean 'controller_server.FollowPath.PathAlign.scale'?"),
+        ("controler_server.FollowPath.max_vel_x", "no node 'controler_server' that has an effect; did you mean "),
+        (f"{DWB}.Twirling.scale", "has no such parameter"),
+        ("controller_server.{dwb_core::DWBLocalPlaner}.sim_time", "did you mean 'dwb_core::DWBLocalPlanner'?"),
+        (
+            "controller_server.{navstack::JerkLimitedMPC}.max_speed",
+            "has no navstack::JerkLimitedMPC in controller_server",
+        ),
+        ("amcl.tf_broadcast", "has no effect here"),
+        ("velocity_smoother.max_velocity", "give the path of a number, text or switch"),
+        ("velocity_smoother.max_velocity[7]", "give the path of a number, text or switch"),
+    ],
+)
+def test_what_is_not_there_is_an_error_with_the_nearest(path: str, said: str) -> None:
+    with pytest.raises(ParameterError, match="path|controller_server|velocity_smoother") as raised:
+        locate(nav2("stock"), path)
+    assert said in str(raised.value)
+
+
+def test_absent_ones_are_left_out_only_where_the_space_says_so(tmp_path: Path) -> None:
+    entry = f"{{path: '{DWB}.Twirling.scale', low: 1.0, high: 9.0"
+    other = f"  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 3.0}}\n"
+    space = space_of(tmp_path, f"parameters:\n  twirling: {entry}, optional: true}}\n{other}")
+    assert [each.name for each in space.parameters] == ["sim_time"] and "twirling is left out" in space.notes[0]
+    assert "no such parameter" in complaint(tmp_path, f"parameters:\n  twirling: {entry}}}\n{other}")
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("low: 1.0, hihg: 9.0", "unknown key 'hihg'; did you mean 'high'?"),
+        ("low: 9.0, high: 1.0", "give low < high"),
+        ("low: 0.0, high: 1.0, log: true", "begins above 0"),
+        ("low: 1.0", "give low < high"),
+        ("low: 1.0, high: 2.0, switch: true", "give low and high, or levels"),
+        ("choices: [a, b]", "'choices' is not the way"),
+        ("low: 1.0, high: 2.0, step: 3.0", "does not fit"),
+    ],
+)
+def test_bad_entries_are_refused_in_one_line(tmp_path: Path, entry: str, said: str) -> None:
+    assert said in complaint(tmp_path, f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', {entry}}}\n")
+
+
+def test_the_original_is_always_possible(tmp_path: Path) -> None:
+    space = space_of(
+        tmp_path,
+        f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 2.0, high: 3.0, log: true}}\n"
+        f"  samples: {{path: '{DWB}.vx_samples', levels: [5, 10]}}\n",
+    )
+    assert (space.parameters[0].low, space.parameters[0].high) == (1.7, 3.0)
+    assert space.parameters[1].choices == (5, 10, 20) and len(space.notes) == 2
+
+
+def test_constraints_bind_points_and_speak_of_numbers_that_stay(tmp_path: Path) -> None:
+    space = space_of(
+        tmp_path,
+        f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5.0}}\n"
+        f"reads: {{speed: '{DWB}.max_vel_x'}}\nconstraints: [sim_time * speed <= 3.0]\n",
+    )
+    assert space.allows({"sim_time": 1.5}) and not space.allows({"sim_time": 1.51})
+    assert "itself breaks a constraint" in space.notes[0]
+    sampler = make_sampler("random", space, 0, 5, 1)
+    assert all(float((sampler.ask() or {})["sim_time"]) <= 1.5 for _ in range(30))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("__import__('os').system('x') <= 1", "only numbers, names"),
+        ("a <= b", "unknown number in the constraint 'a <= b' of here: 'b'"),
+        ("a", "is no constraint"),
+        ("a <= 1 <= 2", "is no constraint"),
+        ("a == 1", "is no constraint"),
+        ("a ** 99999999 <= 1", "only numbers, names"),
+        ("a <=", "is no constraint"),
+    ],
+)
+def test_constraints_are_arithmetic_and_nothing_else(text: str, said: str) -> None:
+    with pytest.raises(InputError) as raised:
+        parse_constraint(text, ("a",), "here")
+    assert said in str(raised.value)
+
+
+def test_grid_has_levels_for_the_trials() -> None:
+    file = nav2("mpc")
+    space = load_space(shipped("params") / "search_spaces" / "mpc_limits.yaml", file)
+    points = [make_sampler("grid", space, 0, 100, 1).ask() for _ in range(2)]
+    assert points[0] == points[1] and points[0] is not None and space.allows(points[0])
+
+
+def test_relative_masks_are_found_from_anywhere(tmp_path: Path) -> None:
+    text = nav2("stock").document.text.replace('yaml_filename: ""', 'yaml_filename: "maps/a.yaml"')
+    (tmp_path / "own.yaml").write_text(text)
+    moved = with_absolute_files(load_nav2(tmp_path / "own.yaml"))
+    assert moved.value("map_server", "yaml_filename") == str(tmp_path.resolve() / "maps" / "a.yaml")
+
+
+def test_absent_is_a_parameter_error() -> None:
+    assert issubclass(AbsentError, ParameterError)

@@ -1,0 +1,184 @@
+"""A study on disk: nothing is driven twice, and nothing that happens on the way changes its trials."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from harness.cli import main
+from harness.durable_files import LOCK
+from harness.execution import InProcess, Workers
+from harness.resources import shipped
+from harness.runs import JOURNAL
+from harness.study import EpisodeTask, make_generators, make_study
+from harness.table_files import read_rows
+from harness.tuning.declaration import parse_duration
+from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
+from harness.tuning.journal import Journal
+from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED
+from harness.tuning.stack_evaluator import StackEvaluator
+from harness.tuning.study import within_budget
+from navstack.errors import InputError, ParameterError
+
+NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+OTHER = Candidate("trial-1", {"controller_server.FollowPath.PathAlign.scale": 3.0})
+ORIGINAL = Candidate("original", {})
+
+
+def template(folder: Path) -> EpisodeTask:
+    (folder / "short.yaml").write_text(RULES)
+    study = make_study(
+        stacks=["nav2-stock"], localizer="ground_truth", episodes=4, seed=3, pedestrians=4,
+        rules=str(folder / "short.yaml"),
+    )  # fmt: skip
+    return study.template
+
+
+def rows(folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]]], most: int = 99) -> list[Any]:
+    """The rows of candidates, and how many episodes were driven for them; interrupted after ``most``."""
+    driven: list[str] = []
+
+    def on_episode(candidate: Candidate, row: dict[str, Any]) -> None:
+        driven.append(candidate.name)
+        if len(driven) >= most:
+            raise KeyboardInterrupt
+
+    with Journal(folder) as journal, Workers(1, InProcess) as workers:
+        with StackEvaluator(task, workers, journal, on_episode) as evaluator:
+            return [*(evaluator.rows(*each) for each in asked), len(driven)]
+
+
+def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path) -> None:
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    whole.mkdir()
+    cut.mkdir()
+    task = template(tmp_path)
+    asked = [(ORIGINAL, [1, 0]), (OTHER, [0, FIRST_TEST])]
+    first, second, driven = rows(whole, task, asked)
+    assert driven == 4 and [row["episode"] for row in first] == [1, 0]
+    assert [row["seed"] for row in second] == [3, unseen_seed(3)]
+    assert {row["stack"] for row in first} == {"original"} and all(row[MARGIN] < 0.0 for row in first)
+    assert all(isinstance(row[EVENTS], list) for row in first)
+    assert rows(whole, task, asked) == [first, second, 0]
+    with pytest.raises(KeyboardInterrupt):
+        rows(cut, task, asked, 3)
+    with (cut / JOURNAL).open("ab") as journal:
+        journal.write(b'{"values": {}, "mission": 7, "ro')  # as if the power had failed
+    assert rows(cut, task, asked) == [first, second, 1]
+    incumbent = Candidate("incumbent", OTHER.values)
+    assert rows(whole, task, [(incumbent, [0])])[0][0] == {**second[0], "stack": "incumbent"}
+
+
+def test_values_that_cannot_be_had_are_refused(tmp_path: Path) -> None:
+    bad = Candidate("trial-1", {"controller_server.FollowPath.vx_samples": 1_000_000})
+    with pytest.raises(ParameterError, match="at most 100,000 are allowed"):
+        rows(tmp_path, template(tmp_path), [(bad, [0])])
+
+
+def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
+    good = {"values": {}, "mission": 0, "row": {"stack": "a", "outcome": "sla"}, EVENTS: [], "elapsed_s": 2.0}
+    (tmp_path / JOURNAL).write_text("nonsense\n" + json.dumps(good) + "\n")
+    with pytest.raises(InputError, match="line 1 is damaged"):
+        Journal(tmp_path)
+    (tmp_path / JOURNAL).write_text(json.dumps(good) + "\n")
+    with Journal(tmp_path, clock=lambda: 5.0) as journal:
+        assert len(journal) == 1 and journal.elapsed == 2.0 and (tmp_path / LOCK).exists()
+        with pytest.raises(InputError, match="being written"):
+            Journal(tmp_path)
+
+
+def test_training_and_test_missions_share_no_generator() -> None:
+    train = {seed_and_episode(7, number) for number in range(200)}
+    test = {seed_and_episode(7, FIRST_TEST + number) for number in range(200)}
+    assert not train & test and {seed for seed, _ in test} == {unseen_seed(7)} != {7}
+    draws = {float(make_generators(*each)["mission"].random()) for each in train | test}
+    assert len(draws) == 400
+
+
+def test_budgets() -> None:
+    assert [parse_duration(text) for text in ("90s", "30m", "1h30m", "1.5h")] == [90.0, 1800.0, 5400.0, 5400.0]
+    for text in ("", "0s", "30", "half an hour", "-5m"):
+        with pytest.raises(InputError, match="--budget"):
+            parse_duration(text)
+
+
+def test_budget_leaves_time_for_the_test_and_lets_what_was_begun_go_on(tmp_path: Path) -> None:
+    now = [0.0]
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        journal.add(ORIGINAL, 0, row)
+        now[0] = 10.0  # [s] for one episode
+        may_begin = within_budget(100.0, 2, journal)  # two episodes of each file: 40 s
+        assert may_begin(OTHER, (0,))
+        now[0] = 55.0  # reserve: 220 s, but half of the budget at most
+        assert not may_begin(OTHER, (0,)) and may_begin(ORIGINAL, (0, 1))
+        assert within_budget(None, 2, journal)(OTHER, (0,))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--space", "dwb_critic"], "did you mean 'dwb_critics'?"),
+        (["--objective", "margim"], "did you mean 'margin'?"),
+        (["--sampler", "tpa"], "did you mean 'tpe'?"),
+        (["--trials", "0"], "--trials 0 is out of range"),
+        (["--episodes", "1"], "--episodes 1 is out of range"),
+        (["--stack", "parked"], "has no Nav2 file to tune"),
+        (["--stack", "mpc-gps-ekf"], "has none of its parameters"),
+        (["--budget", "soon"], "is no duration"),
+        (["--resume", "/nowhere"], "holds no run"),
+        (["--resume", "/nowhere", "--trials", "7"], "leave out --trials"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = [] if "--resume" in arguments else ["--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as leaving:
+        main(["tune", *arguments, *out])
+    error = capsys.readouterr().err
+    assert leaving.value.code == 1 and said in error and error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def tune(folder: Path, workers: int, more: list[str]) -> "subprocess.Popen[str]":
+    options = ["--json", "--workers", str(workers)]
+    if "--resume" not in more:
+        options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
+        options += ["--rules", str(folder / "short.yaml"), "--pedestrians", "4", "--trials", "3", "--episodes", "6"]
+        options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    return subprocess.Popen([*NAVBENCH, "tune", *options, *more], stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def told(process: "subprocess.Popen[str]", folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The document but for what names its folder, and the trials."""
+    document = json.loads(process.communicate(timeout=500)[0])
+    assert process.returncode == 0 and json.loads((folder / DOCUMENT).read_text())["folder"] == str(folder)
+    plain = {key: value for key, value in document.items() if key not in ("folder", "command")}
+    return plain, read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"})
+
+
+@pytest.mark.slow
+def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Path) -> None:
+    template(tmp_path)
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    one = told(tune(tmp_path, 1, ["--out", str(whole)]), whole)
+    killed = tune(tmp_path, 2, ["--out", str(cut)])
+    deadline = time.monotonic() + 300.0
+    while not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < 9:
+        assert time.monotonic() < deadline and killed.poll() is None
+        time.sleep(0.05)
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    assert not (cut / DOCUMENT).exists()
+    assert told(tune(tmp_path, 2, ["--resume", str(cut)]), cut) == one
+    assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
+    assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
