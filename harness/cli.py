@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from harness.cli_ablate import ablate
+from harness.cli_bench import bench
 from harness.cli_help import (
     COMPARE_HELP,
     HELP,
@@ -24,6 +25,9 @@ from harness.cli_help import (
 from harness.cli_localize import localize
 from harness.cli_options import EPISODE_TIMEOUT, JSON, PRICES, WORKERS, refuse_others, study_options
 from harness.cli_plan import plan
+from harness.cli_replay import replay
+from harness.cli_report import report
+from harness.cli_tune import tune
 from harness.resources import keep_compiled_code
 from navstack.errors import InputError, NavstackError
 
@@ -219,8 +223,12 @@ def map_show(map_name: str, out: Path | None, view: str, samples: int, seed: int
 
 
 app.add_command(ablate)
+app.add_command(bench)
 app.add_command(localize)
 app.add_command(plan)
+app.add_command(replay)
+app.add_command(report)
+app.add_command(tune)
 
 
 def main(arguments: list[str] | None = None) -> None:

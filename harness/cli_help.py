@@ -146,3 +146,32 @@ Examples:
 
 Exit status: 0 a planner found a path; 1 none did, or bad input.
 """
+BENCH_HELP = """Measure how fast everything is: components against plain numpy and against recorded times of Nav2's C++,
+whole deliveries against real time, and where one simulated second goes.
+
+Times are processor time of one core; ours and its reference are taken in turn. docs/speed.md tells how to read them.
+
+\b
+Examples:
+  navbench bench
+  navbench bench --only "DWB cycle" --only paper-gps --json
+  navbench bench --quick --flame flame.svg
+  navbench bench --history benchmarks/history.md
+"""
+
+TUNE_HELP = """Tune a Nav2 parameter file for what its deliveries earn, and prove the result on missions it never saw.
+
+Every trial drives the same training missions; one that is worse than the best so far is dropped early. Original and
+result are then compared on test missions. The study folder has the tuned file with your comments, its difference, its
+lint, every trial, and the line that drives the test again. Ctrl-C keeps what is finished; --resume goes on.
+
+\b
+Examples:
+  navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
+  navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
+  navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
+  navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s --sampler tpe
+  navbench tune --resume results/latest
+
+Exit status: 0 finished; 1 bad input; 130 interrupted.
+"""

@@ -107,7 +107,9 @@ def _deliver(
     check_apart(scenario.start, scenario.goal, rules.arrival_radius)
     generators = make_generators(scenario.seed, 0)
     observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
-    navigator.reset(scenario.goal, Belief(scenario.start), generators["planner"], generators["localizer"])
+    navigator.reset(
+        scenario.goal, Belief(scenario.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
     body = Body(robot.center, robot.half_size, radius)
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over

@@ -139,3 +139,18 @@ def test_line_of_sight_against_dense_sampling() -> None:
         assert line_of_sight(free, y1, x1, y0, x0) == expected
         seen += expected
     assert 30 < seen < 270
+
+
+def test_a_field_that_ends_at_the_start_leads_the_same_way():
+    rng = np.random.default_rng(7)
+    compared = 0
+    for _ in range(60):
+        free = rng.random(rng.integers(5, 50, size=2)) > rng.choice((0.1, 0.3, 0.4))
+        cells = np.argwhere(free)
+        goal, start = cells[rng.integers(len(cells), size=2)]
+        whole, part = distance_field(free, goal), distance_field(free, goal, tuple(start))
+        assert np.array_equal(descend(part, tuple(start)), descend(whole, tuple(start)))
+        near = whole <= whole[tuple(start)]
+        assert np.array_equal(part[near], whole[near]) and (part >= whole).all()
+        compared += len(descend(part, tuple(start))) > 2
+    assert compared > 20
