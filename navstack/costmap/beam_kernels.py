@@ -81,7 +81,7 @@ def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, 
     place = np.zeros(sectors + 1, dtype=np.int64)
     for i in range(count):
         share = _bearing(points[i, 0] - ox, points[i, 1] - oy) * 0.25
-        sector_of[i] = min(int(share * sectors), sectors - 1)
+        sector_of[i] = min(int(share * sectors), sectors - 1) if share >= 0.0 else 0  # nan: it has no line
         place[sector_of[i] + 1] += 1
     starts[0] = 0
     for k in range(sectors):
@@ -194,7 +194,7 @@ def candidates(dx: float, dy: float, reach: float, lateral: float, starts: IntAr
         starts: of the points' sectors, see :func:`sort_by_bearing`.
     """
     squared = dx * dx + dy * dy
-    if squared > reach * reach:
+    if not squared <= reach * reach:  # nan, too
         return 0, 0
     sectors = starts.shape[0] - 1
     if squared <= 4.0 * lateral * lateral:

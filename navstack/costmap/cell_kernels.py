@@ -23,6 +23,8 @@ CellArray = npt.NDArray[np.int32]
 LISTED = 1  # in the list of cells
 DOUBTED = 2  # a beam has passed through it; it goes unless a return marks it again
 
+_FARTHEST = 1 << 30  # lattice cells from the corner: what 32 bits hold, with room for a window
+
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
 _u = np.uint64  # unsigned indices spare the treatment of negative ones
 
@@ -110,11 +112,13 @@ def mark_cells(
     """Add the cells of points within the obstacle ranges ``limits`` min, max [m]; returns how many there are then.
 
     ``background`` holds the costs of the map: the lattice cell (x, y) at [y + margin, x + margin]. What is lethal there
-    is left out.
+    is left out, and so is everything where the window lies farther off than 32 bits count.
     """
     flat = present.reshape(-1)
     ox, oy = place
     origin_x, origin_y, size_x, size_y = origin[0], origin[1], window[2], window[3]
+    if max(abs(window[0]), abs(window[1])) > _FARTHEST:
+        return count
     x0, y0 = math.floor((ox - origin_x) / resolution), math.floor((oy - origin_y) / resolution)
     least, most = float(math.ceil(limits[0] / resolution)), float(math.ceil(limits[1] / resolution)) + 1.0
     for i in range(_u(points.shape[0])):

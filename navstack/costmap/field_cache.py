@@ -12,6 +12,7 @@ import contextlib
 import hashlib
 import mmap
 import os
+import re
 import tempfile
 import zlib
 from collections.abc import Callable
@@ -26,6 +27,7 @@ Array = npt.NDArray[Any]
 MOST_BYTES = 2_000_000_000  # of all arrays: those of a large map take some 150 MB
 SHARED_FROM = 1_000_000  # cells of a map from which fields are worth a file that are quick to compute
 _CHECK_BYTES = 4  # of the CRC-32, little endian
+_OURS = re.compile(r"[0-9a-f]{40}(\.np[yz]|-\w+\.partial)")  # arrays, and what is left of processes that were killed
 
 
 def cache_folder() -> Path:
@@ -104,7 +106,9 @@ def _write(file: Path, array: Array) -> None:
     """Write beside the place and rename, so that no reader and no second process sees half a file."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".partial", delete=False) as stream:
+        with tempfile.NamedTemporaryFile(
+            dir=file.parent, prefix=f"{file.stem}-", suffix=".partial", delete=False
+        ) as stream:
             partial = Path(stream.name)
             try:
                 check = _Checked(stream)
@@ -119,9 +123,13 @@ def _write(file: Path, array: Array) -> None:
 
 
 def _make_room(folder: Path) -> None:
-    """Remove the arrays that have not been used for longest; who has one mapped keeps it."""
+    """Remove the arrays that have not been used for longest; who has one mapped keeps it.
+
+    Files that are not of this cache stay, wherever the folder is.
+    """
     with contextlib.suppress(OSError):  # another process removes them just now
-        used = sorted((file.stat().st_mtime, file.stat().st_size, file) for file in folder.glob("*.np[yz]"))
+        ours = [file for file in folder.iterdir() if _OURS.fullmatch(file.name)]
+        used = sorted((file.stat().st_mtime, file.stat().st_size, file) for file in ours)
         total = sum(size for _, size, _ in used)
         for _, size, file in used:
             if total <= MOST_BYTES:

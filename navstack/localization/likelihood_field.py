@@ -48,7 +48,7 @@ class LikelihoodField:
         grid.require_unrotated("map")
         farthest = farthest_code(max_distance, grid.resolution)
         occupied = grid.data >= OCCUPIED
-        key = content_key("likelihood codes 1", np.packbits(occupied), grid.width, farthest)
+        key = content_key("likelihood codes 1", np.packbits(occupied), grid.width, grid.height, farthest)
         codes = cached_array(key, lambda: bordered_codes(squared_distances(occupied, farthest), farthest + 1))
         return cls(codes, grid.resolution, grid.origin, max_distance)
 

@@ -112,8 +112,9 @@ class Twin:
     def _ObstaclesCritic(self, own):  # noqa: N802
         layer = self.params.local_costs.inflation(own.inflation_layer_name)
         costs = self.costs_at(self.x, self.y)
-        worst, looked = self.under_robot(np.where(costs == 255, 0, costs), 1, own)
-        worst = np.where(costs == 255, 255, worst)
+        beyond = self.off_map(self.x, self.y)  # where the outline is not looked at
+        worst, looked = self.under_robot(np.where(beyond, 0, costs), 1, own)
+        worst = np.where(beyond, 255, worst)
         hit = self.collisions(worst, own)
         alive = np.cumsum(hit, axis=1) == 0
         scale = layer.cost_scaling_factor

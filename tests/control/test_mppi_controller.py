@@ -15,10 +15,11 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.params.costmap import InflationLayerParams
+from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.mppi_critics import CostParams, PathAlignParams
 from navstack.params.nav2_file import inspect_nav2, load_nav2
-from navstack.params.nav2_views import read_controller, read_primary_controller
+from navstack.params.nav2_views import _local_costs, read_controller, read_costmap, read_primary_controller
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
@@ -229,6 +230,9 @@ def test_a_speed_limit_lowers_the_speed_and_can_be_lifted() -> None:
     assert drive(controller, straight(), 3.0)[:, 4].max() <= 0.4 + 1e-6
     controller.reset()
     assert drive(controller, straight(), 3.0)[:, 4].max() <= 0.4 + 1e-6
+    for limit, is_percentage in ((3.0, False), (150.0, True)):  # no limit makes it faster
+        controller.set_speed_limit(limit, is_percentage)
+        assert drive(controller, straight(), 4.0)[:, 4].max() <= 1.0 + 1e-6
     controller.set_speed_limit(70.0, is_percentage=True)
     assert 0.5 < drive(controller, straight(), 4.0)[:, 4].max() <= 0.7 + 1e-6
     controller.set_speed_limit(0.0, is_percentage=False)
@@ -330,7 +334,7 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath)
         ('"PathAlignCritic"]', '"PathAlignLegacyCritic"]', "not available here"),
         ("vx_max: 0.8", "motion_model: Omni", "motion_model Omni must be one of DiffDrive, Ackermann"),
         ("vx_max: 0.8", "batch_size: 1000000", "at most 4,000,000"),
-        ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be more than 0"),
+        ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be 0.001 to 1000"),
         ("cost_weight: 14.0", "trajectory_point_step: 0", "trajectory_point_step 0"),
     ],
 )
@@ -338,6 +342,34 @@ def test_one_line_says_what_is_wrong(tmp_path: FilePath, old: str, new: str, sai
     with pytest.raises(ParameterError) as error:
         load_nav2(written(tmp_path, FILE.replace(old, new)))
     assert said in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "extreme",
+    [
+        *({"temperature": value} for value in (1e-6, 1e6)),
+        *({"gamma": value, "vx_std": 1e-3, "wz_std": 1e-3} for value in (0.0, 1e3)),
+        *({"vx_std": value, "wz_std": value, "gamma": 1e3} for value in (1e-3, 1e3)),
+        *({"model_dt": 1.0, "ax_max": value, "ax_min": value, "az_max": value} for value in (1e-3, 1e3)),
+        *({"vx_max": value, "wz_max": value} for value in (1e-3, 100.0)),
+        *({"prune_distance": value, "max_robot_pose_search_dist": -value} for value in (0.01, 1e4)),
+        *({"time_steps": 2, "iteration_count": count} for count in (1, 1000)),
+        {"CostCritic": CostParams(cost_power=10, cost_weight=1e6, collision_cost=1e9, trajectory_point_step=10_000)},
+        {"PathAlignCritic": PathAlignParams(cost_power=10, cost_weight=1e6, offset_from_furthest=10_000)},
+        {"PathAlignCritic": PathAlignParams(offset_from_furthest=0, trajectory_point_step=10_000)},
+    ],
+)
+def test_the_ends_of_the_allowed_ranges_can_be_used(extreme) -> None:
+    controller = make(replace(PARAMS, batch_size=50, **extreme))
+    for around in (FREE, surroundings((1.0, 1.3, -0.2, 0.1))):
+        for stamp in range(3):
+            state = RobotState(Pose2D(), Twist2D(), 0.05 * stamp)
+            try:
+                command = controller.compute_velocity(state, straight(), around)
+            except NoLegalVelocity:
+                continue
+            assert math.isfinite(command.linear_x) and math.isfinite(command.angular_z)
 
 
 def test_a_robot_of_a_radius_has_no_outline(tmp_path: FilePath) -> None:
@@ -366,3 +398,30 @@ def test_the_stacks_file_is_without_errors() -> None:
     assert not file.errors
     plugin = read_controller(file)
     assert plugin.params.critics == CRITICS and plugin.params.local_costs.ends_inflated
+
+
+@pytest.mark.parametrize(
+    ("last", "ends_inflated"),
+    [(SpeedFilterParams(filter_info_topic="info"), True), (KeepoutFilterParams(filter_info_topic="info"), False)],
+)
+def test_only_a_filter_that_writes_costs_hides_distances(last, ends_inflated: bool) -> None:
+    costmap = read_costmap(load_nav2(FilePath(__file__).parents[2] / "params" / "nav2" / "mppi.yaml"), "local_costmap")
+    filtered = replace(costmap, filters=("last",), layers={**costmap.layers, "last": last})
+    assert _local_costs(filtered).ends_inflated == ends_inflated
+
+
+def test_numbers_that_are_none_are_forgotten() -> None:
+    critics = ("PathAlignCritic", "PathFollowCritic")  # nobody looks for collisions
+    controller = make(replace(PARAMS, critics=critics))
+    free, plan = surroundings(), straight()
+    sound = controller.compute_velocity(RobotState(Pose2D(), Twist2D(0.5), 0.0), plan, free)
+    assert math.isfinite(sound.linear_x) and sound.linear_x > 0.1
+    for stamp, pose, twist in (
+        (0.05, Pose2D(yaw=math.nan), Twist2D(0.5)),
+        (0.10, Pose2D(), Twist2D(math.inf)),
+        (0.15, Pose2D(), Twist2D(0.5, 0.0, math.nan)),
+    ):
+        with pytest.raises(NoLegalVelocity, match="no finite cost 600"):
+            controller.compute_velocity(RobotState(pose, twist, stamp), plan, free)
+    again = controller.compute_velocity(RobotState(Pose2D(), Twist2D(0.5), 0.2), plan, free)
+    assert math.isfinite(again.linear_x) and again.linear_x > 0.1

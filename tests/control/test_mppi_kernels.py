@@ -157,6 +157,10 @@ def test_the_scenes_try_all_critics():
         {"CostCritic": CostParams(consider_footprint=True), "local_costs": LocalCosts()},
         {"ObstaclesCritic": ObstaclesParams(consider_footprint=True, collision_margin_distance=0.6, cost_power=2)},
         {"local_costs": replace(COSTS, tracks_unknown=True)},
+        {
+            "local_costs": replace(COSTS, tracks_unknown=True),
+            "ObstaclesCritic": ObstaclesParams(consider_footprint=True),
+        },
         {"motion_model": "Ackermann", "AckermannConstraints": AckermannParams(min_turning_r=0.9)},
     ],
     ids=lambda changed: " ".join(changed),
@@ -230,8 +234,14 @@ def test_what_has_room_touches_nothing_within_it() -> None:
             assert room < 0.0 or worst < 254
         known += room >= 0.0
     assert 400 < touched < 3600 and known > 400
+    off_its_base = make_body(FOOTPRINT + (0.9, 0.9), True, COSTS, LAYER, 0.05)
+    assert np.hypot(*off_its_base.circles.T).max() <= off_its_base.radius  # circles are looked up on the map only
     blind = make_body(FOOTPRINT, True, replace(COSTS, ends_inflated=False), LAYER, 0.05)
     assert not blind.reach.any()  # nothing is known of distances
+    earlier = replace(LAYER, cost_scaling_factor=1.0)  # it does not inflate what is marked after it
+    both_layers = replace(COSTS, inflation_layers={"earlier": earlier, "last": LAYER})
+    assert not make_body(FOOTPRINT, True, both_layers, both_layers.inflation("earlier"), 0.05).reach.any()
+    assert make_body(FOOTPRINT, True, both_layers, both_layers.inflation(""), 0.05).reach.any()
 
 
 def test_lines_are_bresenhams() -> None:
@@ -262,6 +272,8 @@ def test_the_nearest_point_along_is_looked_up():
         for driven in rng.uniform(0.0, 1.2 * length[-1] + 0.1, 300).astype(FLOAT):
             found = nearest_along(driven, *table)
             assert abs(length[found] - driven) == pytest.approx(abs(length - driven).min(), abs=1e-6)
+        for beyond in (1e30, math.inf, math.nan):
+            assert nearest_along(FLOAT(beyond), *table) in (0, count - 1)
 
 
 def test_the_window_begins_at_the_robot_and_ends_at_the_prune_distance():

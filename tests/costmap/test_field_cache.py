@@ -131,6 +131,19 @@ def test_the_arrays_used_last_are_kept(folder, monkeypatch):
     assert [source.calls for source in sources.values()] == [1, 2, 1]
 
 
+def test_only_files_of_the_cache_make_room(folder, monkeypatch):
+    folder.mkdir(parents=True)
+    left_over = folder / f"{40 * 'a'}-x1_.partial"  # of a process that was killed
+    others = [folder / "my_map.npy", folder / "results.npz", folder / "other.partial"]
+    for file in (left_over, *others):
+        file.write_bytes(bytes(5000))
+        os.utime(file, (1, 1))
+    monkeypatch.setattr(field_cache, "MOST_BYTES", 2500)
+    cached_array("key", Source(np.ones(10)))
+    assert not left_over.exists() and all(file.exists() for file in others)
+    assert len(list(folder.iterdir())) == len(others) + 1
+
+
 def _total(seed):
     """What a process of its own makes of a shared array."""
     return int(cached_array("shared", lambda: np.random.default_rng(1).integers(1000, size=200_000)).sum()) + seed

@@ -293,3 +293,21 @@ def test_what_cannot_be_used_is_refused() -> None:
         ObstacleLayerParams(combination_method=3)
     with pytest.raises(ParameterError, match="not described"):
         CostmapParams(plugins=("voxel_layer",))
+
+
+@pytest.mark.parametrize("prefer_fast", [True, False])
+def test_what_is_no_place_marks_and_clears_nothing(prefer_fast: bool) -> None:
+    costmap = LayeredCostmap(
+        make_params(rolling_window=True), make_map(np.random.default_rng(1)), prefer_fast=prefer_fast
+    )
+    costmap.update(Pose2D(0.3, 0.2, 0.1), random_scan(np.random.default_rng(2), 0.0), 0.0)
+    seen = costmap.obstacle_costs[0].copy()
+    assert (seen == LETHAL_OBSTACLE).sum() > 20
+    odd = (math.nan, math.inf, -math.inf)
+    points = np.array([(x, y, 0.1) for x in (*odd, 0.5) for y in (*odd, 0.5) if (x, y) != (0.5, 0.5)])
+    costmap.observe_points(points, math.nan, 0.2, 0.1)
+    costmap.update(Pose2D(0.3, 0.2, 0.1), None, 0.1)
+    np.testing.assert_array_equal(costmap.obstacle_costs[0], seen)
+    for x in (1e7, 3e8, -3e9, 0.3):  # some beyond what 32 bits count
+        costmap.update(Pose2D(x, 0.2, 0.1), random_scan(np.random.default_rng(2), 0.2), 0.2)
+    np.testing.assert_array_equal(costmap.obstacle_costs[0], seen)

@@ -30,7 +30,7 @@ class Body(NamedTuple):
     corners: FloatArray  # (V, 2) the same in cells
     circles: FloatArray  # (C, 2) centres of circles that cover the body
     free_radius: float  # that an obstacle has to be away from all these centres
-    radius: float  # of the circle around the base that holds the body
+    radius: float  # of the circle around the base that holds the body and all these centres
     reach: FloatArray  # (256,) to the nearest lethal cell at least, by the cost of a cell
     uses_outline: bool  # False: the centre alone counts
     check_from: float  # cost of the centre from which the outline is looked at; ALWAYS: everywhere
@@ -43,7 +43,8 @@ def make_body(
     """The body of a ``footprint`` (V, 2) [m], padded, on a local costmap of a ``resolution`` [m]."""
     inscribed, circumscribed = footprint_radii(footprint)
     centres, half = _cover(footprint)
-    bound = np.zeros(256) if layer is None or not costs.ends_inflated else _least_distances(layer, inscribed)
+    inflates_all = layer is not None and costs.ends_inflated and layer is costs.inflation("")
+    bound = _least_distances(layer, inscribed) if layer is not None and inflates_all else np.zeros(256)
     check_from = ALWAYS
     if layer is not None and layer.inflation_radius >= circumscribed:
         check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
@@ -52,7 +53,7 @@ def make_body(
         np.ascontiguousarray(footprint / resolution),
         centres / resolution,
         half / resolution + _SLACK,
-        circumscribed / resolution,
+        max(circumscribed, float(np.hypot(*centres.T).max())) / resolution,
         bound / resolution,
         uses_outline,
         check_from,
@@ -102,8 +103,8 @@ def clearance(
     """
     height, width = costs.shape
     edge: float = min(min(cx, width - cx), min(cy, height - cy)) - radius  # of the map
-    if edge < 0.0:
-        return edge
+    if not edge >= 0.0:  # nan, too
+        return -1.0
     worst = 0
     for i in range(len(circles)):
         mx = int(cx + circles[i, 0] * cosine - circles[i, 1] * sine)

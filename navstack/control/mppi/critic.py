@@ -3,6 +3,8 @@
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
+import numpy as np
+
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
 from navstack.types import Float32Array
@@ -28,4 +30,7 @@ class Critic(ABC):
     def weighted(self, raw: Float32Array) -> Float32Array:
         """Raw scores as they count; a power of 0 is as 1."""
         costs: Float32Array = raw * raw.dtype.type(self.weight)
-        return costs**self.power if self.power > 1 else costs
+        if self.power <= 1:
+            return costs
+        with np.errstate(over="ignore"):  # an infinite cost counts as such; where all are, there is no legal velocity
+            return costs**self.power

@@ -8,8 +8,8 @@ from numba import njit
 
 from navstack.control.footprint_cost import outline_cost
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance, outline_worst
-from navstack.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
 Grid = tuple[float, float, float]  # origin x, origin y, resolution in [m], as seen from the robot
@@ -66,14 +66,15 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
 
 
 @njit(cache=True)
-def under_outlines(
-    found: ByteArray,
-    hits: BoolArray,
-    check_from: float,
+def touch_outlines(
+    t: int,
     x: Float32Array,
     y: Float32Array,
+    yaw: Float32Array,
     cosine: Float32Array,
     sine: Float32Array,
+    found: ByteArray,
+    check_from: int,
     costs: ByteArray,
     grid: Grid,
     corners: FloatArray,
@@ -81,50 +82,59 @@ def under_outlines(
     free_radius: float,
     radius: float,
     reach: FloatArray,
+    tracks_unknown: bool,
     has_unknown: bool,
     room: Float32Array,
-) -> ByteArray:
-    """The greatest costs (B,) under the outlines of bodies, where those of their centres, ``found``, ask for a look.
+    seen: IntArray,
+    hits: BoolArray,
+) -> None:
+    """Add to ``hits`` (B,) the trajectories whose outlines collide at their poses ``t``, of (T, B).
 
-    FREE_SPACE stands for any cost that is no obstacle. ``hits``: bodies not to look at; ``room`` is renewed; the rest
-    is that of :class:`Body`, whose arrays are faster one by one.
+    Looked at is where the costs of the centres, ``found``, are ``check_from`` or more. Each look tells how far the body
+    may move before it can touch anything: ``room`` in cells from the pose ``seen``; both are renewed. The rest is that
+    of :class:`Body`, whose arrays are faster one by one. Every question is asked of all bodies before the next one is,
+    without branches: they would be guessed wrong too often.
     """
-    worst = found.copy()
     height, width = costs.shape
     scale = 1.0 / grid[2]
+    asked = np.empty(len(found) + 1, dtype=np.int32)
+    count = 0
     for b in range(len(found)):
-        if found[b] == FREE_SPACE or found[b] < check_from or hits[b]:
-            continue
-        worst[b] = FREE_SPACE
-        if room[b] >= np.float32(0.0):
-            continue
-        cx, cy = (x[b] - grid[0]) * scale, (y[b] - grid[1]) * scale
+        asked[count] = b
+        count += (found[b] >= check_from) & (not hits[b])
+    left = 0
+    for i in range(count):
+        b = asked[i]
+        dx, dy, turned = x[t, b] - x[seen[b], b], y[t, b] - y[seen[b], b], yaw[t, b] - yaw[seen[b], b]
+        asked[left] = b
+        left += not math.sqrt(dx * dx + dy * dy) * scale + abs(turned) * radius <= room[b]
+    count, left = left, 0
+    for i in range(count):
+        b = asked[i]
+        cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
+        seen[b], room[b] = t, np.float32(-1.0)
         if not has_unknown:
-            room[b] = clearance(costs, cx, cy, cosine[b], sine[b], circles, free_radius, radius, reach)
-        if room[b] < np.float32(0.0):
-            worst[b] = outline_worst(costs, cx, cy, cosine[b], sine[b], corners)
-            if not has_unknown:
-                edge = min(min(cx, width - cx), min(cy, height - cy)) - radius
-                room[b] = min(edge, reach[worst[b]] - OUTLINE_SLACK)
-    return worst
+            room[b] = clearance(costs, cx, cy, cosine[t, b], sine[t, b], circles, free_radius, radius, reach)
+        asked[left] = b
+        left += room[b] < np.float32(0.0)
+    for i in range(left):
+        b = asked[i]
+        cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
+        worst = outline_worst(costs, cx, cy, cosine[t, b], sine[t, b], corners)
+        hits[b] = is_collision(worst, True, tracks_unknown)
+        if not has_unknown:
+            edge = min(min(cx, width - cx), min(cy, height - cy)) - radius
+            room[b] = min(edge, reach[worst] - OUTLINE_SLACK)
 
 
 @njit(cache=True)
-def _use_up(
-    x: Float32Array,
-    last_x: Float32Array,
-    y: Float32Array,
-    last_y: Float32Array,
-    yaw: Float32Array,
-    last_yaw: Float32Array,
-    scale: np.float32,
-    radius: np.float32,
-    room: Float32Array,
+def _add_costs(
+    found: ByteArray, near: np.float32, critical: np.float32, share: np.float32, scores: Float32Array
 ) -> None:
-    """Subtract from ``room`` (n,) what points within ``radius`` of the base have moved at most, in cells."""
-    for b in range(len(room)):
-        dx, dy = x[b] - last_x[b], y[b] - last_y[b]
-        room[b] -= math.sqrt(dx * dx + dy * dy) * scale + abs(yaw[b] - last_yaw[b]) * radius
+    """Add costs (n,) to scores: ``critical`` from a cost of ``near`` on, below it this ``share`` of the cost."""
+    for b in range(len(found)):
+        cost = np.float32(found[b])
+        scores[b] += critical if cost >= near else cost * share
 
 
 @njit(cache=True)
@@ -147,7 +157,7 @@ def cost_scores(
     """Sums (B,) of the costs under every ``step``-th pose (T, B), and which trajectories collide (``cost_critic.cpp``).
 
     A pose at ``near_collision_cost`` or more counts ``critical_cost``, a trajectory that collides ``collision_cost`` in
-    all. Others count only if obstacles ``repels``.
+    all. Others count only if obstacles ``repels``. Free space costs nothing.
     """
     _, corners, circles, free_radius, radius, reach, uses_outline, check_from, tracks_unknown = body
     steps, count = x.shape
@@ -155,42 +165,42 @@ def cost_scores(
     hits = np.zeros(count, dtype=np.bool_)
     origin_x, origin_y, scale = np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2])
     cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
-    room = np.full(count, np.float32(-1.0))  # [cells] that a body may still move before it can touch anything
+    room, seen = np.full(count, np.float32(-1.0)), np.zeros(count, dtype=np.int64)
+    near, share = np.float32(max(near_collision_cost, 1)), np.float32(1.0 if repels else 0.0)
+    look_from = int(math.ceil(max(check_from, 1.0)))
     for t in range(0, steps, step):
         pose_costs(x[t], y[t], costs, origin_x, origin_y, scale, cells, found)
-        worst = found
-        if uses_outline:
-            if t > 0:
-                _use_up(x[t], x[t - step], y[t], y[t - step], yaw[t], yaw[t - step], scale, np.float32(radius), room)
-            worst = under_outlines(
-                found,
-                hits,
-                check_from,
-                x[t],
-                y[t],
-                cosine[t],
-                sine[t],
-                costs,
-                grid,
-                corners,
-                circles,
-                free_radius,
-                radius,
-                reach,
-                has_unknown,
-                room,
-            )
-        for b in range(count):
-            cost = found[b]
-            if cost == 0 or hits[b]:
-                continue
-            if is_collision(worst[b], uses_outline, tracks_unknown):
-                scores[b], hits[b] = collision_cost, True
-                continue
-            if cost >= near_collision_cost:
-                scores[b] += critical_cost
-            elif repels:
-                scores[b] += np.float32(cost)
+        _add_costs(found, near, critical_cost, share, scores)
+        if not uses_outline:
+            for b in range(count):
+                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(found[b], False, tracks_unknown):
+                    hits[b] = True
+            continue
+        touch_outlines(
+            t,
+            x,
+            y,
+            yaw,
+            cosine,
+            sine,
+            found,
+            look_from,
+            costs,
+            grid,
+            corners,
+            circles,
+            free_radius,
+            radius,
+            reach,
+            tracks_unknown,
+            has_unknown,
+            room,
+            seen,
+            hits,
+        )
+    for b in range(count):
+        if hits[b]:
+            scores[b] = collision_cost
     return scores, hits
 
 
@@ -210,7 +220,7 @@ def obstacle_scores(
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
     """How far trajectories (T, B) reach into the ``margin`` and into ``extent`` [m], and which collide.
 
-    ``distances`` (256,) [m] from the centre to the nearest obstacle by cost; ``obstacles_critic.cpp``. A ``extent`` of
+    ``distances`` (256,) [m] from the centre to the nearest obstacle by cost; ``obstacles_critic.cpp``. An ``extent`` of
     inf: nothing is known of distances; of -inf: obstacles do not repel.
     """
     steps, count = x.shape
@@ -225,7 +235,7 @@ def obstacle_scores(
             cost = int(found[b])
             if cost == 0 or hits[b]:
                 continue
-            by_outline = body.uses_outline and cost != NO_INFORMATION and cost >= body.check_from
+            by_outline = body.uses_outline and cells[b] >= 0 and cost >= body.check_from
             if by_outline:
                 yaw = math.atan2(sine[t, b], cosine[t, b])
                 cost = outline_cost(costs, grid[0], grid[1], grid[2], body.footprint, x[t, b], y[t, b], yaw)

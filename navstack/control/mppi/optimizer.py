@@ -77,16 +77,14 @@ class Optimizer:
 
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
         """Lower the largest velocities, the yaw rate too, to ``limit`` [m/s] or [%]; 0 lifts the limit."""
-        if limit == 0.0:
-            self._share = 1.0
-        else:
-            self._share = limit / 100.0 if is_percentage else limit / self._params.vx_max
+        share = limit / 100.0 if is_percentage else limit / self._params.vx_max
+        self._share = min(share, 1.0) if limit != 0.0 else 1.0
 
     def solve(self, scene: Scene) -> Solution:
         """The command of this cycle.
 
         Raises:
-            NoLegalVelocity: all trajectories collide, in every attempt.
+            NoLegalVelocity: all trajectories collide, in every attempt, or state or costs are no finite numbers.
         """
         for _ in range(self._params.retry_attempt_limit + 1):
             colliding = self._optimize(scene)
@@ -114,8 +112,8 @@ class Optimizer:
         """
         params = self._params
         costs = np.zeros(params.batch_size, dtype=_FLOAT)
-        colliding: dict[str, int] = {}
         for _ in range(params.iteration_count):
+            colliding: dict[str, int] = {}
             rollouts = self._roll_out(self._rollouts, self._v, self._w, self._next_noise(), scene)
             for critic in self._critics:
                 scores = critic.score(rollouts, scene)
@@ -126,7 +124,8 @@ class Optimizer:
                     colliding[critic.name] = scores.colliding
                 if scores.colliding == params.batch_size:
                     return colliding
-            self._update(rollouts, costs)
+            if not self._update(rollouts, costs):
+                return {"no finite cost": params.batch_size}
         return colliding
 
     def _next_noise(self) -> Noise:
@@ -156,15 +155,18 @@ class Optimizer:
         )
         return into
 
-    def _update(self, rollouts: Rollouts, costs: Float32Array) -> None:
-        """Make the samples' mean by merit the new sequence, within the limits."""
+    def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
+        """Make the samples' mean by merit the new sequence, within the limits; False: it cannot be told."""
         params = self._params
         control_sequence.add_control_costs(rollouts.v, self._v, _FLOAT(params.gamma / params.vx_std**2), costs)
         control_sequence.add_control_costs(rollouts.w, self._w, _FLOAT(params.gamma / params.wz_std**2), costs)
+        if not np.isfinite(costs.min()):  # nan in one of them, or inf in all: limits would make full speed of that
+            return False
         shares = control_sequence.softmax(costs, _FLOAT(params.temperature))
         control_sequence.weighted_mean(rollouts.v, shares, self._v)
         control_sequence.weighted_mean(rollouts.w, shares, self._w)
         self._limit(self._v, self._w)
+        return True
 
     def _limit(self, v: Float32Array, w: Float32Array) -> None:
         params, dt, share = self._params, self._params.model_dt, self._share

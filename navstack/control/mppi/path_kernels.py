@@ -120,7 +120,7 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
     middle = np.empty(len(length), dtype=np.float32)  # from where on a point is no longer the nearest
     for i in range(len(length) - 1):
         middle[i] = np.float32(0.5) * (length[i] + length[i + 1])
-    middle[-1] = np.float32(np.inf)
+    middle[-1] = np.float32(np.nan)  # nothing is beyond it, not even inf
     places = _TABLE_FINENESS * len(length)
     scale = np.float32(places / length[-1]) if length[-1] > np.float32(0.0) else np.float32(0.0)
     table = np.empty(places + 2, dtype=np.int64)
@@ -135,7 +135,8 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
 @njit(cache=True)
 def nearest_along(driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32) -> int:
     """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
-    i = int(table[min(int(driven * scale), len(table) - 1)])
+    place = driven * scale
+    i = int(table[int(place) if place < np.float32(len(table) - 1) else len(table) - 1])  # nan: the last
     while middle[i] <= driven:  # seldom: the table is fine
         i += 1
     return i
