@@ -72,7 +72,9 @@ def _check_following(
         decision = controller.decide(state_of(step), path, Pose2D(*case.facts["goal"]), surroundings)
         check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
-            comparison.equal(f"cycle {k}: oscillating", decision.rejections.get("Oscillation", 0), step["n_osc"])
+            comparison.equal(
+                f"cycle {k}: oscillating", decision.explanation.rejections.get("Oscillation", 0), step["n_osc"]
+            )
 
 
 def make_params(file: GoldenFile, overrides: Mapping[str, Any]) -> DwbParams:
@@ -171,7 +173,7 @@ def check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Deci
     if decision.is_legal and "best_index" in step:
         comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
-        comparison.equal(f"{at}rejected trajectories", sum(decision.rejections.values()), step["n_illegal"])
+        comparison.equal(f"{at}rejected trajectories", sum(decision.explanation.rejections.values()), step["n_illegal"])
     if "critic_scales" in step:
         comparison.equal(f"{at}critics", decision.critics, step["critic_names"])
         comparison.near(f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE)

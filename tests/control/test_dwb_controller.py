@@ -112,9 +112,9 @@ def test_the_first_of_equals_wins_and_the_decision_explains_itself() -> None:
     decision = controller.last_decision
     assert decision.choice.index == 7
     assert decision.scores.totals[7] == decision.scores.totals[9] == np.float32(4.0)
-    assert decision.raw_scores == {"One": 1.0, "Two": 4.0, "Idle": 0.0}
-    assert decision.weighted_scores == {"One": 2.0, "Two": 2.0, "Idle": 0.0}
-    assert decision.rejections == {"One": 1}
+    assert decision.explanation.raw == {"One": 1.0, "Two": 4.0, "Idle": 0.0}
+    assert decision.explanation.weighted == {"One": 2.0, "Two": 2.0, "Idle": 0.0}
+    assert decision.explanation.rejections == {"One": 1}
     assert one.commands == two.commands == [command]
 
 

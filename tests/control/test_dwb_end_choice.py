@@ -9,7 +9,7 @@ import pytest
 from navstack.control.controller import Surroundings
 from navstack.control.dwb import choice_kernels
 from navstack.control.dwb.critics import build_critics
-from navstack.control.dwb.decision import Choice, score_all
+from navstack.control.dwb.decision import Choice, Explanation, score_all
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.end_choice import EndChoice
 from navstack.control.dwb.end_kernels import end_poses
@@ -88,12 +88,46 @@ def test_it_is_the_choice_of_all_scores_on_random_scenes(name: str) -> None:
             critic.prepare(scene)
         choice, expected = chooser.choose(scene), Choice.of(score_all(generator, critics, scene))
         assert choice == expected or (choice is None)
+        if choice is not None:
+            scores = score_all(generator, critics, scene)
+            assert chooser.explain(scene) == Explanation.of(scores, critics, choice.index)
         if choice is None:
             assert math.isinf(expected.total) or len(scene.path_cells) == 0 or "GoalAlign" in critics
         made += choice is not None
         for critic in critics.values():
             critic.debrief(scene, expected.command)
     assert made > 25
+
+
+def test_rejections_are_those_of_all_scores_in_open_space_and_at_the_borders() -> None:
+    rng = np.random.default_rng(4)
+    params = replace(PARAMS, max_vel_x=0.8, max_speed_xy=0.8)
+    generator, critics = RolloutGenerator(params, 20.0), build_critics(params)
+    chooser = EndChoice(generator, critics)
+    free, off = 0, {"BaseObstacle": 0, "GoalAlign": 0}
+    for _ in range(300):
+        scene = random_scene(rng)
+        scene.costmap.data[scene.costmap.data >= 253] = 0
+        if rng.random() < 0.5:  # one obstacle somewhere
+            my, mx = rng.integers(0, SIZE, 2)
+            scene.costmap.data[my, mx] = 253
+        half = rng.choice((0.1, 0.5)) * SIZE * RESOLUTION
+        place = rng.uniform(-half, half, 2)
+        scene.pose = Pose2D(*place.tolist(), scene.pose.yaw)
+        scene.velocity = Twist2D(rng.uniform(-0.3, 0.8), 0.0, scene.velocity.angular_z)
+        for critic in critics.values():
+            critic.prepare(scene)
+        choice = chooser.choose(scene)
+        if choice is not None:
+            told = chooser.explain(scene)
+            assert told == Explanation.of(score_all(generator, critics, scene), critics, choice.index)
+            assert math.isclose(sum(told.weighted.values()), choice.total, rel_tol=1e-5)
+            free += not told.rejections
+            for name in off:
+                off[name] += told.rejections.get(name, 0)
+    assert free > 30
+    assert off["BaseObstacle"] > 200
+    assert off["GoalAlign"] > 10
 
 
 def test_forbidden_signs_are_kept() -> None:
@@ -111,6 +145,9 @@ def test_forbidden_signs_are_kept() -> None:
         choice = chooser.choose(scene)
         if choice is not None:
             assert choice == Choice.of(scores)
+            told = chooser.explain(scene)
+            assert told == Explanation.of(scores, critics, choice.index)
+            assert told.rejections["Oscillation"] > 0
             assert choice.command.linear_x <= 0.0
             assert choice.command.angular_z <= 0.0
             forbidden += int(np.isinf(scores.raw[1]).sum())

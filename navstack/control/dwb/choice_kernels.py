@@ -42,8 +42,8 @@ def best_command(
     costs: ByteArray,
     grid: Grid,
     guess: int,
-) -> tuple[int, np.float32, float, float, float]:
-    """Index, total and command (vx, vy, yaw rate) of the best sample, the first of equals.
+) -> tuple[int, np.float32, FloatArray, FloatArray]:
+    """Index, total, command (3,) as vx, vy, yaw rate, and raw scores (C,) of the best sample, the first of equals.
 
     The index is -1 where no sample is legal or the plan is off the map.
 
@@ -76,9 +76,9 @@ def best_command(
         best, total = choose(
             robot, commands, steps, limits, times[1], kinds, scales, raw, cells, seeds, costs, grid, guess
         )
-    if best < 0:
-        return best, total, 0.0, 0.0, 0.0
-    return best, total, commands[best, 0], commands[best, 1], commands[best, 2]
+        if best >= 0:
+            return best, total, commands[best].copy(), raw[:, best].copy()
+    return best, total, np.zeros(3), np.zeros(len(kinds))
 
 
 @njit(cache=True)

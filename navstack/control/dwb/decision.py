@@ -1,6 +1,6 @@
 """How DWB decided one cycle."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,20 +53,58 @@ class Choice:
         return Choice(best, float(scores.totals[best]), Twist2D(*scores.rollouts.commands[best].tolist()))
 
 
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What a decision tells of itself, critic by critic."""
+
+    samples: int  # trajectories
+    rejections: dict[str, int]  # of them per critic; the first critic that objects counts; without those without any
+    raw: dict[str, float]  # score of the chosen trajectory per critic; no sense where none is legal
+    weighted: dict[str, float]  # share of each critic in its total
+
+    @staticmethod
+    def of(scores: Scores, critics: Collection[str], index: int) -> "Explanation":
+        """What the ``scores`` by ``critics`` (C names) tell of the trajectory ``index``, which was chosen."""
+        illegal = np.isinf(scores.raw[:, ~np.isfinite(scores.totals)])  # the others have no infinite score
+        first = illegal.argmax(axis=0)[illegal.any(axis=0)]
+        counts = np.bincount(first, minlength=len(critics)).tolist()
+        raw = scores.raw[:, index] if len(scores.totals) else np.zeros(len(critics))
+        return Explanation(
+            len(scores.totals),
+            {name: count for name, count in zip(critics, counts, strict=True) if count},
+            dict(zip(critics, raw.tolist(), strict=True)),
+            dict(zip(critics, (raw * scores.scales).tolist(), strict=True)),
+        )
+
+
 class Decision:
     """How one cycle was decided.
 
-    The choice is made for good. The scores of all trajectories are found when they are first asked for, which must be
-    before the next cycle.
+    The choice is made for good. What else there is to tell is found when it is asked for, which must be before the
+    next cycle.
     """
 
     def __init__(
-        self, generator: RolloutGenerator, critics: Mapping[str, Critic], scene: Scene, choice: Choice | None
+        self,
+        generator: RolloutGenerator,
+        critics: Mapping[str, Critic],
+        scene: Scene,
+        choice: Choice | None,
+        explain: Callable[[Scene], Explanation],
     ) -> None:
-        """``choice``: already known; None: it is made from the scores of all trajectories."""
+        """Take a choice, or make it.
+
+        Args:
+            generator: of the trajectories.
+            critics: prepared for the scene.
+            scene: what they saw.
+            choice: already known; None: it is made from the scores of all trajectories.
+            explain: tells of a known choice what those scores would tell.
+        """
         self._generator = generator
         self._critics = critics
         self._scene = scene
+        self._explain = explain
         self._scores: Scores | None = None
         self.choice = Choice.of(self.scores) if choice is None else choice
 
@@ -93,38 +131,29 @@ class Decision:
         return self.choice.command
 
     @property
-    def raw_scores(self) -> dict[str, float]:
-        """Raw score of the chosen trajectory per critic."""
-        return dict(zip(self.critics, self.scores.raw[:, self.choice.index].tolist(), strict=True))
-
-    @property
-    def weighted_scores(self) -> dict[str, float]:
-        """Share of each critic in the chosen trajectory's total."""
-        weighted = self.scores.raw[:, self.choice.index] * self.scores.scales
-        return dict(zip(self.critics, weighted.tolist(), strict=True))
-
-    @property
-    def rejections(self) -> dict[str, int]:
-        """Trajectories rejected per critic; the first critic that objects counts."""
-        illegal = np.isinf(self.scores.raw[:, ~np.isfinite(self.scores.totals)])  # the others have no infinite score
-        first = illegal.argmax(axis=0)[illegal.any(axis=0)]
-        counts = np.bincount(first, minlength=len(self.critics))
-        return {name: int(count) for name, count in zip(self.critics, counts, strict=True) if count}
+    def explanation(self) -> Explanation:
+        """What there is to tell critic by critic."""
+        if self._scores is None:
+            return self._explain(self._scene)
+        return Explanation.of(self._scores, self._critics, self.choice.index)
 
     def record(self) -> DecisionRecord:
         """The decision in short."""
-        rejections = self.rejections
-        raw = self.raw_scores if self.is_legal else {}
-        weighted = self.weighted_scores if self.is_legal else {}
-        scores = tuple(
-            CriticScore(name, raw.get(name), weighted.get(name), rejections.get(name, 0)) for name in self.critics
-        )
+        told, is_legal = self.explanation, self.is_legal
         return DecisionRecord(
             self._scene.stamp,
             "DWBLocalPlanner",
             self.command,
-            samples=len(self.scores.totals),
-            rejected=sum(rejections.values()),
-            total=self.choice.total if self.is_legal else None,
-            scores=scores,
+            samples=told.samples,
+            rejected=sum(told.rejections.values()),
+            total=self.choice.total if is_legal else None,
+            scores=tuple(
+                CriticScore(
+                    name,
+                    told.raw[name] if is_legal else None,
+                    told.weighted[name] if is_legal else None,
+                    told.rejections.get(name, 0),
+                )
+                for name in self._critics
+            ),
         )

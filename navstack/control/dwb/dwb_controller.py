@@ -81,7 +81,7 @@ class DwbController(Controller):
         near = self._window.near(plan, state.pose, surroundings.costmap)
         decision = self.decide(state, near, self._goal, surroundings)
         if not decision.is_legal:
-            raise NoLegalVelocity(decision.rejections)
+            raise NoLegalVelocity(decision.explanation.rejections)
         return decision.command
 
     def decide(self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings) -> Decision:
@@ -89,7 +89,8 @@ class DwbController(Controller):
         scene = Scene(state.pose, state.twist, state.stamp, goal, near, surroundings.costmap, self._footprint)
         for critic in self._prepared:
             critic.prepare(scene)
-        decision = Decision(self._generator, self._critics, scene, self._end_choice.choose(scene))
+        choice = self._end_choice.choose(scene)
+        decision = Decision(self._generator, self._critics, scene, choice, self._end_choice.explain)
         for critic in self._debriefed:
             critic.debrief(scene, decision.command)
         self.last_decision = decision

@@ -4,15 +4,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from navstack.control.dwb.choice_kernels import best_command
+from navstack.control.dwb.choice_kernels import Grid, best_command
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.decision import Choice
+from navstack.control.dwb.decision import Choice, Explanation
 from navstack.control.dwb.end_score import NOTHING
+from navstack.control.dwb.legality_kernels import count_rejections
 from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.dwb.scene import Scene
-from navstack.types import Twist2D
+from navstack.types import FloatArray, Twist2D
 
-_Terms = tuple[tuple[int, float, float], ...]  # kind, number and scale of each critic that counts
+_Terms = tuple[tuple[str, int, float, float], ...]  # name, kind, number and scale of each critic that counts
 
 
 class EndChoice:
@@ -20,9 +21,10 @@ class EndChoice:
 
     def __init__(self, generator: RolloutGenerator, critics: Mapping[str, Critic]) -> None:
         self._generator = generator
-        self._critics = tuple(critics.values())
+        self._critics = dict(critics)
         self._set_terms(())
         self._last = 0  # index of the last choice, likely a good one again
+        self._raw: FloatArray = np.empty(0)  # its scores by the critics that count
 
     def choose(self, scene: Scene) -> Choice | None:
         """The choice; None: it takes the scores of all trajectories to make it, or no trajectory is legal."""
@@ -32,11 +34,8 @@ class EndChoice:
             return None
         if terms != self._terms:
             self._set_terms(terms)
-        pose, velocity, costmap = scene.pose, scene.velocity, scene.costmap
-        robot = np.array(
-            (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z), dtype=np.float64
-        )
-        index, total, vx, vy, yaw_rate = best_command(
+        robot, grid = _numbers_of(scene)
+        index, total, command, self._raw = best_command(
             robot,
             generator.sampler.axes,
             generator.sampler.counts,
@@ -49,19 +48,43 @@ class EndChoice:
             scene.plan,
             scene.goal.x,
             scene.goal.y,
-            costmap.data,
-            (costmap.origin_x, costmap.origin_y, costmap.resolution),
+            scene.costmap.data,
+            grid,
             self._last,
         )
         if index < 0:
             return None
         self._last = index
-        return Choice(int(index), float(total), Twist2D(vx, vy, yaw_rate))
+        return Choice(int(index), float(total), Twist2D(*command.tolist()))
+
+    def explain(self, scene: Scene) -> Explanation:
+        """What the scores of all trajectories would tell of the last choice, which was made in this ``scene``."""
+        generator = self._generator
+        robot, grid = _numbers_of(scene)
+        counts = count_rejections(
+            robot,
+            generator.sampler.axes,
+            generator.sampler.counts,
+            generator.sampler.speeds,
+            generator.times,
+            generator.limits,
+            self._kinds,
+            self._numbers,
+            scene.costmap.data,
+            grid,
+        ).tolist()
+        names, nothing = [name for name, _, _, _ in self._terms], dict.fromkeys(self._critics, 0.0)
+        return Explanation(
+            sum(counts),
+            {name: count for name, count in zip(names, counts[:-1], strict=True) if count},
+            nothing | dict(zip(names, self._raw.tolist(), strict=True)),
+            nothing | dict(zip(names, (self._raw * self._scales).tolist(), strict=True)),
+        )
 
     def _summarize(self, scene: Scene) -> _Terms | None:
         """What the critics score in this cycle; None: one of them cannot say it in short."""
         terms = []
-        for critic in self._critics:
+        for name, critic in self._critics.items():
             scale = critic.scale(scene)
             if scale == 0.0:
                 continue
@@ -69,11 +92,20 @@ class EndChoice:
             if score is None or scale < 0.0:  # what is not looked at yet must not lower a total
                 return None
             if score.kind != NOTHING:
-                terms.append((score.kind, score.number, scale))
+                terms.append((name, score.kind, score.number, scale))
         return tuple(terms)
 
     def _set_terms(self, terms: _Terms) -> None:
         self._terms = terms
-        self._kinds = np.array([kind for kind, _, _ in terms], dtype=np.int64)
-        self._numbers = np.array([number for _, number, _ in terms], dtype=np.float64)
-        self._scales = np.array([scale for _, _, scale in terms], dtype=np.float32)
+        self._kinds = np.array([kind for _, kind, _, _ in terms], dtype=np.int64)
+        self._numbers = np.array([number for _, _, number, _ in terms], dtype=np.float64)
+        self._scales = np.array([scale for _, _, _, scale in terms], dtype=np.float32)
+
+
+def _numbers_of(scene: Scene) -> tuple[FloatArray, Grid]:
+    """Pose and velocity (6,), and where the costmap lies."""
+    pose, velocity, costmap = scene.pose, scene.velocity, scene.costmap
+    robot = np.array(
+        (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z), dtype=np.float64
+    )
+    return robot, (costmap.origin_x, costmap.origin_y, costmap.resolution)

@@ -29,22 +29,12 @@ def end_poses(
     ends = np.empty((5, count))
     order = by_falling_steps(steps)
     b = np.empty(BUFFER_SIZE)
-    sine, cosine = math.sin(robot[2]), math.cos(robot[2])
     for first in range(0, count, TILE):
-        filled = min(TILE, count - first)
-        for i in range(TILE):
-            k = order[min(first + i, count - 1)]
-            b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = robot[0], robot[1], robot[2], sine, cosine
-            _load(b, i, robot[3], robot[5], commands[k], limits, sim_time / steps[k])
-        active = filled
-        speeds_change = turns_change = True
+        active = min(TILE, count - first)
+        start_tile(b, robot, commands, steps, order, first, limits, sim_time)
+        changes = (True, True)
         for t in range(1, steps[order[first]] + 1):
-            lanes = (active + LANES - 1) // LANES * LANES
-            if speeds_change:
-                speeds_change = _speed_up(b, lanes)
-            if turns_change:
-                turns_change = _turn(b, lanes)
-            _move(b, lanes)
+            changes = step_tile(b, active, changes)
             while active > 0 and steps[order[first + active - 1]] == t:
                 active -= 1
                 for j in range(5):
@@ -69,6 +59,38 @@ def by_falling_steps(steps: IntArray) -> IntArray:
         order[position[at]] = k
         position[at] += 1
     return order
+
+
+@njit(cache=True)
+def start_tile(
+    b: FloatArray,
+    robot: FloatArray,
+    commands: FloatArray,
+    steps: IntArray,
+    order: IntArray,
+    first: int,
+    limits: FloatArray,
+    sim_time: float,
+) -> None:
+    """Put the trajectories from ``order[first]`` on into a buffer, the last one as often as it takes to fill it."""
+    sine, cosine = math.sin(robot[2]), math.cos(robot[2])
+    for i in range(TILE):
+        k = order[min(first + i, len(order) - 1)]
+        b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = robot[0], robot[1], robot[2], sine, cosine
+        _load(b, i, robot[3], robot[5], commands[k], limits, sim_time / steps[k])
+
+
+@njit(cache=True)
+def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[bool, bool]:
+    """Drive the first ``active`` trajectories one step; whether speeds and turns may differ in later steps."""
+    lanes = (active + LANES - 1) // LANES * LANES
+    speeds_change, turns_change = changes
+    if speeds_change:
+        speeds_change = _speed_up(b, lanes)
+    if turns_change:
+        turns_change = _turn(b, lanes)
+    _move(b, lanes)
+    return speeds_change, turns_change
 
 
 @njit(cache=True)
