@@ -42,8 +42,8 @@ def gain_of(found: Audit) -> str:
     return f"{difference.value:.2f} [{difference.low:.2f}, {difference.high:.2f}]"
 
 
-def main() -> None:
-    """Audit all studies and print what was flagged."""
+def main() -> int:
+    """Audit all studies and print what was flagged; 0 if every exploit was, and at most 1 in 20 honest studies."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", nargs="?", type=Path)
     parser.add_argument("--studies", type=int, default=20)
@@ -75,7 +75,8 @@ def main() -> None:
     print_table(table, console)
     console.print(f"planted exploits flagged as what they are: {caught} of {len(EXPLOITS)}")
     console.print(f"false alarms: {alarms} of {arguments.studies} honest studies")
+    return 0 if caught == len(EXPLOITS) and 20 * alarms <= max(arguments.studies, 20) else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

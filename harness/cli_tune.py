@@ -91,14 +91,15 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from harness.manifest import about, parameters
     from harness.preflight import check
     from harness.resources import resolve, shipped
-    from harness.runs import create_run, default_folder, require_usable
+    from harness.runs import TUNING, create_run, default_folder, require_usable
     from harness.setup import nav2_parameters
     from harness.study import make_study
-    from harness.tuning.declaration import DECLARATION, ORIGINAL, SPACE, Declaration
+    from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
     from harness.tuning.objective import parse_objectives
     from harness.tuning.paths import with_absolute_files
     from harness.tuning.sampler import make_sampler
     from harness.tuning.space import load_space
+    from harness.tuning.study import check_space
     from navstack.params.strict import dump_dataclass, read_text
 
     own = {name: choices.pop(name) for name in OWN_OPTIONS}
@@ -115,13 +116,14 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
     space_file = resolve(space, shipped("params") / "search_spaces", "search space")
     fitted = load_space(space_file, nav2)
-    make_sampler(declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives))
+    sampler = make_sampler(declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives))
+    check_space(fitted, nav2, sampler, study.template.allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
     for note in (*check(study), *fitted.notes):
         say(f"note: {note}")
     texts = {
-        DECLARATION: dump_dataclass(declaration),
+        TUNING: dump_dataclass(declaration),
         SPACE: read_text(space_file),
         ORIGINAL: with_absolute_files(nav2, study.template.allow_unknown).document.text,
     }
@@ -152,6 +154,7 @@ def drive(path: Path, workers: int | None, budget: float | None, time_limit: flo
             try:
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)
+                    journal.stop_clock()
                     _say_what_was_cut(study, result)
                     document, report = _explain(study, base, result, evaluator, progress, path)
             except KeyboardInterrupt:
@@ -210,7 +213,7 @@ def _explain(
     write_files(result, study.nav2, base.stacks[0], declaration, path)
     lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
     scores = scores_document(result)
-    document = study_document(result, declaration, scores, lint, path)
+    document = study_document(result, study.nav2, declaration, scores, lint, path)
     write_document(document, path)
     progress.phase = "explanation"
     template = base.template
@@ -218,13 +221,13 @@ def _explain(
     explanation = explain(
         result, evaluator, path, prices_of(template.prices), threshold, declaration.waterfall_missions
     )
-    command = run_command(declaration, path)
-    write_tuning(result, scores, explanation, command, path)
+    command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
+    write_tuning(result, scores, explanation, command, path, again)
 
     def report() -> None:
         console = report_console(sys.stdout)
         print_tuning(result, scores, explanation, command, path, console)
-        _print_files(lint, test_command(declaration, result.seed, path), path)
+        _print_files(lint, again, path)
 
     return {**document, "explanation": explanation.as_json()}, report
 

@@ -1,9 +1,11 @@
 """What all figures have in common: size, type, and the files that they become."""
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harness.durable_files import replacing
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,7 +39,12 @@ def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> li
         try:
             stem.parent.mkdir(parents=True, exist_ok=True)
             for path in paths:
-                figure.savefig(path, dpi=DPI)
+                content = BytesIO()  # what draws makes no sense of a full disk
+                figure.savefig(content, format=path.suffix[1:], dpi=DPI)
+                with replacing(path) as stream:
+                    stream.write(content.getvalue())
         except OSError as error:
-            raise InputError(f"'{stem.parent}' cannot be written ({error.strerror}); give --out another") from None
+            raise InputError(
+                f"'{stem.parent}' cannot be written ({error.strerror}); make room or give --out another"
+            ) from None
     return paths

@@ -48,7 +48,7 @@ def print_tuning(
 
 
 def write_tuning(
-    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path
+    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path, again: str
 ) -> Path:
     """Write ``report.md`` and its figures into the study's folder; returns the report's path.
 
@@ -58,6 +58,7 @@ def write_tuning(
         explanation: what the study says.
         command: as in :func:`print_tuning`.
         folder: of the study.
+        again: the line that drives its test again.
 
     Raises:
         InputError: it cannot be written.
@@ -69,6 +70,7 @@ def write_tuning(
     for figure in draw_tuning(study, explanation, folder):
         if figure.suffix == ".png" and figure.stem in CAPTIONS:
             lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
+    lines += ["## Its test, driven again", "", "```", again, "```", ""]
     try:
         write_text(folder / REPORT, "\n".join(lines))
     except OSError as error:

@@ -67,6 +67,8 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
 
 def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
     """Every trial, and as steps the best so far with its interval."""
+    from matplotlib.ticker import MaxNLocator
+
     driven = [trial for trial in study.trials if trial.told]
     for is_complete, colour, marker, title in (
         (True, NEW, "o", "drove all training missions"),
@@ -81,6 +83,7 @@ def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
     axes.step(numbers, [*values, values[-1]], where="post", color=LINE, linewidth=1.2, label="best so far")
     axes.fill_between(numbers, [*lows, lows[-1]], [*highs, highs[-1]], step="post", color=LINE, alpha=0.12, linewidth=0)
     _hold([trial.told[0] for trial in driven], [*lows, *highs], study.objectives[0], axes)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("trial (0: the original)")
     axes.set_ylabel(_objective(study.objectives[0]))
     axes.set_title(f"n = {len(study.train_missions)} training missions; band: 95 % interval", loc="left", fontsize=8)

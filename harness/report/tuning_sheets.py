@@ -103,6 +103,11 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
         "for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
         "difference. Optimism: the margin's difference on training missions less that on test missions.",
     )
+    if {"cvar", "lower_bound"} & {row[0] for row in rows}:
+        notes += (
+            "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be "
+            "tested: for lower_bound their margins, for cvar these and what exceeds the original's tail.",
+        )
     return Sheet("What it brings", headers, tuple(rows), texts=2, notes=notes)
 
 

@@ -44,13 +44,14 @@ def edges(study: StudyResult) -> Check:
     """Tuned values near an end of their range, flagged where that is no chance."""
     table = trial_table(study.space, study.trials)
     near = [edge for edge in (_edge(study, table, i) for i in range(len(table.parameters))) if edge is not None]
-    tested = max(1, sum(_is_tuned(study, parameter) for parameter in study.space.parameters))
+    tested = sum(_is_tuned(study, parameter) for parameter in study.space.parameters)
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
+    none = f"none of the {tested} tuned values is near an end of its range" if tested else "no value was tuned"
     said = [_sentence(edge) for edge in flagged or near]
     return Check(
         "edge",
         bool(flagged),
-        "; ".join(said) if said else f"none of the {tested} tuned values is near an end of its range",
+        "; ".join(said) if said else none,
         tuple(_evidence(edge) for edge in flagged or near),
         why=WHY,
         advice=ADVICE,
@@ -119,7 +120,8 @@ def _varies(values: FloatArray) -> bool:
 
 
 def _sentence(edge: Edge) -> str:
-    limit = edge.parameter.high if edge.is_high else edge.parameter.low
+    low, *_, high = edge.parameter.choices or (edge.parameter.low, edge.parameter.high)
+    limit = float(high if edge.is_high else low)
     end = f"the {'upper' if edge.is_high else 'lower'} end {limit:g}"
     if edge.distance <= FINE:
         return f"{edge.parameter.name} = {edge.value:g} is {end}"

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from harness.tuning.evaluation import FIRST_TEST
 from navstack.errors import InputError
 
-DECLARATION = "tuning.yaml"  # in the study's params/
-SPACE = "search_space.yaml"  # beside it
+SPACE = "search_space.yaml"  # in the study's params/
 ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
 MOST_EPISODES = 10_000  # training missions, or test missions

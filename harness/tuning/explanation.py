@@ -26,7 +26,7 @@ from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.trial_table import trial_table
 from harness.tuning.waterfall import Waterfall, players, waterfall
 from harness.valuation import deliveries
-from navstack.errors import InputError
+from navstack.errors import ParameterError
 from navstack.types import FloatArray
 
 EXPLANATION = "explanation.json"
@@ -73,7 +73,9 @@ class Explanation:
     interactions: tuple[Interaction, ...]
     waterfall: Waterfall | None
     components: tuple[Component, ...]  # on the missions of the audit; empty where the margin is undefined
-    optimism: Interval | None  # [USD/run] training difference of the margin less that of the test; None: no test
+    optimism: (
+        Interval | None
+    )  # [USD/run] training difference of the margin less that of the test; None: no test, or no change
     partings: tuple[Parting, ...]
     audit: Audit
     notes: tuple[str, ...] = ()  # what could not be told, and why
@@ -127,7 +129,7 @@ def explain(
     steps, note = None, ""
     try:
         steps = waterfall(study, evaluator, missions, who)
-    except InputError as error:
+    except ParameterError as error:
         note = f"no waterfall: a mixture of old and new values cannot be driven: {error}"
     found = Explanation(
         history=history(study, evaluator),
@@ -135,7 +137,7 @@ def explain(
         interactions=interactions(table),
         waterfall=steps,
         components=components(pair_up(*rows, prices, study.seed)),
-        optimism=_optimism(study, prices) if tested else None,
+        optimism=_optimism(study, prices) if tested and study.incumbent.values else None,
         partings=partings(*rows),
         audit=audit(study, prices, threshold),
         notes=(note,) if note else (),

@@ -29,7 +29,7 @@ class Best:
 
 
 def history(study: StudyResult, evaluator: Evaluator) -> tuple[Best, ...]:
-    """Every trial that was better than all complete ones before it, the original first.
+    """Every trial that was better than all complete ones before it by more than a cent, the original first.
 
     Intervals are the bootstrap's over training missions, 95 %. They are of each trial alone: as the best of many is
     chosen, its score is too good (the report's optimism says by how much).
@@ -37,7 +37,8 @@ def history(study: StudyResult, evaluator: Evaluator) -> tuple[Best, ...]:
     objective = parse_objectives(",".join(study.objectives))[0]
     found: list[Best] = []
     for trial in study.trials:
-        if trial.state != COMPLETE or (found and trial.values[0] <= (found[-1].score.value or 0.0)):
+        least = (found[-1].score.value or 0.0) + objective.resolution if found else -math.inf
+        if trial.state != COMPLETE or trial.values[0] <= least:
             continue
         rows = evaluator.rows(trial.candidate, trial.missions)
         draws = [_value(objective, each) for each in _resamples(rows, study.seed)]

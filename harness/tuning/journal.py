@@ -42,6 +42,7 @@ class Journal:
         self._rows: dict[Key, Row] = {}
         self._clock, self._before = clock, 0.0
         self._began = clock()
+        self._ended: float | None = None
         with contextlib.ExitStack() as opening:
             try:
                 opening.enter_context(locked(path))
@@ -60,15 +61,20 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._open.close()
+        with contextlib.suppress(OSError):  # a full disk has been reported by then
+            self._open.close()
 
     def __len__(self) -> int:
         return len(self._rows)
 
     @property
     def elapsed(self) -> float:
-        """Wall time [s] of the study so far; of earlier sessions up to their last episode."""
-        return self._before + self._clock() - self._began
+        """Wall time [s] of search and test so far; of earlier sessions up to their last episode."""
+        return self._before + (self._clock() if self._ended is None else self._ended) - self._began
+
+    def stop_clock(self) -> None:
+        """What is driven from now on, for the explanation, takes none of the study's time."""
+        self._ended = self._clock()
 
     def get(self, candidate: Candidate, mission: int) -> Row | None:
         """The row of an episode; None: it is not finished."""

@@ -13,7 +13,7 @@ from harness.stack import Stack
 from harness.table_files import write_table
 from harness.tuning.declaration import Declaration
 from harness.tuning.evaluation import Candidate, Value, unseen_seed
-from harness.tuning.paths import with_values
+from harness.tuning.paths import locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space import Parameter
 from navstack.errors import InputError
@@ -40,10 +40,6 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
         InputError: the folder cannot be written.
     """
     tuned = with_values(nav2, result.incumbent.values, ALLOW_UNKNOWN in declaration.options).document.text
-    before = nav2.document.text
-    difference = difflib.unified_diff(
-        before.splitlines(keepends=True), tuned.splitlines(keepends=True), "original.nav2.yaml", TUNED
-    )
     driven = dataclasses.replace(
         stack,
         name="",
@@ -54,11 +50,19 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
     )
     try:
         write_text(folder / TUNED, tuned)
-        write_text(folder / DIFF, "".join(difference))
+        write_text(folder / DIFF, _difference(nav2.document.text, tuned))
         write_text(folder / STACK, dump_dataclass(driven))
         write_table(folder / TRIALS, _columns(result), (_trial_row(trial, result) for trial in result.trials))
     except OSError as error:
         raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
+
+
+def _difference(before: str, after: str) -> str:
+    """A unified diff that ``patch`` takes, also of a file whose last line has no end."""
+    lines = difflib.unified_diff(
+        before.splitlines(keepends=True), after.splitlines(keepends=True), "original.nav2.yaml", TUNED
+    )
+    return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
 
 
 def run_command(declaration: Declaration, folder: Path) -> tuple[str, ...]:
@@ -73,11 +77,14 @@ def test_command(declaration: Declaration, seed: int, folder: Path) -> str:
     return shlex.join((*run_command(declaration, folder), "--seed", str(which), "--episodes", str(count)))
 
 
-def study_document(result: StudyResult, declaration: Declaration, scores: Row, lint: Row, folder: Path) -> Row:
+def study_document(
+    result: StudyResult, nav2: Nav2File, declaration: Declaration, scores: Row, lint: Row, folder: Path
+) -> Row:
     """Content of ``tune.json``.
 
     Args:
         result: of the study.
+        nav2: the user's file.
         declaration: what was asked for.
         scores: of :func:`harness.tuning.scores.scores_document`.
         lint: what the tuned file's check found.
@@ -96,7 +103,7 @@ def study_document(result: StudyResult, declaration: Declaration, scores: Row, l
         "trials_asked": declaration.trials,
         "trials": {state: sum(trial.state == state for trial in result.trials) for state in _states(result)},
         "training_episodes": {"missions": len(result.train_missions), "driven": driven, "without_racing": every},
-        "incumbent": {"trial": _number_of(result), "changes": _changes(result)},
+        "incumbent": {"trial": _number_of(result), "changes": _changes(result, nav2)},
         "front": [{"trial": number, "values": list(result.trials[number].values)} for number in result.front],
         **scores,
         "lint": lint,
@@ -148,9 +155,9 @@ def _parameter(parameter: Parameter) -> Row:
     return {"name": parameter.name, "paths": list(parameter.paths), "original": parameter.original, **allowed}
 
 
-def _changes(result: StudyResult) -> list[Row]:
-    before = {path: each.original for each in result.space.parameters for path in each.paths}
-    return [{"path": path, "from": before[path], "to": value} for path, value in result.incumbent.values.items()]
+def _changes(result: StudyResult, nav2: Nav2File) -> list[Row]:
+    changed = result.incumbent.values.items()
+    return [{"path": path, "from": locate(nav2, path).value, "to": value} for path, value in changed]
 
 
 def _number_of(result: StudyResult) -> int:

@@ -143,10 +143,15 @@ def _default(visit: Visit, name: str) -> Any:
 
 
 def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File:
-    """A copy whose maps and masks are found from any folder."""
-    moved = {
-        f"{node}.yaml_filename": str((nav2.path.parent / str(entries["yaml_filename"].value)).resolve())
+    """A copy whose costmap filters find their masks from any folder; a map that is not read here stays as it is."""
+    files = {
+        node: str(entries["yaml_filename"].value)
         for node, entries in nav2.parameters.items()
-        if "yaml_filename" in entries and not Path(str(entries["yaml_filename"].value) or "/").is_absolute()
+        if nav2.visits.get(node) and "yaml_filename" in entries
+    }
+    moved = {
+        f"{node}.yaml_filename": str((nav2.path.parent / file).resolve())
+        for node, file in files.items()
+        if file and not Path(file).is_absolute()
     }
     return nav2.with_values(moved, allow_unknown) if moved else nav2

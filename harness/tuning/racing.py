@@ -80,11 +80,14 @@ def adjusted(trial: Sequence[float], incumbent: Sequence[float], known_mean: flo
     scales, 0.49 on 38 missions, a quarter.
 
     Args:
-        trial: scores on the first missions, shape (n,).
+        trial: scores on the first missions, shape (n,); NaN where it has none.
         incumbent: on the same ones.
         known_mean: the incumbent's mean on all missions.
     """
-    own, other = np.asarray(trial), np.asarray(incumbent)
+    known = ~(np.isnan(trial) | np.isnan(incumbent))
+    if not known.any():
+        return float(np.nanmean(trial))
+    own, other = np.asarray(trial)[known], np.asarray(incumbent)[known]
     spread = float(other.var())
     slope = float(np.mean((own - own.mean()) * (other - other.mean()))) / spread if spread > 0.0 else 0.0
     return float(own.mean() - min(max(slope, 0.0), 1.0) * (other.mean() - known_mean))

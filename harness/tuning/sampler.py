@@ -178,7 +178,5 @@ def _levels(parameter: Parameter, count: int) -> Iterator[Value]:
     """Evenly spaced values of a range, each once."""
     low, high = parameter.low, parameter.high
     spaced = np.geomspace(low, high, count) if parameter.is_log else np.linspace(low, high, count)
-    values = [parameter.rounded(_possible(parameter, float(value))) for value in spaced]
-    if parameter.is_int:
-        values = [round(float(value)) for value in spaced]
-    yield from dict.fromkeys(values)
+    values = (parameter.rounded(_possible(parameter, float(value))) for value in spaced)
+    yield from dict.fromkeys(round(value) if parameter.is_int else value for value in values)

@@ -1,13 +1,13 @@
 """What original and incumbent scored, on training missions and on unseen ones, and how sure the difference is."""
 
+import contextlib
 from collections.abc import Sequence
 
 import numpy as np
 
 from harness.metrics import Row
 from harness.statistics import compare_pairs
-from harness.tuning.evaluation import MARGIN
-from harness.tuning.objective import Objective, parse_objectives
+from harness.tuning.objective import Objective, UndefinedError, parse_objectives
 from harness.tuning.result import StudyResult
 from harness.valuation import CENT, missions
 
@@ -38,17 +38,18 @@ def _scores(objectives: Sequence[Objective], original: Sequence[Row], incumbent:
     if not pairs:
         return {}
     first, second = ([row for row in side] for side in zip(*pairs, strict=True))
-    return {each.name: _score(each, first, second, seed) for each in objectives if _is_defined(each, (*first, *second))}
-
-
-def _is_defined(objective: Objective, rows: Sequence[Row]) -> bool:
-    needs_margin = objective.name not in rows[0] and objective.name.lstrip("+-") not in rows[0]
-    return not needs_margin or objective.name == "sla" or all(row[MARGIN] is not None for row in rows)
+    found = {}
+    for each in objectives:
+        with contextlib.suppress(UndefinedError):
+            found[each.name] = _score(each, first, second, seed)
+    return found
 
 
 def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
     before, after = (objective.scores(rows, original) for rows in (original, incumbent))
     known = ~(np.isnan(before) | np.isnan(after))
+    if not known.any():
+        raise UndefinedError(f"objective '{objective.name}' is undefined on every mission for one of the two files")
     numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
     is_money = objective.name in ("margin", "cvar", "lower_bound")
     paired = compare_pairs(

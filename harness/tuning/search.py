@@ -107,7 +107,11 @@ class Search:
                 rows = self._evaluator.rows(candidate, missions)
                 reason = _error_in(rows)
                 values = () if reason else tuple(each.value(rows, len(plan.missions)) for each in plan.objectives)
-            except (ParameterError, UndefinedError) as error:  # values that cannot be had, or an undefined objective
+            except UndefinedError as error:
+                if count < len(order):
+                    continue  # further missions may have a value
+                reason, values = str(error), ()
+            except ParameterError as error:  # values that cannot be had
                 reason, values = str(error), ()
             if reason:
                 return dataclasses.replace(failed, missions=missions, reason=reason)

@@ -9,7 +9,7 @@ the user's file has is always possible: a range that lacks it is widened, a list
 import contextlib
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from navstack.params.nav2_file import Nav2File
 from navstack.params.strict import load_dataclass
 
 DIGITS = 4  # significant ones of a tuned number
+RESERVED = ("trial", "state", "missions", "told", "p", "reason")  # columns of trials.parquet that are no parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +114,7 @@ def load_space(path: Path, nav2: Nav2File) -> Space:
     content = load_dataclass(SpaceFile, path)
     if not content.parameters:
         raise ParameterError(f"{path}: names no parameters; give at least one")
+    _check_names(content, str(path))
     fitted: list[Parameter] = []
     notes: list[str] = []
     for name, entry in content.parameters.items():
@@ -125,15 +127,51 @@ def load_space(path: Path, nav2: Nav2File) -> Space:
             notes.append(f"{path.name}: {name} is left out: {error}")
     if not fitted:
         raise ParameterError(f"{path}: {nav2.path.name} has none of its parameters; choose another search space")
-    constants = tuple((name, locate(nav2, source).value) for name, source in content.reads.items())
+    _check_paths(fitted, str(path))
+    constants = tuple((name, _number(nav2, source, f"{path}: {name}")) for name, source in content.reads.items())
     names = (*content.parameters, *content.reads)
     constraints = [parse_constraint(text, names, str(path)) for text in content.constraints]
-    numbers = {each.name for each in fitted if isinstance(each.original, int | float)} | content.reads.keys()
+    numbers = {each.name for each in fitted if not isinstance(each.original, str)} | content.reads.keys()
     kept = tuple(each for each in constraints if each.names <= numbers)
+    for each in constraints:
+        if each not in kept:
+            notes.append(f"{path.name}: constraint {each.text} is left out: not all it names are numbers of the file")
     space = Space(path.stem, content.title, tuple(fitted), kept, constants)
     if not space.allows(space.original):
         notes.append(f"{path.name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep")
     return dataclasses.replace(space, notes=tuple(notes))
+
+
+def _check_names(content: SpaceFile, where: str) -> None:
+    """Check that names can stand in constraints and head columns beside :data:`RESERVED`, and are given once."""
+    for name in (*content.parameters, *content.reads):
+        if not name.isidentifier() or not name.isascii() or name in RESERVED or name.startswith("objective_"):
+            advice = f"give letters, digits and _, none of {', '.join(RESERVED)}"
+            raise ParameterError(f"{where}: {name!r} is no name for a parameter; {advice}")
+    twice = sorted(content.parameters.keys() & content.reads.keys())
+    if twice:
+        raise ParameterError(f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one")
+
+
+def _check_paths(fitted: Sequence[Parameter], where: str) -> None:
+    """Check that nothing in the file belongs to two parameters."""
+    owners: dict[str, str] = {}
+    for each in fitted:
+        for path in each.paths:
+            other = owners.setdefault(path, each.name)
+            if other != each.name:
+                raise ParameterError(f"{where}: {other} and {each.name} both set {path}; leave one of them out")
+
+
+def _number(nav2: Nav2File, source: str, where: str) -> Value:
+    """A number of the file that the constraints speak of."""
+    try:
+        place = locate(nav2, source)
+    except AbsentError as error:
+        raise ParameterError(f"{where}: {error}") from None
+    if place.kind not in (int, float):
+        raise ParameterError(f"{where}: {place.path} is {place.value!r}; constraints are of numbers")
+    return place.value
 
 
 def _check_entry(entry: Entry, where: str) -> None:
@@ -156,8 +194,13 @@ def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) 
     others = []
     for path in entry.also:
         with contextlib.suppress(NoPluginError):
-            others.append(locate(nav2, path).path)
-    paths = (place.path, *others)
+            others.append(locate(nav2, path))
+    for other in others:
+        if other.kind is not place.kind:
+            raise ParameterError(f"{where}: {other.path} is {other.value!r}, of another kind than {place.path}")
+        if other.value != place.value:
+            notes.append(f"{where}: a change sets {other.path}, now {other.value!r}, to the value of {place.path}, too")
+    paths = (place.path, *(other.path for other in others))
     if entry.low is not None and entry.high is not None:
         return _range(name, entry, place, paths, where, notes)
     kinds = {"levels": (int, float), "choices": (str,), "switch": (bool,)}
@@ -170,6 +213,7 @@ def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) 
     if place.value not in choices:
         notes.append(f"{where}: {place.value!r}, as the file has it, is one more choice")
         choices = (*choices, place.value)
+    choices = tuple(sorted(set(choices), key=float)) if way == "levels" else tuple(dict.fromkeys(choices))
     return Parameter(name, paths, place.value, choices=choices, unit=entry.unit)
 
 
@@ -177,15 +221,15 @@ def _range(name: str, entry: Entry, place: Place, paths: tuple[str, ...], where:
     assert entry.low is not None and entry.high is not None
     if not isinstance(place.value, int | float) or isinstance(place.value, bool):
         raise ParameterError(f"{where}: {place.path} is {place.value!r}, which has no range")
-    low, high, is_log = entry.low, entry.high, entry.log
+    low, high, step, is_log = entry.low, entry.high, entry.step, entry.log
     is_int = place.kind is int
     if is_int:
-        low, high = _whole(low, where), _whole(high, where)
+        low, high, step = _whole(low, where), _whole(high, where), None if step is None else _whole(step, where)
     if not low <= place.value <= high:
         low, high = min(low, place.value), max(high, place.value)
         is_log = is_log and low > 0.0
         notes.append(f"{where}: the range is widened to {low:g} .. {high:g}: the file has {place.value:g}")
-    return Parameter(name, paths, place.value, float(low), float(high), is_log, entry.step, is_int, unit=entry.unit)
+    return Parameter(name, paths, place.value, float(low), float(high), is_log, step, is_int, unit=entry.unit)
 
 
 def _whole(value: float, where: str) -> int:

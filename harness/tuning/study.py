@@ -4,17 +4,19 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+from harness.runs import TUNING
 from harness.setup import mission_of, nav2_parameters
 from harness.study import EpisodeTask, Study
-from harness.tuning.declaration import DECLARATION, ORIGINAL, SPACE, Declaration
+from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
+from harness.tuning.paths import locate, with_values
 from harness.tuning.racing import stratified
 from harness.tuning.result import StudyResult
-from harness.tuning.sampler import make_sampler
+from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
-from harness.tuning.space import load_space
+from harness.tuning.space import Space, load_space
 from navstack.errors import InputError
 from navstack.params.nav2_file import Nav2File
 from navstack.params.strict import load_dataclass
@@ -32,6 +34,18 @@ class TuningStudy:
     nav2: Nav2File  # the user's file
 
 
+def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False) -> None:
+    """Check before anything is driven that a search space has points, and that a file takes them.
+
+    Raises:
+        InputError: no point keeps the constraints, or a parameter cannot be set where it stands.
+    """
+    if sampler.ask() is None:
+        raise InputError(f"{space.name}: no other point than the file's own keeps the constraints; loosen them")
+    own = {path: locate(nav2, path).value for each in space.parameters for path in each.paths}
+    with_values(nav2, own, allow_unknown)
+
+
 def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy:
     """The study of a folder.
 
@@ -43,9 +57,9 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
     Raises:
         InputError: the folder holds no such study, or a file of it cannot be used.
     """
-    if not (folder / "params" / DECLARATION).is_file():
-        raise InputError(f"'{folder}' is no tuning study: params/{DECLARATION} is missing; use navbench run --resume")
-    declaration = load_dataclass(Declaration, folder / "params" / DECLARATION)
+    if not (folder / "params" / TUNING).is_file():
+        raise InputError(f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume")
+    declaration = load_dataclass(Declaration, folder / "params" / TUNING)
     if budget is not None:
         declaration = dataclasses.replace(declaration, budget=budget)
     original = folder.absolute() / "params" / ORIGINAL

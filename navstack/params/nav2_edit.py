@@ -2,10 +2,11 @@
 
 import math
 
-from ruamel.yaml.nodes import MappingNode, Node
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from navstack.errors import ParameterError
 from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, parse_document
+from navstack.params.yaml_text import compose_text
 
 
 def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
@@ -15,11 +16,12 @@ def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: 
         text: a parameter file.
         path: namespaces and name of the node, as nested in the file.
         name: dotted name of the parameter.
-        value: its new value; a whole number stays a decimal where the file has one.
+        value: its new value; a whole number stays a decimal where the file has one, and of a list what is between its
+            entries stays, where there are as many as before.
         where: begins error messages.
 
     Raises:
-        ParameterError: the value stands elsewhere, behind a YAML alias.
+        ParameterError: the value stands elsewhere, behind a YAML alias, or such an alias refers to it.
     """
     document = parse_document(text, where)
     node = next((node for node in reversed(document.nodes) if node.path == path), None)
@@ -29,14 +31,35 @@ def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: 
             raise ParameterError(
                 f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it"
             )
-        blank = " " if text[entry.start - 1] == ":" else ""
-        return text[: entry.start] + blank + format_value(_kept_decimal(value, entry.value)) + text[entry.end :]
+        if text[entry.start] == "&":
+            advice = "which ROS refuses; write its value out to change it"
+            raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
+        kept = _kept_decimal(value, entry.value)
+        return text[: entry.start] + _replaced(text[entry.start : entry.end], kept, entry.value) + text[entry.end :]
     line = f"{name}: {format_value(value)}"
     if node is not None and node.mapping is not None and node.mapping.value:
         return _inserted(document, node, name, value)
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
     separator = "" if not text or text.endswith("\n") else "\n"
-    return f"{text}{separator}\n{indented}{'  ' * (len(path) + 1)}{line}\n"
+    added = f"{separator}\n{indented}{'  ' * (len(path) + 1)}{line}\n"
+    return text + added.replace("\n", _line_end(text))
+
+
+def _replaced(old: str, value: Value, known: Value) -> str:
+    """The text of a value with another in its place; ``old`` of a block list begins behind the colon."""
+    root = compose_text(old) if isinstance(value, list) and "*" not in old else None
+    if isinstance(root, SequenceNode) and isinstance(value, list) and isinstance(known, list):
+        if len(value) == len(known) and all(isinstance(item, ScalarNode) for item in root.value):
+            for item, new, before in reversed(list(zip(root.value, value, known, strict=True))):
+                if new != before:
+                    old = old[: item.start_mark.index] + format_value(new) + old[item.end_mark.index :]
+            return old
+    blank = " " if old[:1].isspace() or not old else ""
+    return blank + format_value(value)
+
+
+def _line_end(text: str) -> str:
+    return "\r\n" if "\r\n" in text else "\n"
 
 
 def format_value(value: Value) -> str:
@@ -75,7 +98,8 @@ def _inserted(document: Document, node: NodeText, name: str, value: Value) -> st
     end = text.find("\n", _last_index(mapping))
     end = len(text) if end < 0 else end
     indent = " " * mapping.value[0][0].start_mark.column
-    return f"{text[:end]}\n{indent}{line}{text[end:]}"
+    end -= text[:end].endswith("\r")
+    return f"{text[:end]}{_line_end(text)}{indent}{line}{text[end:]}"
 
 
 def _innermost(mapping: MappingNode, name: str) -> tuple[MappingNode, str]:

@@ -48,6 +48,29 @@ def test_line_ends_of_other_systems_are_kept(tmp_path):
     assert path.read_bytes().count(b"\r\n") == 4
 
 
+def test_added_lines_end_as_the_others(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_bytes(b"amcl:\r\n  ros__parameters:\r\n    alpha1: 0.1  # odometry\r\n")
+    nav2 = load_nav2(path).with_values({"amcl.alpha2": 0.3, "velocity_smoother.velocity_timeout": 2.0})
+    assert nav2.document.text.count("\n") == nav2.document.text.count("\r\n") == 8
+    assert "\r\r" not in nav2.document.text
+    assert nav2.value("amcl", "alpha2") == 0.3
+
+
+def test_comments_between_entries_of_a_list_stay():
+    text = "n:\n  ros__parameters:\n    v:  # all\n      - 2.0  # forward\n      - 0\n    # turning\n      - 1.5\n"
+    after = set_value(text, ("n",), "v", [2.0, 0, 1], "here")
+    assert after == text.replace("1.5", "1.0")
+    assert "[1.0]" in set_value(text, ("n",), "v", [1.0], "here")
+
+
+def test_an_anchored_value_is_refused():
+    text = "n:\n  ros__parameters:\n    a: &one 2.0\n    b: *one\n"
+    for name, said in (("a", "a has a YAML anchor"), ("b", "b is a YAML alias")):
+        with pytest.raises(ParameterError, match=said):
+            set_value(text, ("n",), name, 3.0, "here")
+
+
 def test_absent_parameters_are_added_in_their_namespace(inspect):
     nav2 = inspect(
         "controller_server:\n  ros__parameters:\n    FollowPath:\n      max_vel_x: 1.0  # [m/s]\n"

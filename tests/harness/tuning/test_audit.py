@@ -178,8 +178,13 @@ def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool)
     assert edges(searched(parameter, value, slope)).is_flagged is is_flagged
 
 
+def test_ends_of_levels_are_named() -> None:
+    levels = Parameter("points", ("node.points",), 4, choices=(2, 4, 8))
+    assert edges(searched(levels, 2, 0.0)).says == "points = 2 is the lower end 2"
+
+
 def test_a_value_that_the_tuner_left_alone_is_no_edge() -> None:
     study = dataclasses.replace(searched(NUMBER, 1.0, 2.0), incumbent=Candidate("incumbent", {}))
     check = edges(study)
     assert not check.is_flagged
-    assert "none of the" in check.says
+    assert check.says == "no value was tuned"

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from harness.economics.prices import load_prices
 from harness.metrics import Row
+from harness.report.figures import save_figure
 from harness.report.tuning import print_tuning, write_tuning
 from harness.report.tuning_sheets import summary
 from harness.tuning.audit import audit
@@ -23,6 +24,7 @@ from harness.tuning.partings import partings, sentence
 from harness.tuning.result import StudyResult
 from harness.tuning.scores import scores_document
 from harness.tuning.waterfall import REST, mixture, players, waterfall
+from navstack.errors import InputError
 
 PRICES = load_prices("costnav")
 COMMAND = ("navbench", "run", "--stack", "tuned.yaml")
@@ -143,7 +145,8 @@ def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanati
 def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation], folder: Path) -> None:
     study, found = explained
     scores = scores_document(study)
-    report = write_tuning(study, scores, found, COMMAND, folder).read_text(encoding="utf-8")
+    report = write_tuning(study, scores, found, COMMAND, folder, "again").read_text(encoding="utf-8")
+    assert report.endswith("```\nagain\n```\n")
     for heading in ("What it brings", "What changed", "From the old margin", "The auditor", "part ways"):
         assert heading in report
     for stem in ("history", "importance", "slices", "waterfall", "components"):
@@ -162,8 +165,19 @@ def test_a_study_without_improvement_is_told_of(make_study: MakeStudy, evaluator
     found = explain(study, Counting(evaluator), tmp_path, PRICES)
     assert found.waterfall is None
     assert found.optimism is None
-    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path).read_text(encoding="utf-8")
+    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path, "again").read_text(encoding="utf-8")
     assert "stays as it is" in report
+
+
+def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: MakeStudy) -> None:
+    study = dataclasses.replace(make_study(trials=10), objectives=("margin", "spl"))
+    train = tuple([{**row, "spl": 0.5} for row in rows] for rows in study.train_rows)
+    first, second = (
+        [{**row, "spl": spl} for row in rows] for rows, spl in zip(study.test_rows, (0.5, None), strict=True)
+    )
+    scores = scores_document(dataclasses.replace(study, train_rows=train, test_rows=(first, second)))
+    assert set(scores["train"]) == {"margin", "spl", "sla"} and set(scores["test"]) == {"margin", "sla"}
+    assert set(scores["optimism"]) == {"margin", "sla"}
 
 
 def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation], auditor_studies: ModuleType) -> None:
@@ -172,3 +186,14 @@ def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation],
     _, exploiting = auditor_studies.exploiting_study(stacks, "timeout", 100, PRICES, 0)
     lines = summary(study, dataclasses.replace(found, audit=audit(exploiting, PRICES)))
     assert any("THE AUDITOR FLAGS" in line and "standing still" in line for line in lines)
+
+
+def test_a_full_disk_is_one_line_for_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("harness.report.figures.replacing", lambda path: open("/dev/full", "wb", buffering=0))
+    with pytest.raises(InputError, match="cannot be written \\(No space left on device\\); make room"):
+        save_figure(tmp_path / "a", 1.0, lambda axes: None)
+    monkeypatch.undo()
+    assert [path.read_bytes()[:4] for path in save_figure(tmp_path / "a", 1.0, lambda axes: None)] == [
+        b"%PDF",
+        b"\x89PNG",
+    ]

@@ -131,6 +131,21 @@ def test_side_condition_comes_before_the_margin() -> None:
     assert own == min(shortfalls)
 
 
+@pytest.mark.parametrize("missing", [2, 30])
+def test_a_metric_that_some_missions_lack_can_be_raced(missing: int) -> None:
+    world = MadeUp()
+    plain = world.rows
+    world.rows = lambda candidate, missions: [  # type: ignore[method-assign]
+        {**row, "spl": None if mission % 32 < missing else row[MARGIN]}
+        for mission, row in zip(missions, plain(candidate, missions), strict=True)
+    ]
+    found = search(world, objective="spl", trials=12)
+    found.run()
+    assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and len(found.trials) == 13
+    assert all(np.isfinite(trial.told).all() and trial.told for trial in found.trials)
+    assert found.incumbent.values[0] >= found.trials[0].values[0]
+
+
 def test_cmaes_wants_ranges() -> None:
     with pytest.raises(InputError, match="--sampler cmaes wants"):
         make_sampler("cmaes", SPACE, 0, 10, 1)
@@ -177,6 +192,8 @@ def test_control_variate_takes_off_half_of_the_noise_where_missions_decide() -> 
         plain.append(own[:16].mean() - own.mean())
         better.append(adjusted(own[:16], other[:16], float(other.mean())) - own.mean())
     assert np.std(better) < 0.6 * np.std(plain)
+    with_gaps = [np.append(scores[:16], np.nan) for scores in (own, other)]
+    assert adjusted(*with_gaps, float(other.mean())) == adjusted(own[:16], other[:16], float(other.mean()))
 
 
 def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Path) -> None:

@@ -7,9 +7,11 @@ import pytest
 
 from harness.resources import shipped
 from harness.tuning.constraint import parse_constraint
+from harness.tuning.output import OF_TRIAL
 from harness.tuning.paths import AbsentError, locate, with_absolute_files, with_values
 from harness.tuning.sampler import make_sampler
-from harness.tuning.space import Space, load_space
+from harness.tuning.space import RESERVED, Space, load_space
+from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file import Nav2File, load_nav2
 
@@ -139,6 +141,73 @@ def test_the_original_is_always_possible(tmp_path: Path) -> None:
     assert space.parameters[1].choices == (5, 10, 20) and len(space.notes) == 2
 
 
+NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5.0}}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"{NUMBERS}  again: {{path: controller_server.FollowPath.sim_time, low: 1, high: 2}}\n", "both set"),
+        (f"{NUMBERS}reads: {{sim_time: local_costmap.width}}\n", "in both parameters and reads"),
+        (f"{NUMBERS}reads: {{width: local_costmap.widht}}\n", "own.yaml: width: path 'local_costmap.widht'"),
+        (f"{NUMBERS}reads: {{kind: velocity_smoother.feedback}}\n", "constraints are of numbers"),
+        (f"{NUMBERS}  told: {{path: '{DWB}.acc_lim_x', low: 1, high: 2}}\n", "'told' is no name"),
+        (f'{NUMBERS}  "\\e[31m": {{path: "{DWB}.acc_lim_x", low: 1, high: 2}}\n', "is no name for a parameter"),
+        (f"parameters:\n  n: {{path: '{DWB}.vx_samples', low: 1, high: 9, step: 0.5}}\n", "0.5 is no whole number"),
+        (
+            f"parameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['{DWB}.vx_samples'], low: 1, high: 2}}\n",
+            "of another kind",
+        ),
+    ],
+)
+def test_what_contradicts_itself_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    assert said in complaint(tmp_path, text)
+
+
+def test_no_parameter_takes_a_column_of_the_trials() -> None:
+    assert RESERVED == tuple(OF_TRIAL)
+
+
+def test_levels_stand_in_order_each_once_and_whole_steps_stay_whole(tmp_path: Path) -> None:
+    space = space_of(
+        tmp_path,
+        f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', levels: [2.5, 1.0, 2.5]}}\n"
+        f"  samples: {{path: '{DWB}.vx_samples', low: 5, high: 40, step: 5}}\n",
+    )
+    assert space.parameters[0].choices == (1.0, 1.7, 2.5)
+    for kind in ("grid", "random"):
+        sampler = make_sampler(kind, space, 0, 30, 1)
+        for _ in range(8):
+            point = sampler.ask()
+            assert point is not None and type(point["samples"]) is int and point["samples"] % 5 == 0
+            sampler.tell(point, [0.0])
+
+
+def test_a_space_is_tried_before_anything_is_driven(tmp_path: Path) -> None:
+    text = "constraints: [sim_time <= 0.1]\n"
+    space = space_of(tmp_path, f"{NUMBERS}{text}")
+    with pytest.raises(InputError, match="no other point than the file's own keeps the constraints"):
+        check_space(space, nav2("stock"), make_sampler("tpe", space, 0, 5, 1))
+    anchored = nav2("stock").document.text.replace("sim_time: 1.7", "sim_time: &time 1.7")
+    (tmp_path / "anchored.yaml").write_text(anchored)
+    space, file = space_of(tmp_path, NUMBERS), load_nav2(tmp_path / "anchored.yaml")
+    with pytest.raises(ParameterError, match="sim_time has a YAML anchor"):
+        check_space(space, file, make_sampler("tpe", space, 0, 5, 1))
+
+
+def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
+    text = nav2("stock").document.text.replace("max_velocity: [2.0,", "max_velocity: [1.5,")
+    (tmp_path / "slow.yaml").write_text(text)
+    (tmp_path / "own.yaml").write_text(
+        f"title: own\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['velocity_smoother.max_velocity[0]'], "
+        f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: true}}\n"
+        "constraints: [speed <= gone]\n"
+    )
+    notes = load_space(tmp_path / "own.yaml", load_nav2(tmp_path / "slow.yaml")).notes
+    assert any("a change sets velocity_smoother.max_velocity[0], now 1.5" in note for note in notes)
+    assert any("constraint speed <= gone is left out" in note for note in notes)
+
+
 def test_constraints_bind_points_and_speak_of_numbers_that_stay(tmp_path: Path) -> None:
     space = space_of(
         tmp_path,
@@ -177,10 +246,12 @@ def test_grid_has_levels_for_the_trials() -> None:
 
 
 def test_relative_masks_are_found_from_anywhere(tmp_path: Path) -> None:
-    text = nav2("stock").document.text.replace('yaml_filename: ""', 'yaml_filename: "maps/a.yaml"')
-    (tmp_path / "own.yaml").write_text(text)
+    text = nav2("stock").document.text.replace('yaml_filename: ""', 'yaml_filename: "maps/a.yaml"  # mine')
+    mask = '\nfilter_mask_server:\n  ros__parameters:\n    yaml_filename: "maps/b.yaml"\n'
+    (tmp_path / "own.yaml").write_text(text + mask)
     moved = with_absolute_files(load_nav2(tmp_path / "own.yaml"))
-    assert moved.value("map_server", "yaml_filename") == str(tmp_path.resolve() / "maps" / "a.yaml")
+    assert moved.value("filter_mask_server", "yaml_filename") == str(tmp_path.resolve() / "maps" / "b.yaml")
+    assert moved.document.text.startswith(text), "a map that is not read here stays as it is"
 
 
 def test_absent_is_a_parameter_error() -> None:

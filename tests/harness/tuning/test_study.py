@@ -15,13 +15,13 @@ from harness.cli import main
 from harness.durable_files import LOCK
 from harness.execution import InProcess, Workers
 from harness.resources import shipped
-from harness.runs import JOURNAL
+from harness.runs import JOURNAL, TUNING
 from harness.study import EpisodeTask, make_generators, make_study
 from harness.table_files import read_rows
 from harness.tuning.declaration import parse_duration
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
-from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED
+from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED, _difference
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import within_budget
 from navstack.errors import InputError, ParameterError
@@ -182,3 +182,45 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Pat
     assert told(tune(tmp_path, 2, ["--resume", str(cut)]), cut) == one
     assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
+
+
+def test_the_explanation_takes_no_time_of_the_budget(tmp_path: Path) -> None:
+    now = [0.0]
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        now[0] = 10.0
+        journal.stop_clock()
+        now[0] = 500.0
+        journal.add(ORIGINAL, 0, row)
+        assert journal.elapsed == 10.0
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        now[0] = 503.0
+        assert journal.elapsed == 13.0
+
+
+def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / TUNING).touch()
+    with pytest.raises(SystemExit):
+        main(["run", "--resume", str(tmp_path)])
+    assert f"is a tuning study; go on with navbench tune --resume {tmp_path}" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_told_of_and_loses_nothing(tmp_path: Path) -> None:
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path) as journal:
+        journal.add(ORIGINAL, 0, row)
+        journal._file.close()
+        journal._file = open("/dev/full", "ab")
+        journal._open.callback(journal._file.close)
+        with pytest.raises(InputError, match="1 finished episodes are kept; make room and go on with --resume"):
+            journal.add(ORIGINAL, 1, row)
+    with Journal(tmp_path) as journal:
+        assert len(journal) == 1 and journal.get(ORIGINAL, 1) is None
+
+
+def test_a_difference_is_a_patch_also_without_a_last_line_end() -> None:
+    assert _difference("a: 1\nb: 2", "a: 1\nb: 3").splitlines()[-4:] == [
+        *("-b: 2", "\\ No newline at end of file", "+b: 3", "\\ No newline at end of file"),
+    ]
+    assert _difference("a: 1\r\n", "a: 1\r\n") == ""
