@@ -80,11 +80,11 @@ def start_ablation(
     study: "Study", stack: str, against: str | None, out: Path | None, time_limit: float, as_json: bool
 ) -> int:
     """Drive a new ablation, show progress on stderr, print the report on stdout; returns the exit status."""
-    from harness.ablation.analysis import DECLARATION, Declaration
+    from harness.ablation.analysis import Declaration
     from harness.cli_run import say
     from harness.manifest import about, load_study, parameters
     from harness.preflight import check
-    from harness.runs import create_run, default_folder, require_usable
+    from harness.runs import ABLATION, create_run, default_folder, require_usable
     from navstack.params.strict import dump_dataclass
 
     declaration = Declaration(stack, against or study.stacks[0].name)
@@ -95,22 +95,23 @@ def start_ablation(
     for note in check(study):
         if note.startswith(f"{first}: "):  # all arms share the Nav2 file and the robot that notes are about
             say(f"note: {stack}: {note.removeprefix(f'{first}: ')}")
-    create_run(path, about(study, sys.argv), {**parameters(study), DECLARATION: dump_dataclass(declaration)})
+    create_run(path, about(study, sys.argv), {**parameters(study), ABLATION: dump_dataclass(declaration)})
     return _drive(declaration, load_study(path, study.workers), path, time_limit, as_json)
 
 
 def resume_ablation(path: Path, workers: int | None, against: str | None, time_limit: float, as_json: bool) -> int:
     """Go on with the ablation of a run folder; otherwise as :func:`start_ablation`."""
-    from harness.ablation.analysis import DECLARATION, Declaration
+    from harness.ablation.analysis import Declaration
     from harness.cli_run import say
     from harness.manifest import load_study, version_notes
+    from harness.runs import ABLATION
     from navstack.params.strict import load_dataclass
 
     path = path.resolve()  # a link may point elsewhere before the run ends
     study = load_study(path, workers)
-    stored = path / "params" / DECLARATION
+    stored = path / "params" / ABLATION
     if not stored.is_file():
-        raise InputError(f"'{path}' is no ablation: params/{DECLARATION} is missing; use navbench run --resume")
+        raise InputError(f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume")
     declaration = load_dataclass(Declaration, stored)
     declaration = Declaration(declaration.stack, against or declaration.against)
     declaration.check(study.stacks)

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -95,8 +96,12 @@ def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: 
 
 def _require_folder(option: str, file: Path | None) -> None:
     """Refuse what cannot be written before anything is measured."""
-    if file is not None and (file.is_dir() or not file.parent.is_dir()):
+    if file is None:
+        return
+    if file.is_dir() or not file.parent.is_dir():
         raise InputError(f"{option} {file} cannot be written: give a file in a folder that exists")
+    if not os.access(file if file.exists() else file.parent, os.W_OK):
+        raise InputError(f"{option} {file} cannot be written: permission denied; give another file")
 
 
 @contextlib.contextmanager
@@ -116,9 +121,13 @@ def _measured(names: Sequence[str], effort: "Effort") -> Iterator[list[Row]]:
         for number, name in enumerate(names, 1):
             click.echo(f"{number}/{len(names)} {name}", err=True)
             try:
-                yield measure(name, effort, Path(folder))
+                rows = measure(name, effort, Path(folder))
             except GoldenError as error:
                 click.echo(f"left out: {name}: {error}", err=True)
+                continue
+            if not rows:
+                click.echo(f"left out: {name}: this process may use one core only", err=True)
+            yield rows
 
 
 def _notes(rows: Sequence[Row], about: str) -> list[str]:

@@ -76,14 +76,17 @@ def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.manifest import load_study
     from harness.report.delivery_animation import animate
 
-    if path.suffix.lower() != ".gif" or not path.absolute().parent.is_dir():
+    if path.suffix.lower() != ".gif" or path.is_dir() or not path.absolute().parent.is_dir():
         raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
     name = run.stacks[0].name
     wanted = (task for task in load_study(run.folder).tasks() if (task.stack.name, task.episode) == (name, episode))
     task = next(wanted, None)
     if task is None:
         raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
-    animate(task, path)
+    try:
+        animate(task, path)
+    except OSError as error:
+        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
     click.echo(str(path))
 
 

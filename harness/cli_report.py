@@ -26,22 +26,29 @@ REPLAYS = 20
 def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
     """Write the report; see ``HELP``."""
     from harness.report.page.document import report_page
+    from harness.report.page.entries import left_out
     from harness.stored_run import load_run
 
     check_page(out)
-    write_page(out, report_page([load_run(each) for each in runs], replays, today()))
+    loaded = [load_run(each) for each in runs]
+    page = report_page(loaded, replays, today())
+    for note in left_out(loaded):
+        click.echo(f"note: {note}", err=True)
+    write_page(out, page)
 
 
 def check_page(out: Path) -> None:
     """Check that a page can be written.
 
     Raises:
-        InputError: it has another suffix, or its folder does not exist.
+        InputError: it has another suffix, is a folder, or its folder does not exist.
     """
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"page '{out}' is no HTML file; give a name that ends with .html")
     if not out.absolute().parent.is_dir():
         raise InputError(f"page '{out}' cannot be written: its folder does not exist; make it, or choose another")
+    if out.is_dir():
+        raise InputError(f"page '{out}' cannot be written: it is a folder; give a file")
 
 
 def write_page(out: Path, text: str) -> None:

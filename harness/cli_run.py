@@ -13,7 +13,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from harness.ablation.analysis import DECLARATION
 from harness.benchmark import (
     TABLES,
     Row,
@@ -29,7 +28,7 @@ from harness.manifest import about, load_study, parameters, version_notes
 from harness.preflight import check
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.runs import RunFolder, create_run, default_folder, require_usable
+from harness.runs import RunFolder, create_run, default_folder, other_study, require_usable
 from harness.setup import prices_of
 from harness.study import EpisodeTask, Study
 from navstack.errors import InputError
@@ -136,8 +135,9 @@ def run_command(study: Study, out: Path | None, time_limit: float, as_json: bool
 def resume_command(path: Path, workers: int | None, time_limit: float, as_json: bool) -> int:
     """Go on with the study of a run folder; otherwise as :func:`run_command`."""
     path = path.resolve()  # a link may point elsewhere before the run ends
-    if (path / "params" / DECLARATION).is_file():
-        raise InputError(f"'{path}' is an ablation; go on with navbench ablate --resume {path}")
+    if known := other_study(path):
+        kind, command = known
+        raise InputError(f"'{path}' is {kind}; go on with navbench {command} --resume {path}")
     study = load_study(path, workers)
     check(study)
     for note in version_notes(path):

@@ -15,6 +15,8 @@ from navstack.errors import InputError
 from navstack.files import check_regular
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
+ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
+OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
 MOST_LINE = 20_000_000  # [bytes] of one delivery in it
@@ -37,6 +39,11 @@ def require_usable(path: Path) -> None:
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise InputError(f"output folder '{path}' cannot be written; choose another")
+
+
+def other_study(folder: Path) -> tuple[str, str] | None:
+    """What a folder holds that looks like a run and is more: its kind, and the command that goes on with it."""
+    return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
 
 
 def no_run(folder: Path) -> InputError:

@@ -11,7 +11,7 @@ from harness.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
 from harness.liability import COUNTED, PERSON
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
-from harness.runs import JOURNAL, MANIFEST, no_run
+from harness.runs import JOURNAL, MANIFEST, no_run, other_study
 from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_yaml, read_text
@@ -108,6 +108,11 @@ def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> Sto
 def _load(folder: Path) -> StoredRun:
     about = _read_manifest(folder)
     if not (folder / "episodes.parquet").exists():
+        if known := other_study(folder):
+            kind, command = known
+            raise InputError(
+                f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume {folder} finishes it"
+            )
         unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
         raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)

@@ -190,6 +190,8 @@ def _risk(
     if opex is None or margin is None or clusters.max() == 0:
         return Risk(None, life, None)
     worst = bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+    if float(np.ptp(margin)) <= CENT:  # nothing is known of what is rare
+        return Risk(worst, life, None)
     means, deviations = profit_draws(margin, clusters, seed)
     return Risk(worst, life, break_even_probability(life, capex, means, deviations))
 

@@ -22,7 +22,6 @@ from harness.valuation import CENT, deliveries, missions
 from navstack.errors import UnknownNameError
 from navstack.types import FloatArray
 
-DECLARATION = "ablation.yaml"  # in the run folder's params/
 GEOMETRY, NAVIGATION_MESH = PLANNING_MAPS
 MARGIN = "contribution_margin"
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.compare

@@ -1,5 +1,6 @@
 """What the robot saw and meant to do, tick by tick: kept beside the trajectory so that a delivery can be looked at."""
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -132,3 +133,10 @@ def _geometry(scan: LaserScan | None) -> FloatArray:
     mount = scan.sensor_pose
     numbers = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, mount.x, mount.y, mount.yaw)
     return np.array(numbers)
+
+
+def plans_of(arrays: Mapping[str, Any]) -> list[tuple[float, FloatArray]]:
+    """The plans of a recording as times [s] and points (N, 2) [m]; none where the delivery never had one."""
+    ends = np.cumsum(arrays["plan_size"])
+    pieces = np.split(arrays["plan_xy"], ends)[: len(ends)]
+    return list(zip(arrays["plan_stamp"].tolist(), pieces, strict=True))

@@ -37,12 +37,14 @@ class McapWriter:
             path: of the file; an existing one is replaced.
 
         Raises:
-            InputError: it has another suffix, or its folder does not exist or cannot be written.
+            InputError: it has another suffix or is a folder, or its own does not exist or cannot be written.
         """
         if path.suffix.lower() != ".mcap":
             raise InputError(f"'{path}' is no MCAP file; give a name that ends with .mcap")
         if not path.absolute().parent.is_dir():
             raise InputError(f"'{path}' cannot be written: its folder does not exist; make it, or choose another")
+        if path.is_dir():
+            raise InputError(f"'{path}' cannot be written: it is a folder; give a file")
         self._path = path
         try:
             self._folder = tempfile.TemporaryDirectory(dir=path.absolute().parent, prefix=".bag-")

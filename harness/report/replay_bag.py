@@ -4,6 +4,7 @@ Frames: ``map``, ``odom`` and ``base_link`` as the robot believed them, ``base_l
 ``laser`` on the robot. Times are those of the simulation: 0 is the beginning of the delivery.
 """
 
+import heapq
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.metrics import Row
-from harness.metrics.replay_log import NO_RETURN
+from harness.metrics.replay_log import NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter
 from harness.report.page.deliveries import COUNTED
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -52,42 +53,55 @@ def write_bag(
     if "scan_mm" not in arrays:
         raise InputError("this recording holds trajectories only: it is an older one; make the run again")
     count = 0
-    with McapWriter(path) as bag:
-        for topic, kind, stamp, fields in sorted(
-            _messages(arrays, events, grid, footprint, person_radius), key=lambda message: message[2]
-        ):
-            bag.write(topic, kind, stamp, fields, is_latched=topic in ("/map", "/tf_static"))
-            count += 1
+    streams = _streams(arrays, events, grid, footprint, person_radius)
+    try:
+        with McapWriter(path) as bag:
+            for topic, kind, stamp, fields in heapq.merge(*streams, key=lambda message: message[2]):
+                bag.write(topic, kind, stamp, fields, is_latched=topic in ("/map", "/tf_static"))
+                count += 1
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be written ({error.strerror}); choose another place") from None
     return count
 
 
 Message = tuple[str, str, float, Fields]
 
 
-def _messages(
+def _streams(
     arrays: Mapping[str, Any],
     events: Sequence[Row],
     grid: OccupancyGrid | None,
     footprint: FloatArray,
     person_radius: float,
-) -> Iterator[Message]:
-    trace = arrays["trace"]
-    first = float(trace[0, 0])
+) -> list[Iterator[Message]]:
+    """The messages in streams that are in the order of time each, so that they need not be in memory all at once."""
+    return [
+        _fixed(arrays, grid),
+        _states(arrays, footprint),
+        _scans(arrays),
+        _plans(arrays),
+        _people(arrays, person_radius),
+        _hits(events),
+    ]
+
+
+def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Message]:
+    """What stays: the map, and the sensor's mounting."""
+    first = float(arrays["trace"][0, 0])
     if grid is not None:
-        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(grid, trace, first)
+        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(grid, arrays["trace"], first)
     yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [_mount(arrays["scan_geometry"], first)]}
-    yield from _states(arrays, footprint)
-    yield from _scans(arrays)
-    yield from _plans(arrays)
-    yield from _people(arrays, person_radius)
-    for number, event in enumerate(events):
-        if event["x_m"] is not None and event["y_m"] is not None:
-            yield (
-                "/contacts",
-                "visualization_msgs/msg/MarkerArray",
-                event["stamp_s"],
-                {"markers": [_hit(number, event)]},
-            )
+
+
+def _hits(events: Sequence[Row]) -> Iterator[Message]:
+    """Contacts with a time and a place."""
+    known = [
+        (number, event)
+        for number, event in enumerate(events)
+        if None not in (event["stamp_s"], event["x_m"], event["y_m"])
+    ]
+    for number, event in sorted(known, key=lambda pair: float(pair[1]["stamp_s"])):
+        yield "/contacts", "visualization_msgs/msg/MarkerArray", event["stamp_s"], {"markers": [_hit(number, event)]}
 
 
 def _states(arrays: Mapping[str, Any], footprint: FloatArray) -> Iterator[Message]:
@@ -141,8 +155,7 @@ def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
 
 
 def _plans(arrays: Mapping[str, Any]) -> Iterator[Message]:
-    plans = np.split(arrays["plan_xy"], np.cumsum(arrays["plan_size"])[:-1])
-    for stamp, plan in zip(arrays["plan_stamp"].tolist(), plans, strict=True):
+    for stamp, plan in plans_of(arrays):
         header = _header("map", stamp)
         headings = np.arctan2(*np.diff(plan, axis=0, append=plan[-1:]).T[::-1]) if len(plan) else []
         poses = [

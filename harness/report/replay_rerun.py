@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.metrics.replay_log import NO_RETURN
+from harness.metrics.replay_log import NO_RETURN, plans_of
 from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
@@ -44,8 +44,7 @@ def show_in_rerun(
         stream.save(str(file))
     _log_rows(rr, stream, arrays, footprint, person_radius)
     _log_scans(rr, stream, arrays)
-    plans = np.split(arrays["plan_xy"], np.cumsum(arrays["plan_size"])[:-1])
-    for stamp, plan in zip(arrays["plan_stamp"].tolist(), plans, strict=True):
+    for stamp, plan in plans_of(arrays):
         stream.set_time(TIMELINE, duration=stamp)
         stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
     stream.flush()

@@ -9,13 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 
-from harness.ablation.analysis import DECLARATION
 from harness.benchmark import TABLES
 from harness.cli import main
 from harness.report.figures import SUFFIXES
 from harness.report.tables import print_table, report_table
 from harness.resources import shipped
-from harness.runs import JOURNAL, RunFolder
+from harness.runs import ABLATION, JOURNAL, RunFolder
 from harness.world.sensors import SensorParams
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -141,7 +140,7 @@ def test_a_run_is_no_ablation(given: list[str], tmp_path: Path, capsys: pytest.C
 
 def test_run_does_not_take_an_ablation_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "params").mkdir()
-    (tmp_path / "params" / DECLARATION).write_text("stack: nav2-gps\nagainst: gps\n")
+    (tmp_path / "params" / ABLATION).write_text("stack: nav2-gps\nagainst: gps\n")
     with pytest.raises(SystemExit) as leaving:
         main(["run", "--resume", str(tmp_path)])
     assert leaving.value.code == 1

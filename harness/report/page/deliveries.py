@@ -97,6 +97,7 @@ def _by_episode(entry: Entry) -> dict[int, list[Row]]:
 
 def contacts(events: Sequence[Row]) -> list[list[Any]]:
     """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
+    events = [event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])]
     counted = [event for event in events if event["type"] == COUNTED]
     shown = [event for event in events if event["type"] == WHOLE and not _is_counted(event, counted)]
     return [
@@ -108,7 +109,6 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
             event["type"] == COUNTED,
         ]
         for event in sorted((*counted, *shown), key=lambda event: float(event["stamp_s"]))
-        if event["x_m"] is not None and event["y_m"] is not None
     ]
 
 

@@ -16,9 +16,9 @@ from typing import Any
 from harness.compare import side_of
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import Entry, entries_of, without_events
-from harness.report.page.recording_code import FINE
-from harness.report.page.replays import Recorded, chosen, load_all, recorded_of, replay, trajectories
+from harness.report.page.entries import Entry, entries_of, left_out, without_events
+from harness.report.page.recording_code import FINE, load_recording
+from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import scenery_of
 from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
 from harness.stored_run import StoredRun
@@ -45,11 +45,11 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     """
     entries = [without_events(entry) for entry in entries_of(runs)]
     recorded = recorded_of(entries)
-    loaded, troubles = load_all(recorded)
-    carried = {id(each) for each in chosen([each for each, _ in loaded], most_replays)}
-    replays = [replay(each, arrays) for each, arrays in loaded if id(each) in carried]
+    readable, ways, troubles = trajectories(recorded)
+    replays = [replay(each, load_recording(each.path)) for each in chosen(readable, most_replays)]
     scenery, notes = _scenery(runs)
-    left = len(loaded) - len(replays)
+    notes += left_out(runs)
+    left = len(readable) - len(replays)
     if left:
         notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
     data = {
@@ -69,7 +69,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         "scenery": scenery,
         "missions": missions_of(entries),
         "contacts": contacts_of(entries),
-        "trajectories": trajectories(loaded),
+        "trajectories": ways,
         "basis": basis(entries, [*notes, *troubles]),
     }
     return _assembled(data, replays)
@@ -95,7 +95,7 @@ def one_recorded(run: StoredRun, episode: int) -> tuple[Recorded, Json]:
     """The recording of one delivery of a run with one stack.
 
     Raises:
-        InputError: the run has several stacks, no such delivery, or no recording of it.
+        InputError: the run has several stacks, no such delivery, or no sound recording of it.
     """
     stack = side_of(run).stack.name
     entry = without_events(entries_of([run])[0])
@@ -109,10 +109,7 @@ def one_recorded(run: StoredRun, episode: int) -> tuple[Recorded, Json]:
             f"{run.folder}: episode {episode} of {stack} was not recorded (recorded: {have}); "
             "make the run with --record full"
         )
-    loaded, troubles = load_all([known[index]])
-    if troubles:
-        raise InputError(troubles[0])
-    return loaded[0]
+    return known[index], load_recording(known[index].path)
 
 
 def _entry(entry: Entry) -> Json:
@@ -123,12 +120,16 @@ def _scenery(runs: Sequence[StoredRun]) -> tuple[Json, list[str]]:
     """Every map once, by the name that rows call it, and what is not drawn."""
     drawn: Json = {}
     notes = []
+    digests: dict[str, object] = {}  # of the maps that are drawn
     for run in runs:
+        digest = run.about.get("map_sha256")
         if run.map_name in drawn:
+            if digest != digests[run.map_name]:
+                notes.append(f"the map of {run.folder.name} is not drawn: another one is called '{run.map_name}', too")
             continue
         scenery, note = scenery_of(run)
         if scenery is not None:
-            drawn[run.map_name] = scenery
+            drawn[run.map_name], digests[run.map_name] = scenery, digest
         if note:
             notes.append(note)
     return drawn, notes

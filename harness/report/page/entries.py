@@ -79,6 +79,16 @@ def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
     return [_entry(label, *pair) for label, pair in zip(unlike, pairs, strict=True)]
 
 
+def left_out(runs: Sequence[StoredRun]) -> list[str]:
+    """What is to be said of stacks of which no delivery finished."""
+    return [
+        f"{run.folder.resolve().name}: {stack.name} is left out: all of its {stack.errors} deliveries ended in an error"
+        for run in runs
+        for stack in run.stacks
+        if not stack.rows
+    ]
+
+
 def _entry(label: str, run: StoredRun, stack: StoredStack) -> Entry:
     prices = run.prices()
     each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)

@@ -98,17 +98,18 @@ def _loaded(kind: Any, path: Path) -> Any:
     return load_dataclass(kind, path)
 
 
-def load_all(recorded: Sequence[Recorded]) -> tuple[list[tuple[Recorded, Json]], list[str]]:
-    """Their arrays, and why some have none."""
-    loaded, troubles = [], []
+def trajectories(recorded: Sequence[Recorded]) -> tuple[list[Recorded], list[list[Any]], list[str]]:
+    """Those that can be read, the way of each (entry, episode, trajectory), and why the others cannot.
+
+    One recording is in memory at a time: together they may have gigabytes.
+    """
+    readable, ways, troubles = [], [], []
     for each in recorded:
         try:
-            loaded.append((each, load_recording(each.path)))
+            trace = load_recording(each.path)["trace"]
         except InputError as error:
             troubles.append(str(error))
-    return loaded, troubles
-
-
-def trajectories(loaded: Sequence[tuple[Recorded, Json]]) -> list[list[Any]]:
-    """Entry, episode, and the way it took."""
-    return [[each.number, each.row["episode"], trajectory(arrays["trace"])] for each, arrays in loaded]
+            continue
+        readable.append(each)
+        ways.append([each.number, each.row["episode"], trajectory(trace)])
+    return readable, ways, troubles

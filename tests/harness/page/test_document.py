@@ -1,5 +1,6 @@
 """The page as text: what it contains, what it escapes, how large it is."""
 
+import dataclasses
 import json
 import re
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from harness.cli import main
 from harness.manifest import map_digest
 from harness.report.page.document import embedded, report_page
 from harness.report.page.sections import break_even_histogram, profit_curve
-from harness.stored_run import load_run
+from harness.stored_run import StoredStack, load_run
 from harness.world.scene_io import load_scene
 
 EVIL = "<script>alert(1)"
@@ -59,6 +60,26 @@ def test_the_costliest_recordings_are_carried(write_run: Callable[..., Path], re
     data = data_of(report_page([load_run(str(folder))], 3, ""))
     worst = np.argsort(data["deliveries"]["profit"], kind="stable")[:3].tolist()
     assert sorted(worst) == [each["episode"] for each in data["replays"]]
+
+
+def test_a_damaged_recording_is_named_and_the_others_are_carried(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
+    folder = write_run("one", episodes=6)
+    record(folder, "mine", range(3))
+    (folder / "recordings" / "mine-1.npz").write_bytes(b"no archive")
+    data = data_of(report_page([load_run(str(folder))], 5, ""))
+    assert [each["episode"] for each in data["replays"]] == [0, 2]
+    assert [episode for _, episode, _ in data["trajectories"]] == [0, 2]
+    assert any("mine-1.npz: is damaged" in note for note in data["basis"]["notes"])
+
+
+def test_two_maps_of_one_name_are_told_apart(write_run: Callable[..., Path]) -> None:
+    digest = map_digest(load_scene("sidewalk"))
+    runs = [load_run(str(write_run(name, episodes=2, map_sha256=known))) for name, known in (("a", digest), ("b", "0"))]
+    data = data_of(report_page(runs, 0, ""))
+    assert list(data["scenery"]) == ["sidewalk"]
+    assert any("the map of b is not drawn: another one is called 'sidewalk'" in note for note in data["basis"]["notes"])
 
 
 def test_the_same_stack_of_two_runs_has_two_names(write_run: Callable[..., Path]) -> None:
@@ -138,10 +159,12 @@ def test_the_command_writes_a_page_and_refuses_what_it_cannot(
     write_run: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, page = write_run("one", episodes=3), tmp_path / "r.html"
+    (tmp_path / "d.html").mkdir()
     for arguments, status, said in (
         ([str(folder), "--out", str(page)], 0, "r.html: "),
         ([str(folder), "--out", str(tmp_path / "r.pdf")], 1, "give a name that ends with .html"),
         ([str(folder), "--out", str(tmp_path / "no" / "r.html")], 1, "its folder does not exist"),
+        ([str(folder), "--out", str(tmp_path / "d.html")], 1, "it is a folder; give a file"),
         ([str(tmp_path), "--out", str(page)], 1, "holds no run"),
     ):
         with pytest.raises(SystemExit) as ended:
@@ -149,3 +172,10 @@ def test_the_command_writes_a_page_and_refuses_what_it_cannot(
         out, err = capsys.readouterr()
         assert (ended.value.code, said in out + err, (out + err).count("\n")) == (status, True, 1)
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_a_stack_of_errors_only_is_named(write_run: Callable[..., Path]) -> None:
+    run = load_run(str(write_run("one", episodes=3)))
+    broken = StoredStack("broken", run.stacks[0].carries, run.stacks[0].localizer, 3, ())
+    page = report_page([dataclasses.replace(run, stacks=(*run.stacks, broken))], 0, "2026-01-01")
+    assert "one: broken is left out: all of its 3 deliveries ended in an error" in data_of(page)["basis"]["notes"]

@@ -113,6 +113,7 @@ def test_what_cannot_be_shown_is_said_in_one_line(
 ) -> None:
     two = write_run("two", stacks=("a", "b"), episodes=2)
     page = ("--html", str(tmp_path / "p.html"))
+    (tmp_path / "d.mcap").mkdir()
     for arguments, said in (
         ((str(folder), "1"), "give --html FILE, --gif FILE, --mcap FILE or --rerun"),
         ((str(folder), "0", *page), "was not recorded (recorded: 1)"),
@@ -121,11 +122,13 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         ((f"{two}:c", "0", *page), "'c'"),
         ((str(folder), "1", "--mcap", str(tmp_path / "d.bag")), "give a name that ends with .mcap"),
         ((str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
+        ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
         ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
     ):
         assert run(*arguments) == 1
         err = capsys.readouterr().err
         assert (said in err, err.count("\n")) == (True, 1), err
+    (tmp_path / "d.mcap").rmdir()
     assert not list(tmp_path.glob("*.mcap")) and not list(tmp_path.glob(".bag-*"))
 
 

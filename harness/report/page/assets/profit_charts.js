@@ -16,7 +16,7 @@ function profitCurves() {
       picture.append(s('line', { x1: left, x2: width - right, y1: y(tick), y2: y(tick), class: tick ? 'grid' : 'axis' }),
         s('text', { x: left - 8, y: y(tick) + 4, 'text-anchor': 'end', class: 't' }, (tick < 0 ? '−$' : '$') + short(Math.abs(tick))));
     }
-    for (const tick of ticks(0, last, Math.max(3, width / 110))) {
+    for (const tick of ticks(0, last, Math.max(3, width / 110)).filter(Number.isInteger)) {
       picture.append(s('text', { x: x(tick), y: height - bottom + 17, 'text-anchor': 'middle', class: 't' }, num(tick)));
     }
     picture.append(s('text', { x: (left + width - right) / 2, y: height - 3, 'text-anchor': 'middle', class: 't' }, 'deliveries'));
@@ -44,7 +44,7 @@ function breakEvenRidges() {
   const told = each => `${each.label}: ${isNumber(each.runs) ? `${num(each.runs)} deliveries` : 'never at the mean margin'}, `
     + `never in ${percent(each.never)} of the resamples`;
   return figure(`Break-even point: ${known.map(told).join('; ')}`, width => {
-    const narrow = width < 560, row = narrow ? 104 : 84, bottom = 40, height = known.length * row + bottom, left = 4, right = 4;
+    const row = 104, bottom = 40, height = known.length * row + bottom, left = 4, right = 4;
     const ends = known.flatMap(each => [...each.edges, each.life]);
     const low = Math.log10(Math.min(...ends)) - .06, high = Math.log10(Math.max(...ends)) + .06;
     const at = linear(low, high, left, width - right), x = runs => at(Math.log10(runs));
@@ -56,7 +56,7 @@ function breakEvenRidges() {
         s('text', { x: x(runs), y: height - bottom + 17, 'text-anchor': 'middle', class: 't' }, short(runs)));
     }
     known.forEach((each, k) => {
-      const base = (k + 1) * row, most = Math.max(...each.shares, 1e-9), room = row - (narrow ? 52 : 34);
+      const base = (k + 1) * row, most = Math.max(...each.shares, 1e-9), room = row - 52;
       let path = '';
       each.shares.forEach((share, i) => {
         const top = base - share / most * room;
@@ -68,7 +68,7 @@ function breakEvenRidges() {
         each.never > 0 && `never in ${each.never < .0005 ? '< 0.1 %' : percent(each.never)}`].filter(Boolean).join(' · ');
       picture.append(s('line', { x1: left, x2: width - right, y1: base, y2: base, class: 'axis' }),
         s('text', { x: left, y: base - row + 25, class: 'b', css: { fill: colour(each) } }, each.label),
-        s('text', { x: narrow ? left : width - right, y: base - row + (narrow ? 42 : 25), 'text-anchor': narrow ? 'start' : 'end', class: 't' }, facts),
+        s('text', { x: left, y: base - row + 42, class: 't' }, facts),
         s('line', { x1: x(each.life), x2: x(each.life), y1: base - room - 4, y2: base, stroke: 'var(--loss)', 'stroke-dasharray': '4 3' }));
       if (isNumber(each.runs) && Math.log10(each.runs) < high) picture.append(s('circle', { cx: x(each.runs), cy: base, r: 4, fill: colour(each) }));
     });
