@@ -1,0 +1,128 @@
+"""Four controllers on the same 400 deliveries: what each earns, and each against DWB mission by mission.
+
+Usage: python benchmarks/compare_controllers.py [--episodes N] [--seed S] [--workers N] [--map NAME] [--world NAME]
+           [--stack NAME ...] --out FOLDER
+
+The first stack is the one that the others are held against. Deliveries that FOLDER holds already are not driven again,
+so a study that was interrupted goes on with the same command. The tables that docs/controllers.md quotes are printed as
+Markdown and kept in FOLDER/controllers.md; ``navbench compare FOLDER:A FOLDER:B`` shows all other metrics.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from harness.cli_run import resume_command, run_command
+from harness.compare import Comparison, Side, compare
+from harness.statistics import Interval, wilson_interval
+from harness.stored_run import load_run
+from harness.study import make_study
+from navstack.errors import NavstackError
+
+STACKS = ("nav2-gps-ekf", "mpc-gps-ekf", "mppi-gps-ekf", "rpp-gps-ekf")
+PAIRED = {  # key of navbench compare -> heading
+    "contribution_margin": "margin [USD]",
+    "sla": "SLA",
+    "spoiled": "spoiled",
+    "timeout": "timeout",
+    "physical_assistance": "assistance",
+    "pedestrian_safety": "injuries [USD]",
+    "avg_pedestrian_contacts": "contacts with people",
+    "avg_soft_contacts": "soft contacts",
+    "avg_velocity_mps": "speed [m/s]",
+}
+OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
+
+
+def interval_text(interval: Interval) -> str:
+    """A mean with its interval; without bounds where all deliveries gave the same."""
+    if interval.value is None:
+        return "--"
+    bounds = "" if interval.low is None or interval.high is None else f" [{interval.low:.3f}, {interval.high:.3f}]"
+    return f"{interval.value:.3f}{bounds}"
+
+
+def markdown(heading: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [heading, ["---"] * len(heading), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def what_each_does(comparisons: dict[str, Comparison], sides: list[Side]) -> str:
+    """Means of every stack; shares of deliveries with Wilson's interval."""
+    means = [key for key in PAIRED if key not in OUTCOMES]
+    rows = []
+    for side in sides:
+        outcomes = [row["outcome"] for row in side.stack.rows]
+        shares = [interval_text(wilson_interval(outcomes.count(key), len(outcomes))) for key in OUTCOMES]
+        if side.stack.name in comparisons:
+            values = {key: entry.second for key, entry in comparisons[side.stack.name].differences.items()}
+        else:
+            values = {key: entry.first for key, entry in next(iter(comparisons.values())).differences.items()}
+        rows.append([side.stack.name, str(len(outcomes)), *shares, *(f"{values[key]:.3f}" for key in means)])
+    return markdown(["stack", "n", *(PAIRED[key] for key in (*OUTCOMES, *means))], rows)
+
+
+def against_the_first(comparisons: dict[str, Comparison]) -> str:
+    """Paired differences with 95 % intervals."""
+    rows = [
+        [title, *(difference_text(comparison, key) for comparison in comparisons.values())]
+        for key, title in PAIRED.items()
+    ]
+    return markdown(["", *comparisons], rows)
+
+
+def difference_text(comparison: Comparison, key: str) -> str:
+    """A paired difference with its interval and its p value."""
+    entry = comparison.differences.get(key)
+    if entry is None:
+        return "--"
+    return f"{interval_text(entry.paired.difference)}, p = {entry.paired.p:.4f}" if entry.differs else "none"
+
+
+def tables(folder: Path) -> str:
+    """Both tables of a finished study."""
+    run = load_run(str(folder))
+    sides = [Side(run, stack) for stack in run.stacks]
+    comparisons = {side.stack.name: compare(sides[0], side) for side in sides[1:]}
+    about = f"{len(sides[0].stack.rows)} missions, seed {run.seed}, map {run.map_name}"
+    return (
+        f"{about}\n\n{what_each_does(comparisons, sides)}\n\n"
+        f"Minus {sides[0].stack.name}, paired, 95 % intervals:\n\n{against_the_first(comparisons)}\n"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--episodes", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=2000)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--map", default="sidewalk")
+    parser.add_argument("--world", default="costnav")
+    parser.add_argument("--stack", nargs="+", default=list(STACKS))
+    parser.add_argument("--out", type=Path, required=True)
+    asked = parser.parse_args()
+    try:
+        if (asked.out / "run.json").exists():
+            status = resume_command(asked.out, asked.workers, 1800.0, as_json=False)
+        else:
+            study = make_study(
+                stacks=asked.stack,
+                episodes=asked.episodes,
+                seed=asked.seed,
+                map_name=asked.map,
+                world=asked.world,
+                workers=asked.workers,
+            )
+            status = run_command(study, asked.out, 1800.0, as_json=False)
+        if status:
+            sys.exit(status)
+        text = tables(asked.out)
+    except NavstackError as error:
+        sys.exit(str(error))
+    (asked.out / "controllers.md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
