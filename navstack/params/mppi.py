@@ -20,6 +20,7 @@ from navstack.params.mppi_critics import (
     PreferForwardParams,
     TwirlingParams,
     VelocityDeadbandParams,
+    check_ranges,
 )
 
 CRITICS = (
@@ -29,18 +30,32 @@ CRITICS = (
 MOTION_MODELS = ("DiffDrive", "Ackermann")  # those that run here
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
 
-_POSITIVE = (
-    "batch_size",
-    "model_dt",
-    "iteration_count",
-    "vx_std",
-    "wz_std",
-    "temperature",
-    "ax_max",
-    "az_max",
-    "wz_max",
-)
-_NOT_NEGATIVE = ("vy_std", "vy_max", "gamma", "retry_attempt_limit", "reset_period", "prune_distance")
+# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow, the robot
+# cannot move or brake, or a cycle does not end.
+_ACCELERATIONS = (1e-3, 1e3)
+_RANGES = {
+    "batch_size": (1, MOST_POSES),
+    "time_steps": (2, MOST_POSES),
+    "model_dt": (1e-3, 1.0),
+    "iteration_count": (1, 1000),
+    "vx_std": (1e-3, 1e3),
+    "vy_std": (0.0, 1e3),
+    "wz_std": (1e-3, 1e3),
+    "vx_max": (1e-3, 100.0),
+    "vx_min": (-100.0, 100.0),
+    "vy_max": (0.0, 100.0),
+    "wz_max": (1e-3, 100.0),
+    "ax_max": _ACCELERATIONS,
+    "az_max": _ACCELERATIONS,
+    "temperature": (1e-6, 1e6),
+    "gamma": (0.0, 1e3),
+    "retry_attempt_limit": (0, 100),
+    "reset_period": (0.0, 1e6),
+    "prune_distance": (0.01, 1e4),
+    "max_robot_pose_search_dist": (-1e6, 1e6),
+    "inversion_xy_tolerance": (0.0, 1e4),
+    "inversion_yaw_tolerance": (0.0, 1e4),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +65,7 @@ class AckermannParams:
     min_turning_r: float = 0.2  # [m] least radius of a curve
 
     def __post_init__(self) -> None:
-        if self.min_turning_r < 0.0:
-            raise ParameterError(f"min_turning_r {self.min_turning_r} must be 0 or more")
+        check_ranges(self, {"min_turning_r": (0.0, 1e4)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +87,7 @@ class LocalCosts:
 class MppiParams:
     """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
 
-    critics: tuple[str, ...] = ()  # none: as in Nav2, nothing is preferred to anything
+    critics: tuple[str, ...] = ()  # at least one; with none, as Nav2 allows, nothing is preferred to anything
     motion_model: str = "DiffDrive"  # or Ackermann
     batch_size: int = 1000  # trajectories compared
     time_steps: int = 56  # poses of a trajectory
@@ -117,21 +131,24 @@ class MppiParams:
     local_costs: LocalCosts = field(default_factory=LocalCosts)  # read from the local costmap's section
 
     def __post_init__(self) -> None:
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0, "0 or more")
-        self._require("time_steps", self.time_steps >= 2, "2 or more")
-        self._require("vx_max", self.vx_max > max(0.0, self.vx_min), f"more than 0 and vx_min ({self.vx_min})")
+        check_ranges(self, _RANGES)
+        least, most = _ACCELERATIONS
+        self._require("ax_min", least <= abs(self.ax_min) <= most, f"{least:g} to {most:g}, either sign")
+        self._require("vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
         self._require("motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)} here")
-        if self.batch_size * self.time_steps > MOST_POSES:
+        poses = self.batch_size * self.time_steps * self.iteration_count
+        if poses > MOST_POSES:
             raise ParameterError(
-                f"batch_size {self.batch_size:,} x time_steps {self.time_steps:,} are "
-                f"{self.batch_size * self.time_steps:,} poses; at most {MOST_POSES:,} are allowed"
+                f"batch_size {self.batch_size:,} x time_steps {self.time_steps:,} x iteration_count "
+                f"{self.iteration_count:,} are {poses:,} poses; at most {MOST_POSES:,} are allowed"
             )
-        for name in self.critics:
+        if not self.critics:
+            raise ParameterError(f"critics is empty; name at least one of {', '.join(CRITICS)}")
+        for i, name in enumerate(self.critics):
             if name not in CRITICS:
                 raise ParameterError(f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}")
+            if name in self.critics[:i]:
+                raise ParameterError(f"critics: '{name}' stands there twice; name it once and raise its cost_weight")
 
     def _require(self, name: str, is_right: bool, allowed: str) -> None:
         if not is_right:

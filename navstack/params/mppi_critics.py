@@ -3,16 +3,30 @@
 Every critic adds ``(cost_weight * raw cost) ** cost_power`` to the cost of each trajectory.
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from navstack.errors import ParameterError
 
-_NOT_NEGATIVE = (
-    *("cost_weight", "cost_power", "threshold_to_consider", "offset_from_furthest", "max_path_occupancy_ratio"),
-    *("critical_cost", "collision_cost", "near_collision_cost", "near_goal_distance", "critical_weight"),
-    *("repulsion_weight", "collision_margin_distance", "max_angle_to_furthest"),
-)
+# Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow.
+_RANGES = {
+    "cost_weight": (0.0, 1e6),
+    "cost_power": (0, 10),
+    "threshold_to_consider": (0.0, 1e4),
+    "offset_from_furthest": (0, 10_000),
+    "max_path_occupancy_ratio": (0.0, 1e3),
+    "critical_cost": (0.0, 1e9),
+    "collision_cost": (0.0, 1e9),
+    "near_collision_cost": (0, 1000),
+    "near_goal_distance": (0.0, 1e4),
+    "critical_weight": (0.0, 1e6),
+    "repulsion_weight": (0.0, 1e6),
+    "collision_margin_distance": (0.0, 1e4),
+    "max_angle_to_furthest": (0.0, 1e3),
+    "trajectory_point_step": (1, 10_000),
+}
 FORWARD, EITHER, AS_THE_PATH = 0, 1, 2  # values of PathAngleCritic's mode
 
 
@@ -176,16 +190,25 @@ class VelocityDeadbandParams:
 
     def __post_init__(self) -> None:
         _check(self)
+        if not all(map(math.isfinite, self.deadband_velocities)):
+            raise ParameterError(f"deadband_velocities {list(self.deadband_velocities)} must be finite numbers")
+
+
+def check_ranges(params: Any, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """Refuse what no formula can use.
+
+    Args:
+        params: a dataclass of parameters; those that are None are left out.
+        ranges: least and most allowed value by name; names that ``params`` does not have are left out.
+
+    Raises:
+        ParameterError: a value lies outside its range, or is no finite number.
+    """
+    for name, (least, most) in ranges.items():
+        value = getattr(params, name, None)
+        if value is not None and not least <= value <= most:
+            raise ParameterError(f"{name} {value} must be {least:g} to {most:g}")
 
 
 def _check(params: Any) -> None:
-    """Refuse what no formula can use.
-
-    Raises:
-        ParameterError: a negative weight, power, distance or number of points, or no step.
-    """
-    for name in _NOT_NEGATIVE:
-        if getattr(params, name, 0) < 0:
-            raise ParameterError(f"{name} {getattr(params, name)} must be 0 or more")
-    if getattr(params, "trajectory_point_step", 1) < 1:
-        raise ParameterError(f"trajectory_point_step {params.trajectory_point_step} must be 1 or more")
+    check_ranges(params, _RANGES)

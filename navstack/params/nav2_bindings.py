@@ -94,6 +94,9 @@ PLUGINS: Mapping[str, Mapping[str, Params | None]] = {
     },
 }
 
+# Families of critics, by the controller's dataclass that holds theirs in fields of their names.
+CRITICS: Mapping[str, Params] = {"dwb_critics": DwbParams, "mppi_critics": MppiParams}
+
 # Plugins that run as something simpler.
 SUBSTITUTES: Mapping[str, str] = {
     "nav2_costmap_2d::VoxelLayer": "runs as an obstacle layer on the robot's planar scan",

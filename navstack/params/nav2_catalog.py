@@ -53,11 +53,18 @@ class Catalog:
         """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
         if self.is_available(family, plugin):
             return ""
-        here = ", ".join(sorted(self.available.get(family) or self.families.get(family, {}))) or "none"
+        here = ", ".join(sorted(self._running(family))) or "none"
         if plugin in self.families.get(family, {}):
             return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
         hint = did_you_mean(plugin, self.families.get(family, {}))
         return f"unknown plugin '{plugin}'{hint}; available: {here}"
+
+    def _running(self, family: str) -> Iterable[str]:
+        """The types of a family that run here; of one that this program does not know, all."""
+        known = self.families.get(family, {})
+        if family in nav2_bindings.CRITICS:
+            return known.keys() & nested_params(nav2_bindings.CRITICS[family]).keys()
+        return self.available.get(family) or known
 
 
 def plugin_type(value: Any) -> str:

@@ -7,7 +7,7 @@ from navstack.params.nav2_bindings import SUBSTITUTES, Params
 from navstack.params.nav2_catalog import Catalog, field_names, nested_params, plugin_type
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
 from navstack.params.nav2_hints import nearly_equal, unknown_name
-from navstack.params.ros_yaml import is_placeholder
+from navstack.params.ros_yaml import Entry, is_placeholder
 from navstack.params.schema.block import OPEN, Block, PluginList
 from navstack.params.schema.kinds import wrong_kind
 from navstack.params.schema.nodes import COMMON
@@ -41,7 +41,7 @@ class Checker:
             if key in COMMON.keys:
                 self.findings.ignored.append(key)
             elif key not in place.block.own_keys:
-                self._unknown(place, key, entry.line)
+                self._unknown_value(place, key, entry)
                 continue
             elif place.params and key not in place.used_keys:
                 self.findings.ignored.append(f"{self._node}: {place.prefix}{key}")
@@ -78,7 +78,8 @@ class Checker:
         known = self._catalog.families.get(plugins.family, {})
         if kind not in known:
             is_ours = plugins.name_is_type and bool(place.params)  # a critic, without which its controller cannot run
-            self._unknown_plugin(plugins.family, kind, where, child.first_line(), is_ours)
+            line = child.first_line() or place.line_of(key)
+            self._unknown_plugin(plugins.family, kind, where, line, is_ours)
             return
         params = self._params_of(place, plugins, kind, name)
         if place.params and params is None and name in place.section.sections:
@@ -187,6 +188,14 @@ class Checker:
                 line = place.section.values[old].line
                 self._warn("renamed", f"{place.prefix}{old}", f"is an older name; read as '{new}'", line)
 
+    def _unknown_value(self, place: "_Place", key: str, entry: Entry) -> None:
+        """A key that Nav2 does not have here, or the name of a section with a value of its own."""
+        if key in place.block.groups or key in self._critics(place):
+            message = f"{entry.value!r} is not a section of keys; write its parameters below '{key}:', one a line"
+            self._error("bad-value", f"{place.prefix}{key}", message, entry.line)
+        else:
+            self._unknown(place, key, entry.line)
+
     def _unknown(self, place: "_Place", name: str, line: int) -> None:
         sibling = self._sibling_with(place, name)
         if sibling:
@@ -251,6 +260,11 @@ class _Place:
             return names_in(entries[0].value)
         plugins = self.block.plugins.get(key)
         return tuple(plugins.defaults) if plugins is not None and self.params else ()
+
+    def line_of(self, key: str) -> int:
+        """The line of a parameter; 0: the file leaves it out."""
+        entry = self.section.values.get(key)
+        return entry.line if entry is not None else 0
 
     def misspells(self, name: str) -> list[str]:
         """The names that a list gives, that have no section, and that ``name`` all but spells."""

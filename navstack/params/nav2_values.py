@@ -17,6 +17,7 @@ from navstack.params.ros_yaml import Entry, Value, is_placeholder
 T = TypeVar("T")
 
 INTEGERS = ("width", "height")  # whole numbers in Nav2, any here
+LISTS_ONLY = ("critics",)  # lists of names that no release of Nav2 takes as one text with blanks
 PLUGIN_KEYS = ("plugin", "primary_controller")  # parameters whose value is a plugin type
 
 
@@ -38,7 +39,7 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
     try:
         return cls(**values)
     except InputError as error:
-        raise ParameterError(f"{prefix.rstrip('.')}: {error}" if prefix else str(error)) from None
+        raise _OutOfRangeError(cls, prefix, str(error)) from None
 
 
 def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visit]) -> list[Notice]:
@@ -79,13 +80,11 @@ def _out_of_range(node: str, entries: Mapping[str, Entry], visit: Visit, given: 
         read_values(visit.params, entries, visit.prefix, given)
     except _WrongKindError as error:  # in a sub-namespace, e.g. of a critic that no list names
         return [Notice("bad-value", f"{node}: {error.path}", error.reason, line=error.line, is_error=True)]
-    except ParameterError as error:
-        where = visit.prefix.rstrip(".")
-        message = str(error).removeprefix(f"{where}: ") if where else str(error)
-        named = {name for name in _hints(visit.params) if re.search(rf"\b{name}\b", message)}
-        lines = [entries[f"{visit.prefix}{name}"].line for name in named if f"{visit.prefix}{name}" in entries]
-        path = f"{node}: {where}" if where else node
-        return [Notice("bad-value", path, message, line=min(lines, default=0), is_error=True)]
+    except _OutOfRangeError as error:  # perhaps in a sub-namespace, whose own visit says the same
+        named = {name for name in _hints(error.params) if re.search(rf"\b{name}\b", error.reason)}
+        lines = [entries[f"{error.prefix}{name}"].line for name in named if f"{error.prefix}{name}" in entries]
+        path = f"{node}: {error.where}" if error.where else node
+        return [Notice("bad-value", path, error.reason, line=min(lines, default=0), is_error=True)]
     return []
 
 
@@ -97,6 +96,15 @@ class _WrongKindError(ParameterError):
         self.path, self.reason, self.line = path, reason, line
 
 
+class _OutOfRangeError(ParameterError):
+    """What a dataclass says about values of the right kind."""
+
+    def __init__(self, params: type[Any], prefix: str, reason: str) -> None:
+        self.where = prefix.rstrip(".")
+        super().__init__(f"{self.where}: {reason}" if self.where else reason)
+        self.params, self.prefix, self.reason = params, prefix, reason
+
+
 def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Names and kinds of the fields that come from the file."""
     hints = _hints(cls)
@@ -106,6 +114,8 @@ def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str
 
 
 def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
+    if name in LISTS_ONLY and isinstance(entry.value, str):
+        raise _WrongKindError(f"{prefix}{name}", f"{_shown(entry.value)} is not a list", entry.line)
     value = plugin_type(entry.value) if name in PLUGIN_KEYS else entry.value
     return _convert(kind, value, f"{prefix}{name}", entry.line)
 

@@ -211,7 +211,8 @@ def _local_costs(costmap: CostmapParams) -> LocalCosts:
     layers = list(costmap.enabled_layers((*costmap.plugins, *costmap.filters)).items())
     inflation = {name: layer for name, layer in layers if isinstance(layer, InflationLayerParams)}
     is_round = costmap.footprint.strip() in ("", "[]")
-    ends_inflated = bool(layers) and layers[-1][0] in inflation
+    marking = [name for name, layer in layers if not isinstance(layer, SpeedFilterParams)]  # all others write costs
+    ends_inflated = bool(marking) and marking[-1] in inflation
     return LocalCosts(inflation, costmap.track_unknown_space, is_round, ends_inflated)
 
 

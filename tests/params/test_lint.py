@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]), 1.0, 2.0, 3.0, 3.0, 4.0)
 DATA = Path(__file__).parent / "lint"
 EXAMPLES = load_yaml(DATA / "examples.yaml")
+MPPI = ("mppi-capped-speed", "mppi-biased-noise")
 DOCUMENT = (ROOT / "docs" / "lint.md").read_text(encoding="utf-8")
 
 
@@ -133,7 +134,7 @@ def test_the_published_stock_file():
 
 def test_following_the_advice_silences_the_rule(robot_with):
     """The concrete values that are given are right."""
-    for rule in ("beyond-the-plan", "flat-inflation", "smoother-is-slower", "sees-too-late", "short-horizon"):
+    for rule in (*("beyond-the-plan", "flat-inflation", "smoother-is-slower", "sees-too-late", "short-horizon"), *MPPI):
         changes = EXAMPLES[rule]["fires"]
         notice = found(robot_with(changes))[rule]
         key, _, value = re.split(r"[,;( ]", notice.advice.replace(": ", "=", 1))[0].partition("=")
@@ -180,7 +181,7 @@ def test_a_file_with_errors_is_linted_as_far_as_it_can_be_read(robot_with):
 NAMES = sorted({name for each in EXAMPLES.values() for name in each["fires"] if "." in name})
 ODD = [None, True, 0, -1, -2.5, 1e30, -1e30, "inf", "", "x", [], [1.0], [[1]], {}, {"a": 1}, 2**40, [1e30] * 3]
 CONTROLLERS = [{}] + [
-    EXAMPLES[rule]["fires"] for rule in ("shim-turns-too-fast", "mppi-steps-too-short", "blind-pursuit")
+    EXAMPLES[rule]["fires"] for rule in ("shim-turns-too-fast", "mppi-steps-too-short", "blind-pursuit", *MPPI)
 ]
 
 

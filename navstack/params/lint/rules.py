@@ -9,6 +9,7 @@ from navstack.params.lint import (
     goal,
     layers,
     localization,
+    mppi,
     robot,
     safety,
     speed,
@@ -22,6 +23,7 @@ from navstack.params.nav2_findings import Notice
 GROUPS: dict[str, tuple[Rule, ...]] = {
     "DWB: limits and samples": dwb_limits.RULES,
     "DWB: trajectories and critics": dwb_scoring.RULES,
+    "MPPI": mppi.RULES,
     "Goal, progress and turning on the spot": goal.RULES,
     "Speed: smoother, recoveries, rates": speed.RULES,
     "Collision monitor": safety.RULES,

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal, whole_above
-from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, MPPI, PURSUIT, SMOOTHER, Subject
+from navstack.params.lint.rule import Finding, Rule, above, decimal
+from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, PURSUIT, SMOOTHER, Subject
 
 SOFTER = 0.8  # a limit this much below another one matters
 LARGE_DEADBAND = 0.25  # share of the top speed
@@ -159,41 +159,6 @@ def blind_pursuit(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def mppi_outruns_window(subject: Subject) -> Iterator[Finding]:
-    """MPPI's horizon against the local costmap."""
-    drive = subject.drive
-    if drive is None or drive.type != MPPI or subject.local is None:
-        return
-    steps, period = (subject.number(CONTROLLER, f"{drive.name}.{key}", value) for key, value in
-                     (("time_steps", 56.0), ("model_dt", 0.05)))  # fmt: skip
-    reach, half = subject.top_speed * steps * period, subject.local.half_window
-    if subject.local.params.rolling_window and reach > half:
-        yield Finding(
-            CONTROLLER,
-            f"{drive.name}.time_steps",
-            f"{subject.top_speed:g} m/s x {steps:g} x {period:g} s = {reach:.2f} m, but the local costmap ends "
-            f"{half:g} m from the robot",
-            f"local_costmap width and height: {whole_above(2.2 * reach)}, or time_steps: "
-            f"{whole_above(half / (subject.top_speed * period) - 1.0)}",
-        )
-
-
-def mppi_steps_too_short(subject: Subject) -> Iterator[Finding]:
-    """MPPI's model step against the control period."""
-    drive = subject.drive
-    if drive is None or drive.type != MPPI or subject.server is None:
-        return
-    period = subject.number(CONTROLLER, f"{drive.name}.model_dt", 0.05)
-    needed = 1.0 / subject.server.controller_frequency
-    if period < needed - 1e-9:
-        yield Finding(
-            CONTROLLER,
-            f"{drive.name}.model_dt",
-            f"{period:g} s, but a control period is {needed:g} s",
-            f"model_dt: {decimal(needed)}",
-        )
-
-
 def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, unit: str) -> Finding:
     value = getattr(subject.smoother, key)[axis]
     given = "" if subject.value(SMOOTHER, key) is not None else ", Nav2's default as the file leaves it out"
@@ -268,18 +233,5 @@ RULES = (
         "Pure pursuit without collision detection, and no collision monitor",
         "nothing between the planner's last path and the wheels looks at obstacles",
         blind_pursuit,
-    ),
-    Rule(
-        "mppi-outruns-window",
-        "MPPI's horizon reaches beyond the local costmap",
-        "the far end of every trajectory counts as unknown space, and obstacles there are not seen",
-        mppi_outruns_window,
-    ),
-    Rule(
-        "mppi-steps-too-short",
-        "MPPI's model_dt is shorter than a control period",
-        "Nav2 refuses to configure the controller",
-        mppi_steps_too_short,
-        is_error=True,
     ),
 )

@@ -10,6 +10,7 @@ from navstack.params import nav2_views
 from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView, view_costmap
+from navstack.params.mppi import MppiParams
 from navstack.params.nav2_catalog import plugin_type
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_findings import names_in
@@ -132,6 +133,15 @@ class Subject:
         if drive is None or drive.type != DWB:
             return None
         params = self._read(CONTROLLER, lambda nav2: nav2_views.read_dwb(nav2, drive.name))
+        return None if params is None else (drive.name, params)
+
+    @cached_property
+    def mppi(self) -> tuple[str, MppiParams] | None:
+        """Namespace and parameters of MPPI, itself or below a rotation shim; without what the local costmap tells."""
+        drive = self.drive
+        if drive is None or drive.type != MPPI:
+            return None
+        params = self._read(CONTROLLER, lambda nav2: nav2.read(MppiParams, CONTROLLER, drive.name))
         return None if params is None else (drive.name, params)
 
     @cached_property
