@@ -3,18 +3,11 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
-
-from navstack.types import ByteArray
 
 _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
 _SIDE = 1 << _BITS
 _MAX_SQUARE = 255  # [blocks]
-
-
-# A grid for ray casting; :func:`clearance_field` says what is in it.
-ClearanceField = tuple[int, int, int, npt.NDArray[np.uint16], ByteArray]
 
 
 @njit(cache=True)

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from harness.bench import breakdown, flame, history, machine
+from harness.bench import breakdown, flame, history, machine, twins
 from harness.bench.component import TwinError, require_agreement
 from harness.bench.loops import INCREMENTAL, LOOPS, NAVFN, Course, drive
 from harness.bench.measure import (
@@ -39,6 +39,11 @@ ROOT = Path(__file__).parents[2]
 LONG = ("inflation, 4000 x 4000, 1 m", "likelihood field, 4000 x 4000", "NavFn A*, 4000 x 4000")  # seconds each
 TINY = Effort(runs=2, fewest=1, budget=0.1, deliveries=2, shared=2, rounds=1, seconds=2.0)
 LOOP = "nav2-stock incremental"
+LIDAR = "lidar, 360 beams, 30 m"
+WITHOUT_TWIN = (
+    *("AMCL resampling, 500", "AMCL resampling, 2000"),
+    *("NavFn Dijkstra, 4000 x 4000", "IncrementalNavfn replan, 4000 x 4000"),
+)
 BUSY = """
 import json, time
 from collections import Counter
@@ -61,8 +66,15 @@ print(json.dumps(list(flame.below(stacks, ":busy").items())))
 
 @pytest.mark.parametrize("name", [name for name in COMPONENTS if name not in LONG])
 def test_kernels_agree_with_their_twins(name: str) -> None:
-    prepared = COMPONENTS[name].prepare()  # raises where they do not
+    prepared = COMPONENTS[name].prepare()  # raises where they do not agree
     prepared.ours()
+    assert (prepared.twin is None) == (name in WITHOUT_TWIN)
+
+
+def test_a_wrong_kernel_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(twins, "cast", lambda *scan: np.zeros(360))
+    with pytest.raises(TwinError, match="differ by"):
+        COMPONENTS[LIDAR].prepare()
 
 
 def test_disagreement_is_not_timed() -> None:

@@ -13,8 +13,6 @@ from harness.valuation import Valuation, deliveries, missions, profit_draws, val
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
-PROFIT = ("revenue", "contribution_margin", "opex")
-
 
 @dataclass(frozen=True, slots=True)
 class Entry:

@@ -1,0 +1,51 @@
+"""What keeping more of a delivery costs: ``--record decisions`` and ``full`` against ``events``, files included.
+
+Usage: python benchmarks/check_recording.py [--stack NAME ...] [--episodes N] [--rounds N]
+
+The deliveries 0, 1 ... of seed 0 are driven in this process with each kind of recording in turn, after a round that
+compiles and fills caches. Processor time; a kind's cost is the least of its rounds over the least of ``events``.
+"""
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+from harness.benchmark import TABLES, run_study
+from harness.execution import InProcess, Workers
+from harness.manifest import about, parameters
+from harness.runs import RunFolder, create_run
+from harness.study import RECORDS, make_study
+
+
+def spent(stack: str, episodes: int, record: str) -> float:
+    """Processor time [s] of driving and keeping the deliveries."""
+    study = make_study(stacks=[stack], episodes=episodes, record=record, workers=1)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run"
+        create_run(path, about(study, []), parameters(study))
+        began = time.process_time()
+        with RunFolder(path, TABLES, study.total) as run:
+            run_study(study, run, Workers(1, make_executor=InProcess), lambda finished, record: None)
+        return time.process_time() - began
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--stack", nargs="+", default=["nav2-gps-ekf", "paper-gps", "nav2-stock", "mpc-gps-ekf"])
+    parser.add_argument("--episodes", type=int, default=1)
+    parser.add_argument("--rounds", type=int, default=5)
+    asked = parser.parse_args()
+    for stack in asked.stack:
+        spent(stack, asked.episodes, RECORDS[-1])
+        rounds = [[spent(stack, asked.episodes, record) for record in RECORDS] for _ in range(asked.rounds)]
+        least = [min(times) for times in zip(*rounds, strict=True)]
+        told = ", ".join(
+            f"{record} {100.0 * (each / least[0] - 1.0):+.0f} %"
+            for record, each in zip(RECORDS[1:], least[1:], strict=True)
+        )
+        print(f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} deliveries)")
+
+
+if __name__ == "__main__":
+    main()
