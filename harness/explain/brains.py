@@ -1,0 +1,149 @@
+"""Brains around brains: one that is listened to, and two of which one drives."""
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.brain import Brain
+from navstack.control.decision import Alternative
+from navstack.navigation_status import Counts, Status, Trouble
+from navstack.navigator import Navigator, TickRecord
+from navstack.stopwatch import Latencies
+from navstack.types import Belief, Observation, Path, Pose2D, Track, Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """What a cycle's command was preferred to."""
+
+    stamp: float  # [s]
+    alternatives: tuple[Alternative, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TakeOver:
+    """How it stood when the second of two brains took over."""
+
+    stamp: float  # [s]
+    before: Twist2D  # what the first would have commanded
+    after: Twist2D  # what the second did
+    status: Status  # of the second
+    recoveries: int  # begun by the second until then: it meant them, the wheels did not
+
+
+class _Led:
+    """Tells what the brain tells that drives."""
+
+    def __init__(self, driving: Brain) -> None:
+        self._driving = driving
+
+    @property
+    def belief(self) -> Belief | None:
+        """See :class:`harness.brain.Brain`, as all below."""
+        return self._driving.belief
+
+    @property
+    def status(self) -> Status:
+        """How the navigation stands."""
+        return self._driving.status
+
+    @property
+    def counts(self) -> Counts:
+        """Plans, failures and recoveries so far."""
+        return self._driving.counts
+
+    @property
+    def trouble(self) -> Trouble:
+        """What went wrong last."""
+        return self._driving.trouble
+
+    @property
+    def decision(self) -> TickRecord | None:
+        """How the last tick was decided."""
+        return self._driving.decision
+
+    @property
+    def plan(self) -> Path | None:
+        """What is followed."""
+        return self._driving.plan
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """What moves about."""
+        return self._driving.tracks
+
+    @property
+    def latencies(self) -> Latencies:
+        """How long planner and controller took."""
+        return self._driving.latencies
+
+    def reset(
+        self,
+        goal: Pose2D,
+        initial_belief: Belief,
+        rng: np.random.Generator,
+        localizer_rng: np.random.Generator,
+        controller_rng: np.random.Generator,
+    ) -> None:
+        """Start a delivery."""
+        self._driving.reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+
+
+class Watched(_Led):
+    """A navigator that is asked in every cycle what else it weighed; it drives as it would otherwise."""
+
+    def __init__(self, navigator: Navigator) -> None:
+        super().__init__(navigator)
+        self._navigator = navigator
+        self.weighed: list[Weighed] = []
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """The navigator's command."""
+        command = self._navigator.tick(observation)
+        alternatives = self._navigator.alternatives
+        if alternatives:
+            self.weighed.append(Weighed(observation.stamp, alternatives))
+        return command
+
+
+class HandOver(_Led):
+    """Two brains that see the same; the second drives from some moment on."""
+
+    def __init__(self, first: Brain, second: Brain, moment: float) -> None:
+        """Take two brains to be reset.
+
+        Args:
+            first: drives before the moment.
+            second: drives from it on.
+            moment: [s].
+        """
+        super().__init__(first)
+        self._second, self._moment = second, moment
+        self.take_over: TakeOver | None = None  # None: not yet
+
+    def reset(
+        self,
+        goal: Pose2D,
+        initial_belief: Belief,
+        rng: np.random.Generator,
+        localizer_rng: np.random.Generator,
+        controller_rng: np.random.Generator,
+    ) -> None:
+        """Start both; the second draws its chance from copies of the generators."""
+        copies = [copy.deepcopy(generator) for generator in (rng, localizer_rng, controller_rng)]
+        self._second.reset(goal, initial_belief, *copies)
+        super().reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+
+    def tick(self, observation: Observation) -> Twist2D:
+        """The command of whoever drives."""
+        command = self._driving.tick(observation)
+        if self.take_over is not None:
+            return command
+        second = self._second
+        other = second.tick(observation)
+        if observation.stamp < self._moment:
+            return command
+        self.take_over = TakeOver(observation.stamp, command, other, second.status, second.counts.recoveries)
+        self._driving = second
+        return other

@@ -1,0 +1,186 @@
+"""What there is to tell of one delivery: from its recording, or driven again."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.brain import Brain
+from harness.episode import run_episode
+from harness.explain.brains import Watched, Weighed
+from harness.manifest import load_study
+from harness.metrics import Row
+from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
+from harness.metrics.encounters import Body
+from harness.metrics.replay_log import plans_of
+from harness.setup import build_brain
+from harness.stored_run import StoredRun
+from harness.study import EpisodeTask
+from harness.table_files import read_rows
+from harness.world.robot import RobotParams
+from harness.world.world import World
+from harness.world.world_params import WorldParams
+from navstack.errors import InputError
+from navstack.navigator import Navigator
+from navstack.params.strict import load_dataclass
+from navstack.types import FloatArray
+
+RECORDING, DRIVEN_AGAIN = "recording", "driven again"
+WEIGHTED = "_weighted"  # end of the columns with a critic's share in the total
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """One delivery with everything that is known of it; arrays have a row per trace time."""
+
+    row: Row  # of episodes.parquet
+    events: tuple[Row, ...]  # of events.parquet, in order of time
+    trace: FloatArray  # (T, 11) harness.metrics.delivery_log.TRACE_COLUMNS
+    crowd: FloatArray  # (T, n, 2) [m]
+    pieces_lost: FloatArray  # (T,)
+    tracks: tuple[FloatArray, ...]  # T arrays (k, 6): id, x, y [m], vx, vy [m/s], radius [m], map frame as believed
+    plans: tuple[tuple[float, FloatArray], ...]  # since when [s], and corners (N, 2) [m]
+    decisions: tuple[Row, ...]  # of the table of decisions; none: nothing decides in this stack
+    weighed: tuple[Weighed, ...] | None  # None: not recorded
+    body: Body  # the robot as people meet it
+    footprint: FloatArray  # (V, 2) [m], base frame
+    source: str  # RECORDING or DRIVEN_AGAIN
+
+    @property
+    def stamps(self) -> FloatArray:
+        """Of the trace (T,) [s]."""
+        stamps: FloatArray = self.trace[:, 0]
+        return stamps
+
+
+def delivery_row(run: StoredRun, episode: int) -> Row:
+    """The row of a delivery of a run with one stack.
+
+    Raises:
+        InputError: the run finished no such delivery.
+    """
+    stack = run.stacks[0]
+    row = next((row for row in stack.rows if row["episode"] == episode), None)
+    if row is None:
+        raise InputError(f"{run.folder}: {stack.name} finished no episode {episode}; it has {len(stack.rows)} others")
+    return row
+
+
+def events_of(run: StoredRun, episode: int) -> tuple[Row, ...]:
+    """The events of a delivery of a run with one stack, in order of time."""
+    name = run.stacks[0].name
+    own = (event for event in run.events if (event["stack"], event["episode"]) == (name, episode))
+    return tuple(sorted(own, key=lambda event: (event["stamp_s"] is None, event["stamp_s"])))
+
+
+def decisions_file(run: StoredRun, episode: int) -> Path:
+    """Where the table of a delivery's decisions would be."""
+    return run.folder / "recordings" / f"{run.stacks[0].name}-{episode}-decisions.parquet"
+
+
+def read_decisions(path: Path) -> tuple[Row, ...]:
+    """A recorded table of decisions.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    import pyarrow.parquet as pq
+
+    try:
+        names = pq.read_schema(path).names
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
+    critics = {name: CRITIC_COLUMNS[end] for name in names if (end := name.rpartition("_")[2]) in CRITIC_COLUMNS}
+    return tuple(read_rows(path, critics | DECISION_COLUMNS))
+
+
+def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any]) -> Evidence:
+    """The evidence of a recording, whose ``arrays`` have everything that newer ones have."""
+    file = decisions_file(run, episode)
+    decisions = read_decisions(file) if file.is_file() else ()
+    return _evidence(run, delivery_row(run, episode), events_of(run, episode), arrays, decisions, None, RECORDING)
+
+
+def task_of(run: StoredRun, episode: int) -> EpisodeTask:
+    """A delivery to be driven again as its run folder describes it, with all recorded.
+
+    Raises:
+        InputError: the folder is none of this version, or its map has changed.
+    """
+    name = run.stacks[0].name
+    tasks = load_study(run.folder, 1).tasks()
+    task = next((task for task in tasks if (task.stack.name, task.episode) == (name, episode)), None)
+    if task is None:
+        raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
+    return dataclasses.replace(task, keep_trace=True, keep_decisions=True)
+
+
+def drive_again(run: StoredRun, episode: int) -> Evidence:
+    """Drive a delivery anew, in memory, and check that it is the same.
+
+    Raises:
+        InputError: it comes out otherwise than its row says, or cannot be driven.
+    """
+    stored, task = delivery_row(run, episode), task_of(run, episode)
+    watched: list[Watched] = []
+
+    def make(task: EpisodeTask, world: World) -> Brain:
+        brain = build_brain(task, world)
+        if not isinstance(brain, Navigator):
+            return brain
+        watched.append(Watched(brain))
+        return watched[0]
+
+    delivery = run_episode(task, make)
+    check_same(stored, delivery.row, run.folder, episode)
+    assert delivery.recording is not None and delivery.decisions is not None
+    columns, rows = delivery.decisions
+    decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
+    weighed = tuple(watched[0].weighed) if watched else ()
+    return _evidence(run, stored, events_of(run, episode), delivery.recording, decisions, weighed, DRIVEN_AGAIN)
+
+
+def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:
+    """Check that a delivery came out as its row says.
+
+    Raises:
+        InputError: it did not.
+    """
+    other = next((key for key, value in driven.items() if stored[key] != value), None)
+    if other is not None:
+        raise InputError(
+            f"{folder}: episode {episode} comes out otherwise when it is driven again ({other} {driven[other]}, stored "
+            f"{stored[other]}): other libraries, or another kind of machine; explain it where it was driven"
+        )
+
+
+def _evidence(
+    run: StoredRun,
+    row: Row,
+    events: Sequence[Row],
+    arrays: Mapping[str, Any],
+    decisions: Sequence[Row],
+    weighed: tuple[Weighed, ...] | None,
+    source: str,
+) -> Evidence:
+    params = run.folder / "params"
+    robot = load_dataclass(RobotParams, params / f"{run.stacks[0].name}-robot.yaml")
+    people = load_dataclass(WorldParams, params / "world.yaml").people
+    tracks = np.split(np.asarray(arrays["tracks"], dtype=np.float64), np.cumsum(arrays["track_count"])[:-1])
+    return Evidence(
+        row=row,
+        events=tuple(events),
+        trace=np.asarray(arrays["trace"]),
+        crowd=np.asarray(arrays["crowd"], dtype=np.float64),
+        pieces_lost=np.asarray(arrays["pieces_lost"], dtype=np.float64),
+        tracks=tuple(tracks),
+        plans=tuple(plans_of(arrays)),
+        decisions=tuple(decisions),
+        weighed=weighed,
+        body=Body(robot.center, robot.half_size, people.radius),
+        footprint=robot.polygon,
+        source=source,
+    )

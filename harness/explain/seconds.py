@@ -1,0 +1,180 @@
+"""The seconds before a moment: what was decided, believed, seen and done, put side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.explain.brains import Weighed
+from harness.explain.evidence import Evidence
+from harness.explain.moments import Moment
+from harness.metrics import Row
+from harness.metrics.encounters import in_base_frame, surface_distances
+from harness.metrics.motion import wrapped
+from navstack.errors import InputError
+from navstack.types import FloatArray, IntArray
+
+STEP = 0.5  # [s] between the instants that are told
+SAME_BODY = 0.75  # [m] between a track and a person's centre, up to which the track is the person's
+ABSENT, FARTHEST = 1e9, 1e6  # [m] where who is absent stands, and beyond which nobody is
+NEAR = 10.0  # [m] beyond which nobody matters
+A_SECOND = 1.0  # [s] before the moment the decision is looked at: later than that, hardly any would have helped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seconds:
+    """Arrays with an entry per trace time in the seconds before a moment, the last one at the moment."""
+
+    moment: Moment
+    since: float  # [s]
+    at: FloatArray  # (m,) [s] relative to the moment
+    robot: FloatArray  # (m, 3) true pose: x, y [m], yaw [rad]
+    speed: FloatArray  # (m,) [m/s] true, ahead
+    command: FloatArray  # (m, 2) [m/s], [rad/s] to the wheels
+    position_error: FloatArray  # (m,) [m] of the belief; NaN: nobody localizes
+    heading_error: FloatArray  # (m,) [rad]
+    person: int | None  # who was touched, else the nearest; None: nobody was near
+    people: FloatArray  # (m, n, 2) [m]
+    distance: FloatArray  # (m,) [m] between robot and that person; NaN: there is none, or it is absent
+    closing: FloatArray  # (m,) [m/s] at which that distance shrinks
+    track_error: FloatArray  # (m,) [m] between the person and its track; NaN: none
+    tracks: tuple[FloatArray, ...]  # m arrays (k, 2) [m]: tracks where the robot truly sees them
+    shaking: FloatArray  # (m,) [m/s2] horizontal acceleration, ahead and sideways
+    pieces_lost: FloatArray  # (m,)
+    decisions: tuple[Row, ...]  # of these seconds
+    weighed: tuple[Weighed, ...] | None  # of these seconds; None: not recorded
+
+    def instants(self) -> list[int]:
+        """Places in the arrays every :data:`STEP` back from the moment, in order of time."""
+        wanted = np.arange(0.0, self.moment.stamp - self.since + 1e-6, STEP)
+        return sorted({int(np.abs(self.at + back).argmin()) for back in wanted})
+
+    def decision_at(self, at: float) -> Row | None:
+        """The last decision by a time [s] relative to the moment; None: there was none."""
+        stamp = self.moment.stamp + at + 1e-6
+        return next((row for row in reversed(self.decisions) if row["stamp_s"] <= stamp), None)
+
+    @property
+    def telling(self) -> Row | None:
+        """The last scored decision by the row nearest to :data:`A_SECOND` back, else the first that is scored."""
+        scored = [row for row in self.decisions if row["samples"]]
+        until = self.moment.stamp + float(self.at[int(np.abs(self.at + A_SECOND).argmin())]) + 1e-6
+        early = [row for row in scored if row["stamp_s"] <= until]
+        return early[-1] if early else scored[0] if scored else None
+
+    @property
+    def tracked_since(self) -> float | None:
+        """Since when [s] before the moment a track has been with the person without a gap; None: none is."""
+        lost = np.flatnonzero(np.isnan(self.track_error))
+        first = int(lost[-1]) + 1 if len(lost) else 0
+        return None if first == len(self.at) else float(-self.at[first])
+
+
+def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds:
+    """The record of the ``before`` seconds that led to a moment; fewer where it came earlier.
+
+    Raises:
+        InputError: the delivery was over at once.
+    """
+    since = max(moment.stamp - before, 0.0)
+    stamps = evidence.stamps
+    if len(stamps) < 2:
+        raise InputError("the delivery was over within 0.1 s: no seconds before that can be told; check its start")
+    inside = np.flatnonzero((stamps >= since - 1e-6) & (stamps <= moment.stamp + 1e-6))
+    if len(inside) < 2:
+        inside = np.arange(2, dtype=np.int64)
+    trace, people = evidence.trace[inside], evidence.crowd[inside]
+    distances = _distances(evidence, inside)
+    person = moment.person if moment.person is not None else _nearest(distances)
+    distance = np.full(len(inside), np.nan) if person is None else distances[:, person]
+    tracks = _true_tracks(evidence, inside)
+    decisions = tuple(row for row in evidence.decisions if since - 1e-6 <= row["stamp_s"] <= moment.stamp + 1e-6)
+    error = _errors(evidence, trace[:, 0])
+    return Seconds(
+        moment=moment,
+        since=since,
+        at=trace[:, 0] - moment.stamp,
+        robot=trace[:, 1:4],
+        speed=trace[:, 4],
+        command=trace[:, 9:11],
+        position_error=error[:, 0],
+        heading_error=error[:, 1],
+        person=person,
+        people=people,
+        distance=distance,
+        closing=-np.gradient(distance, trace[:, 0]),
+        track_error=_track_errors(tracks, None if person is None else people[:, person]),
+        tracks=tracks,
+        shaking=np.hypot(np.gradient(trace[:, 4], trace[:, 0]), trace[:, 4] * trace[:, 5]),
+        pieces_lost=evidence.pieces_lost[inside],
+        decisions=decisions,
+        weighed=_within(evidence.weighed, since, moment.stamp),
+    )
+
+
+def _within(weighed: Sequence[Weighed] | None, since: float, until: float) -> tuple[Weighed, ...] | None:
+    if weighed is None:
+        return None
+    return tuple(each for each in weighed if since - 1e-6 <= each.stamp <= until + 1e-6)
+
+
+def _distances(evidence: Evidence, inside: IntArray) -> FloatArray:
+    """Distance (m, n) [m] between the bodies of robot and people; NaN: of who is absent."""
+    trace, people = evidence.trace[inside], evidence.crowd[inside]
+    rows, number = people.shape[:2]
+    if not number:
+        return np.empty((rows, 0))
+    robot = np.zeros((rows * number, 7))
+    robot[:, 1:4] = np.repeat(trace[:, 1:4], number, axis=0)
+    flat = np.zeros((rows * number, 4))
+    flat[:, :2] = np.nan_to_num(people.reshape(-1, 2), nan=ABSENT, posinf=ABSENT, neginf=-ABSENT)
+    distances = surface_distances(in_base_frame(robot, flat), evidence.body).reshape(rows, number)
+    return np.where(distances < FARTHEST, distances, np.nan)
+
+
+def _nearest(distances: FloatArray) -> int | None:
+    """Who came nearest (m, n); None: nobody within :data:`NEAR`."""
+    known = np.nan_to_num(distances, nan=np.inf)
+    if not known.size or known.min() > NEAR:
+        return None
+    return int(known.min(axis=0).argmin())
+
+
+def _errors(evidence: Evidence, stamps: FloatArray) -> FloatArray:
+    """Errors (m, 2) of believed position [m] and heading [rad] by these times, at the last decision before each.
+
+    A belief is compared with the true pose of its own time, which lies between two rows of the trace.
+    """
+    rows = evidence.decisions
+    if not rows:
+        return np.full((len(stamps), 2), np.nan)
+    keys = ("stamp_s", "believed_x_m", "believed_y_m", "believed_yaw_rad")
+    believed = np.array([[row[key] for key in keys] for row in rows])
+    trace = evidence.trace
+    yaw = np.interp(believed[:, 0], trace[:, 0], np.unwrap(trace[:, 3]))
+    x, y = (np.interp(believed[:, 0], trace[:, 0], trace[:, column]) for column in (1, 2))
+    off = np.hypot(believed[:, 1] - x, believed[:, 2] - y)
+    turned = np.abs(wrapped(believed[:, 3] - yaw))
+    last = np.maximum(np.searchsorted(believed[:, 0], stamps + 1e-6) - 1, 0)
+    return np.column_stack((off, turned))[last]
+
+
+def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]:
+    """Tracks (k, 2) [m] moved from the map as the robot believes it to lie to where it truly sees them."""
+    moved = []
+    for place in inside.tolist():
+        tracks, row = evidence.tracks[place][:, 1:3], evidence.trace[place]
+        turn = row[3] - row[8]
+        cos, sin = np.cos(turn), np.sin(turn)
+        moved.append((tracks - row[6:8]) @ np.array(((cos, sin), (-sin, cos))) + row[1:3])
+    return tuple(moved)
+
+
+def _track_errors(tracks: Sequence[FloatArray], person: FloatArray | None) -> FloatArray:
+    """Distance (m,) [m] between a person (m, 2) and the nearest track; NaN: none is near enough to be the person's."""
+    errors = np.full(len(tracks), np.nan)
+    for place, seen in enumerate(tracks if person is not None else ()):
+        if person is not None and len(seen):
+            nearest = float(np.hypot(*(seen - person[place]).T).min())
+            errors[place] = nearest if nearest <= SAME_BODY else np.nan
+    return errors

@@ -1,0 +1,175 @@
+"""The printed result of ``navbench explain``."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from harness.explain.document import Explained, Saving, instant
+from harness.explain.evidence import WEIGHTED, Evidence
+from harness.explain.moments import COMPONENTS
+from harness.explain.seconds import Seconds
+from harness.explain.words import alternatives_at, gaps_to, is_same
+from harness.metrics import Row
+from harness.report.tables import print_table, report_table
+from navstack.control.decision import RUNNER_UP, SLOWER
+
+WORDS_WIDTH = 100  # [characters]
+UNKNOWN = "--"
+INSTANTS = (  # title, key of an instant, decimals
+    ("t [s]", "time_to_event_s", 1),
+    ("v [m/s]", "speed_mps", 2),
+    ("cmd v", "command_linear_x_mps", 2),
+    ("cmd w", "command_angular_z_radps", 2),
+    ("decided by", "decided_by", None),
+    ("illegal", "rejected", 0),
+    ("of", "samples", 0),
+    ("score", "total_score", 2),
+    ("person [m]", "distance_m", 2),
+    ("closing [m/s]", "closing_speed_mps", 2),
+    ("track off [m]", "track_error_m", 2),
+    ("belief off [m]", "position_error_m", 2),
+    ("cargo [m/s2]", "acceleration_mps2", 1),
+    ("lost", "pieces_lost", 0),
+)
+TITLES = {
+    "contribution_margin": "contribution margin",
+    "pedestrian_safety": "injuries",
+    "property_damage": "property",
+    "service_compensation": "refunds",
+    "opex": "all costs",
+}
+NO_PROOF = (
+    "One delivery, n = 1, and no proof: small changes move people and robot elsewhere, and another delivery may come "
+    "out the other way. navbench run with the changed file, and navbench compare, tell what it is worth."
+)
+SHADOW = (
+    "The changed parameters saw all of the delivery, decided nothing until then and drove from then on. Counts of "
+    "plans and recoveries are theirs from the start."
+)
+
+
+def print_explanation(
+    evidence: Evidence, told: Sequence[Explained], saving: Saving | None, figures: Sequence[Path], console: Console
+) -> None:
+    """Print each moment in words and as tables, and what a rewind had saved."""
+    row = evidence.row
+    head = f"{row['stack']}, episode {row['episode']} of seed {row['seed']} on {row['map']}: {row['outcome']}"
+    source = "from its recording" if evidence.source == "recording" else "driven again; its row came out as stored"
+    console.print(Text(f"{head} ({row['reason']}), {row['duration_s']:.1f} s; {source}.", style="bold"))
+    for each in told:
+        console.print()
+        _print_words(each.words, console)
+        if each.before is not None and is_same(each.before, each.seconds.moment):
+            continue
+        console.print()
+        print_table(_instants(each.seconds), console)
+        scores = _scores(each.seconds)
+        if scores is not None:
+            console.print()
+            print_table(scores, console)
+    if saving is not None:
+        console.print()
+        _print_saving(saving, console)
+    for figure in figures:
+        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+
+
+def _print_words(words: str, console: Console) -> None:
+    for line in textwrap.wrap(words, WORDS_WIDTH, break_long_words=False, break_on_hyphens=False):
+        console.print(Text(line), soft_wrap=True)
+
+
+def _instants(seconds: Seconds) -> Table:
+    table = report_table(f"The {-seconds.at[0]:.1f} s before event {seconds.moment.number}")
+    for title, _, decimals in INSTANTS:
+        table.add_column(Text(title), justify="left" if decimals is None else "right", no_wrap=True)
+    for place in seconds.instants():
+        values = instant(seconds, place)
+        table.add_row(*(Text(_text(values[key], decimals)) for _, key, decimals in INSTANTS))
+    return table
+
+
+def _scores(seconds: Seconds) -> Table | None:
+    """What each critic or term said in the telling cycle; None: there is nothing to tell."""
+    row = seconds.telling
+    if row is None:
+        return None
+    names = [key.removesuffix(WEIGHTED) for key, value in row.items() if key.endswith(WEIGHTED) and value is not None]
+    names += [key.removesuffix("_rejected") for key, value in row.items() if key.endswith("_rejected") and value]
+    names = list(dict.fromkeys(names))
+    if not names:
+        return None
+    back = seconds.moment.stamp - row["stamp_s"]
+    table = report_table(f"{row['decided_by']}, {back:.1f} s before event {seconds.moment.number}")
+    others = alternatives_at(seconds, row)
+    table.add_column("Critic or term", no_wrap=True)
+    kinds = [(kind, title) for kind, title in ((RUNNER_UP, "second"), (SLOWER, "slower")) if kind in others]
+    for title in ("raw", "weighted", *(f"{title}: +" for _, title in kinds), "illegal"):
+        table.add_column(title, justify="right", no_wrap=True)
+    gaps = {kind: gaps_to(row, others[kind]) for kind, _ in kinds}
+    for name in names:
+        own = (_text(row.get(f"{name}_raw"), 3), _text(row.get(f"{name}{WEIGHTED}"), 3))
+        more = (_text(gaps[kind].get(name), 3) for kind, _ in kinds)
+        table.add_row(*map(Text, (name, *own, *more, _text(row.get(f"{name}_rejected"), 0))))
+    table.add_section()
+    sums = (_text(others[kind].total - row["total_score"], 3) for kind, _ in kinds)
+    table.add_row(*map(Text, ("total", "", _text(row["total_score"], 3), *sums, _text(row["rejected"], 0))))
+    speeds = (f"{others[kind].command.linear_x:.2f}" for kind, _ in kinds)
+    table.add_row(*map(Text, ("speed [m/s]", "", _text(row["wanted_linear_x_mps"], 2), *speeds, "")))
+    return table
+
+
+def _print_saving(saving: Saving, console: Console) -> None:
+    rewound, row = saving.rewound, saving.rewound.delivery.row
+    changes = ", ".join(f"{each.place.path} {each.place.value} -> {each.value}" for each in rewound.changes)
+    when = f"{saving.moment.stamp - rewound.take_over.stamp:.1f} s before event {saving.moment.number}"
+    saved = saving.saved
+    effect = "cannot be priced without cargo"
+    if saved is not None:
+        effect = "changes nothing" if saved == 0.0 else f"{'saves' if saved > 0.0 else 'costs'} {abs(saved):.2f} USD"
+    _print_words(
+        f"Rewound to {rewound.take_over.stamp:.1f} s, {when}, with {changes}: {_ended(saving.stored)} becomes "
+        f"{_ended(row)}; that {effect}.",
+        console,
+    )
+    table = report_table("What the delivery comes to [USD]")
+    table.add_column("", no_wrap=True)
+    for title in ("as it was", "rewound", "difference"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name in COMPONENTS:
+        values = (saving.costs[name], saving.new_costs[name], saving.difference(name))
+        table.add_row(*map(Text, (TITLES.get(name, name), *(_text(value, 2) for value in values))))
+    console.print()
+    print_table(table, console)
+    for note in (_handed_over(saving), SHADOW, NO_PROOF):
+        _print_words(note, console)
+
+
+def _ended(row: Row) -> str:
+    people = row["pedestrian_contacts"]
+    contacts = f", {people} counted contact{'s' if people > 1 else ''} with people" if people else ""
+    return f"{row['outcome']} ({row['duration_s']:.1f} s{contacts})"
+
+
+def _handed_over(saving: Saving) -> str:
+    over = saving.rewound.take_over
+    meant = f" It had begun {over.recoveries} recoveries that nobody drove." if over.recoveries else ""
+    ended = f" Its navigation had already {over.status.value}." if over.status.value != "running" else ""
+    return (
+        f"When it took over it commanded {over.after.linear_x:.2f} m/s, {over.after.angular_z:+.2f} rad/s where the "
+        f"unchanged brain would have commanded {over.before.linear_x:.2f} m/s, {over.before.angular_z:+.2f} rad/s."
+        f"{meant}{ended}"
+    )
+
+
+def _text(value: float | str | None, decimals: int | None) -> str:
+    if value is None or value == "":
+        return UNKNOWN
+    if isinstance(value, str) or decimals is None:
+        return str(value)
+    text = f"{value:.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text

@@ -1,0 +1,190 @@
+"""Rewinding: nothing changed, nothing happens; something changed, and only what comes after differs."""
+
+import dataclasses
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.cli import main
+from harness.episode import run_episode
+from harness.explain.brains import Watched
+from harness.explain.rewind import changes_of, drive_changed
+from harness.metrics import EPISODE_COLUMNS
+from harness.setup import build_brain, nav2_of
+from harness.study import EpisodeTask, make_study
+from harness.table_files import read_rows, write_table
+from harness.world.world import World
+from navstack.control.decision import RUNNER_UP
+from navstack.errors import InputError
+from navstack.navigation_status import Status
+
+START, GOAL = "-67.9,-71.9,0", "-89.7,-63.5,0"
+SECONDS = 5.0  # [s] of every delivery here
+MOMENT = 2.0  # [s]
+SPEED, SCALE = "controller_server.FollowPath.max_vel_x", "controller_server.FollowPath.BaseObstacle.scale"
+
+
+@pytest.fixture(scope="module")
+def rules(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Rules by which time is up soon."""
+    path = tmp_path_factory.mktemp("rules") / "soon.yaml"
+    path.write_text(
+        f"arrival_radius: 2.0\ntimeout: {SECONDS}\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+    )
+    return path
+
+
+def task_for(stack: str, rules: Path) -> EpisodeTask:
+    study = make_study(
+        stacks=[stack], episodes=1, start=START, goal=GOAL, pedestrians=3, workers=1, rules=str(rules), record="full"
+    )
+    return next(study.tasks())
+
+
+def value_of(task: EpisodeTask, path: str) -> Any:
+    return changes_of(nav2_of(task), [f"{path}=1"])[0].place.value
+
+
+@pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
+def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: Path) -> None:
+    task = task_for(stack, rules)
+    as_it_was = run_episode(task)
+    rewound = drive_changed(task, [f"{SPEED}={value_of(task, SPEED)}"], MOMENT)
+    assert rewound.delivery.row == as_it_was.row
+    assert rewound.delivery.events == as_it_was.events
+    assert rewound.delivery.decisions == as_it_was.decisions
+    for name, array in as_it_was.recording.items():
+        np.testing.assert_array_equal(rewound.delivery.recording[name], array, err_msg=name)
+    take_over = rewound.take_over
+    assert (take_over.before, take_over.status, take_over.recoveries) == (take_over.after, Status.RUNNING, 0)
+    assert take_over.stamp == pytest.approx(MOMENT, abs=0.05)
+
+
+def test_to_be_asked_for_alternatives_changes_nothing(rules: Path) -> None:
+    task, watched = task_for("nav2-gps", rules), []
+
+    def make(task: EpisodeTask, world: World) -> Any:
+        watched.append(Watched(build_brain(task, world)))
+        return watched[0]
+
+    asked, left_alone = run_episode(task, make), run_episode(task)
+    assert (asked.row, asked.decisions) == (left_alone.row, left_alone.decisions)
+    scored = {row["stamp_s"]: row for row in asked.decisions[1] if row["total_score"] is not None}
+    assert {each.stamp for each in watched[0].weighed} == set(scored)
+    for each in watched[0].weighed:
+        row = scored[each.stamp]
+        for other in each.alternatives:
+            assert other.total >= row["total_score"]
+            assert other.total == pytest.approx(sum(score.weighted for score in other.scores), rel=1e-5)
+            assert other.kind == RUNNER_UP or abs(other.command.linear_x) <= 0.5 * abs(row["wanted_linear_x_mps"])
+
+
+def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path) -> None:
+    task = task_for("nav2-gps", rules)
+    same, slow = (drive_changed(task, [f"{SPEED}={speed}"], MOMENT) for speed in (value_of(task, SPEED), 0.5))
+    trace, other = (each.delivery.recording["trace"] for each in (same, slow))
+    before = trace[:, 0] <= slow.take_over.stamp
+    np.testing.assert_array_equal(other[: before.sum()], trace[before])
+    assert trace[~before, 4].max() > 1.0
+    assert other[-1, 4] < 0.6
+    assert slow.delivery.row["distance_m"] < same.delivery.row["distance_m"]
+    assert slow.take_over.after.linear_x <= 0.5 < slow.take_over.before.linear_x
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ((f"{SPEED}",), "is not PATH=VALUE"),
+        ((f"{SPEED}=fast",), "'fast' is not a finite number"),
+        ((f"{SPEED}=inf",), "'inf' is not a finite number"),
+        ((f"{SPEED}=1.0", f"{SPEED}=2.0"), "is given twice"),
+        (("controller_server.FollowPath.max_vel=1.0",), "did you mean 'controller_server.FollowPath.max_vel"),
+        (("controler_server.FollowPath.max_vel_x=1.0",), "did you mean 'controller_server'"),
+        (("controller_server.FollowPath.debug_trajectory_details=perhaps",), "FollowPath.debug_trajectory_details"),
+        (("controller_server.controller_frequency=37.0",), "ticks of another length"),
+        (("controller_server.FollowPath.vx_samples=2.5",), "'2.5' is not a whole number"),
+    ],
+)
+def test_what_cannot_be_changed_is_said_in_one_line(settings: tuple[str, ...], said: str, rules: Path) -> None:
+    with pytest.raises(InputError) as refused:
+        drive_changed(task_for("nav2-gps", rules), settings, MOMENT)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_moment_after_the_last_decision_is_refused(rules: Path) -> None:
+    with pytest.raises(InputError, match="nothing is decided from 5.00 s on; give a larger --before"):
+        drive_changed(task_for("nav2-gps", rules), [f"{SPEED}=1.0"], SECONDS)
+
+
+def test_who_is_parked_has_nothing_to_change(rules: Path) -> None:
+    with pytest.raises(InputError, match="parked has no Nav2 file"):
+        drive_changed(task_for("parked", rules), [f"{SPEED}=1.0"], MOMENT)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, rules: Path) -> Path:
+    """A run of one delivery that ran out of time, with nothing recorded."""
+    path = tmp_path_factory.mktemp("runs") / "run"
+    arguments = ["run", "--stack", "nav2-gps", "--episodes", "1", "--pedestrians", "3", "--workers", "1"]
+    arguments += ["--start", START, "--goal", GOAL, "--rules", str(rules), "--out", str(path)]
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 0
+    return path
+
+
+def explain(*arguments: str) -> Any:
+    with pytest.raises(SystemExit) as ended:
+        main(["explain", *arguments])
+    return ended.value.code
+
+
+def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert explain(str(folder), "0", "--before", "2", "--rewind", f"{SPEED}=0.5", "--json") == 0
+    captured = capsys.readouterr()
+    assert "is driven again" in captured.err
+    told = json.loads(captured.out)
+    assert (told["source"], told["outcome"]) == ("driven again", "timeout")
+    (event,) = told["events"]
+    assert (event["kind"], event["stamp_s"]) == ("timeout", pytest.approx(SECONDS, abs=0.05))
+    assert "still on its way" in event["words"]
+    assert {each["kind"] for each in event["alternatives"]} == {"runner_up", "slower"}
+    assert min(each["total_score"] for each in event["alternatives"]) >= event["decision"]["total_score"]
+    rewound = told["rewind"]
+    assert rewound["changes"] == [{"path": SPEED, "from": 3.0, "to": 0.5}]
+    assert rewound["take_over"]["stamp_s"] == pytest.approx(SECONDS - 2.0, abs=0.1)
+    assert rewound["outcome"] == {"stored": "timeout", "rewound": "timeout"}
+    for costs in rewound["costs_usd"].values():
+        assert costs["difference"] == pytest.approx(costs["rewound"] - costs["stored"])
+    assert rewound["costs_usd"]["electricity"]["difference"] < 0.0
+    assert rewound["n"] == 1
+
+
+def test_a_delivery_that_comes_out_otherwise_is_not_explained(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other"
+    shutil.copytree(folder, other)
+    rows = read_rows(other / "episodes.parquet", EPISODE_COLUMNS)
+    changed = [{**row, "distance_m": row["distance_m"] + 0.001} for row in rows]
+    write_table(other / "episodes.parquet", EPISODE_COLUMNS, changed)
+    capsys.readouterr()
+    assert explain(str(other), "0") == 1
+    err = capsys.readouterr().err.splitlines()
+    assert len(err) == 2
+    assert "comes out otherwise when it is driven again (distance_m" in err[-1]
+
+
+def test_settings_leave_the_task_alone(rules: Path) -> None:
+    task = task_for("nav2-gps", rules)
+    before = dataclasses.asdict(task)
+    changes = changes_of(nav2_of(task), [f"{SCALE}=0.5"])
+    assert (changes[0].place.path, changes[0].value) == (SCALE, 0.5)
+    assert dataclasses.asdict(task) == before
+    assert value_of(task, SCALE) != 0.5
