@@ -1,0 +1,60 @@
+"""A study on the processes of an MPI program, or on any other executor of ``concurrent.futures``.
+
+Usage: mpiexec -n 5 python -m mpi4py.futures docs/examples/mpi_study.py --stack nav2-gps --episodes 400 --out DIR
+
+Of five processes one keeps the study and four drive deliveries, with one after the other on each. The same command
+again goes on with a study that was cut off. DIR is an ordinary run folder, which ``navbench report`` and others read.
+Every process must find the program, DIR and the map under the same paths.
+"""
+
+import argparse
+import sys
+from concurrent.futures import Executor
+from pathlib import Path
+
+from harness.benchmark import TABLES, run_study
+from harness.cli_run import finish, say
+from harness.execution import Place, Workers, give_memory_back
+from harness.manifest import about, load_study, parameters
+from harness.runs import MANIFEST, RunFolder, create_run
+from harness.study import Study, make_study
+
+
+def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
+    """Drive what a run folder lacks; it is made if there is none.
+
+    Args:
+        executor: whose workers are processes with one thread each.
+        at_once: number of its workers.
+        study: to be driven, unless the folder has one already.
+        path: of the folder.
+    """
+    if not (path / MANIFEST).is_file():
+        create_run(path, about(study, sys.argv), parameters(study))
+    study = load_study(path)
+    with RunFolder(path, TABLES, study.total) as folder:
+        if not folder.is_closed:
+            with Workers(at_once, lambda: Place(executor.submit)) as workers:
+                run_study(study, folder, workers, lambda finished, record: None)
+        finish(study, folder)
+        say(f"{len(folder.records)} of {study.total} deliveries are in {path}")
+
+
+def main() -> None:
+    """Read the command line; this runs in the first process only."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--stack", nargs="+", default=["nav2-gps"])
+    parser.add_argument("--episodes", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--rules", default="costnav")
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    from mpi4py.futures import MPIPoolExecutor
+
+    study = make_study(stacks=given.stack, episodes=given.episodes, seed=given.seed, rules=given.rules)
+    with MPIPoolExecutor(initializer=give_memory_back) as executor:
+        drive(executor, executor.num_workers, study, given.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""Whether a process elsewhere drives a delivery as this one does: one thread, the same code, versions and files."""
+
+import hashlib
+import platform
+import socket
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from harness.execution import give_memory_back
+from harness.resources import keep_compiled_code, shipped
+
+PACKAGES = ("navstack", "harness")  # of this project
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What a process is and sees."""
+
+    host: str
+    threads: int  # that run tasks
+    is_guarded: bool  # whether a process (Dask's nanny) would start it anew
+    versions: Mapping[str, str]  # of Python, the machine and libraries; "" where a library is missing
+    project: str  # SHA-256 of the code, parameters and maps that come with the program
+    files: Mapping[str, str]  # absolute path -> SHA-256; "" where there is none
+
+
+def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None) -> Look:
+    """Look at this process, and prepare it for deliveries if it is a Dask worker.
+
+    Args:
+        libraries: names of distributions.
+        files: absolute paths.
+        dask_worker: given by Dask when it runs this on a worker.
+    """
+    if dask_worker is not None:
+        keep_compiled_code()
+        give_memory_back()
+    return Look(
+        host=socket.gethostname(),
+        threads=1 if dask_worker is None else int(dask_worker.state.nthreads),
+        is_guarded=dask_worker is not None and dask_worker.nanny is not None,
+        versions={
+            "Python": ".".join(platform.python_version_tuple()[:2]),
+            "machine": platform.machine(),
+            **{name: _version(name) for name in libraries},
+        },
+        project=project_digest(),
+        files={path: _digest(path) for path in files},
+    )
+
+
+def trouble(here: Look, there: Look) -> str:
+    """Why a worker cannot be used, and what to do; empty if it can."""
+    if there.threads != 1:
+        return (
+            f"has {there.threads} threads, and PyBullet's worlds are kept per process: start workers with "
+            "--nthreads 1, and --nworkers for more of them"
+        )
+    for name, ours in here.versions.items():
+        if (theirs := there.versions.get(name, "")) != ours:
+            return f"has {name} {theirs or 'not at all'}, here it is {ours}: rows could differ; install the same"
+    if there.project != here.project:
+        return "has other code, parameters or maps of this program: use the same checkout on every machine"
+    for path, ours in here.files.items():
+        theirs = there.files.get(path, "")
+        if not theirs and ours:
+            return f"has no file '{path}': put it, and the run folder, where every machine finds them under this path"
+        if theirs != ours:
+            return f"has another file '{path}' than this machine: copy it, or share the file system"
+    return ""
+
+
+@lru_cache(maxsize=1)
+def project_digest() -> str:
+    """SHA-256 of the code, parameters and maps that come with the program."""
+    digest = hashlib.sha256()
+    root = Path(__file__).resolve().parents[1]
+    sources = [path for package in PACKAGES for path in sorted((root / package).rglob("*.py"))]
+    for path in (*sources, *_all_files(shipped("params")), *_all_files(shipped("maps"))):
+        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def _all_files(folder: Path) -> list[Path]:
+    return [path for path in sorted(folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
+
+
+def _digest(path: str) -> str:
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""

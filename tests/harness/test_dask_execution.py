@@ -1,0 +1,217 @@
+"""A Dask cluster gives the rows of a local run, whatever dies; what cannot be used is refused in one line."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from harness.benchmark import TABLES, run_study
+from harness.cli import main
+from harness.cli_run import finish
+from harness.execution import InProcess, NoExecutorError, Workers
+from harness.manifest import about, load_study, parameters
+from harness.runs import RunFolder, count_finished, create_run
+from harness.study import Study, make_study
+
+dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
+distributed = pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
+from harness.dask_execution import DaskCluster  # noqa: E402 - needs distributed
+
+EPISODES = 6
+RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
+TIME_LIMIT = 8.0  # [s]
+
+
+def start_cluster(workers: int, threads: int = 1) -> Any:
+    """A scheduler in this process, on a free port, with workers in processes of their own."""
+    dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})  # it gives up workers that restart slowly
+    return distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=threads,
+        processes=True,
+        host="127.0.0.1",
+        scheduler_port=0,
+        dashboard_address=":0",
+        memory_limit=0,
+        silence_logs=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    with start_cluster(2) as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def two(cluster: Any) -> Any:
+    """The cluster, once the workers that an earlier test killed are back."""
+    with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=120)
+    return cluster
+
+
+def connect(cluster: Any, *files: Path) -> DaskCluster:
+    return DaskCluster(cluster.scheduler_address, ("numpy",), [str(file) for file in files], print)
+
+
+def drive_on(cluster: Any, function: Callable[[Any], Any], tasks: list[Any]) -> dict[int, Any]:
+    """What became of each task, by its number."""
+    with connect(cluster) as dask, Workers(9, dask.place, TIME_LIMIT, dask.room) as workers:
+        return {item.task[1]: item for item in workers.run(function, tasks)}
+
+
+def make_attempt() -> Callable[[tuple[Path, int, str]], int]:
+    """A function that travels as a whole: workers need not import this module, which takes them seconds."""
+
+    def attempt(task: tuple[Path, int, str]) -> int:
+        """Leave a trace; then, if so told, raise, or die or hang on the first attempt or on each."""
+        folder, number, way = task
+        (folder / f"{number}-{os.getpid()}").touch()
+        is_first = len(list(folder.glob(f"{number}-*"))) == 1
+        if way == "raise":
+            raise FileNotFoundError("it is refused")
+        if "always" in way or ("once" in way and is_first):
+            if "die" in way:
+                os.kill(os.getpid(), signal.SIGKILL)
+            threading.Event().wait()
+        return number
+
+    return attempt
+
+
+def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -> None:
+    ways = {1: "die once", 3: "raise", 4: "die always", 6: "hang once"}
+    finished = drive_on(two, make_attempt(), [(tmp_path, number, ways.get(number, "")) for number in range(8)])
+    assert sorted(finished) == list(range(8))
+    attempts = [len(list(tmp_path.glob(f"{number}-*"))) for number in range(8)]
+    assert attempts == [1, 2, 1, 1, 2, 1, 2, 1]  # each in another process
+    assert all(finished[number].result == number for number in (0, 1, 2, 5, 6, 7))
+    assert finished[3].error == "FileNotFoundError: it is refused" and not finished[3].lost
+    assert "was lost (killed" in finished[1].lost[0]
+    assert finished[4].error.startswith("lost 2 times: its Dask worker tcp://127.0.0.1:")
+    assert "ran for more than 8 s" in finished[6].lost[0]
+
+
+def test_closing_early_stops_what_runs(two: Any, tmp_path: Path) -> None:
+    """As Ctrl-C does: the process of a task that would never end is killed."""
+    with connect(two) as dask, Workers(9, dask.place, room=dask.room) as workers:
+        tasks = workers.run(make_attempt(), [(tmp_path, 0, ""), (tmp_path, 1, "hang always")])
+        assert next(tasks).result == 0
+        while not (traces := list(tmp_path.glob("1-*"))):
+            threading.Event().wait(0.05)
+        tasks.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(traces[0].name.removeprefix("1-")), 0)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    rules = tmp_path_factory.mktemp("files") / "short.yaml"
+    rules.write_text(RULES)
+    return make_study(stacks=["parked"], episodes=EPISODES, seed=3, pedestrians=4, rules=str(rules))
+
+
+def begin(path: Path, study: Study) -> Path:
+    create_run(path, about(study, ["navbench"]), parameters(study))
+    return path
+
+
+def same(path: Path) -> dict[str, bytes]:
+    return {name: (path / name).read_bytes() for name in SAME}
+
+
+@pytest.fixture(scope="module")
+def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The files of a run in this process."""
+    path = begin(tmp_path_factory.mktemp("local") / "run", study)
+    with RunFolder(path, TABLES, study.total) as folder:
+        run_study(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
+        finish(study, folder)
+    return same(path)
+
+
+def kill_one_at_work(cluster: Any) -> int:
+    """Kill the process of a worker that has a task."""
+    busy = {worker.address for worker in cluster.scheduler.workers.values() if worker.processing}
+    process = next(nanny.pid for nanny in cluster.workers.values() if nanny.worker_address in busy)
+    os.kill(process, signal.SIGKILL)
+    return int(process)
+
+
+def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
+    two: Any, study: Study, expected: dict[str, bytes], tmp_path: Path
+) -> None:
+    path, killed, lost = begin(tmp_path / "run", study), [], []
+
+    def on_finished(finished: Any, record: Any) -> None:
+        lost.extend(finished.lost)
+        if not killed:
+            killed.append(kill_one_at_work(two))
+
+    with (
+        connect(two, path / "run.json") as dask,
+        Workers(9, dask.place, room=dask.room) as workers,
+        RunFolder(path, TABLES, study.total) as folder,
+    ):
+        run_study(load_study(path), folder, workers, on_finished)
+        finish(study, folder)
+    assert killed and len(lost) == 1 and "was lost (killed" in lost[0]
+    assert same(path) == expected
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The last of what a command says that ends in one line of complaint."""
+    with pytest.raises(SystemExit) as leaving:
+        main(list(arguments))
+    said = capsys.readouterr()
+    assert leaving.value.code == 1 and said.out == ""
+    lines = [line for line in said.err.splitlines() if line.startswith("navbench: ")]
+    assert len(lines) == 1 and "Traceback" not in said.err
+    return lines[0]
+
+
+def test_a_lost_scheduler_keeps_what_is_finished_and_the_run_goes_on(
+    two: Any, study: Study, expected: dict[str, bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, passing = begin(tmp_path / "run", study), start_cluster(1)
+
+    def close_after_two() -> None:
+        while count_finished(path) < 2:
+            threading.Event().wait(0.02)
+        passing.close()
+
+    closing = threading.Thread(target=close_after_two)
+    closing.start()
+    line = complaint(
+        capsys, "run", "--resume", str(path), "--executor", "dask", "--scheduler", passing.scheduler_address
+    )
+    closing.join()
+    assert "is lost" in line and f"--resume {path}" in line
+    assert 2 <= count_finished(path) < EPISODES
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--resume", str(path), "--executor", "dask", "--scheduler", two.scheduler_address])
+    assert leaving.value.code == 0
+    assert "going on after" in capsys.readouterr().err
+    assert same(path) == expected
+
+
+def test_workers_with_several_threads_are_refused() -> None:
+    with start_cluster(1, threads=2) as cluster, pytest.raises(NoExecutorError, match="has 2 threads.*--nthreads 1"):
+        with connect(cluster):
+            pass
+
+
+def test_a_scheduler_that_is_not_there_is_one_line(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("harness.dask_execution.CONNECT", 1.0)
+    path = begin(tmp_path / "run", study)
+    line = complaint(capsys, "run", "--resume", str(path), "--executor", "dask", "--scheduler", "tcp://127.0.0.1:1")
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in line and f"--resume {path}" in line
+    assert count_finished(path) == 0
