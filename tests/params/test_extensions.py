@@ -1,0 +1,151 @@
+"""Algorithms of other packages, found through the entry-point group navstack.plugins."""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from navstack.build import CONTROLLERS
+from navstack.control.dwb.critics import CRITICS, build_critics
+from navstack.errors import ParameterError
+from navstack.params.dwb import DwbParams, TwirlingParams
+from navstack.params.extensions import Extension, extensions, plugin_packages, with_extensions
+from navstack.params.nav2_file import Nav2File, inspect_nav2, load_nav2
+from navstack.params.nav2_views import read_controller
+
+MODULE = """
+from dataclasses import dataclass
+from navstack.control.dwb.critics.twirling import TwirlingCritic
+from navstack.params.extensions import Extension
+
+@dataclass(frozen=True)
+class Params:
+    scale: float = 1.0
+    limit: float = 0.5
+
+CRITIC = Extension("dwb_critics", "mine::Calm", Params, TwirlingCritic)
+CONTROLLER = Extension("controllers", "mine::Slow", Params, lambda *given: given)
+"""
+DWB = """
+controller_server:
+  ros__parameters:
+    controller_plugins: ["FollowPath"]
+    FollowPath:
+      plugin: "dwb_core::DWBLocalPlanner"
+      critics: ["PathDist", "Calm", "mine::Calm"]
+      Calm: {class: "mine::Calm", scale: 2.0, limit: 0.25}
+"""
+OWN = DWB.split("plugin:")[0] + 'plugin: "mine::Slow"\n      limit: 0.125\n'
+
+Install = Callable[..., None]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Put a package with entry points where Python finds it."""
+
+    def put(name: str, *points: str, module: str = MODULE) -> None:
+        folder = tmp_path / name
+        (folder / f"{name}-1.0.dist-info").mkdir(parents=True)
+        (folder / f"{name}.py").write_text(module, encoding="utf-8")
+        info = folder / f"{name}-1.0.dist-info"
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+        lines = ["[navstack.plugins]", *(f"{point.lower()} = {name}:{point}" for point in points)]
+        (info / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        monkeypatch.syspath_prepend(str(folder))
+        extensions.cache_clear()
+
+    yield put
+    monkeypatch.undo()
+    for name in ("mine", "yours"):
+        sys.modules.pop(name, None)
+    extensions.cache_clear()
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Callable[[str], Nav2File]:
+    """Load a file of this text."""
+
+    def read(text: str) -> Nav2File:
+        path = tmp_path / "robot.yaml"
+        path.write_text(text, encoding="utf-8")
+        return load_nav2(path)
+
+    return read
+
+
+def test_a_critic_of_another_package_scores_with_its_parameters(install: Install, load: Any) -> None:
+    install("mine", "CRITIC")
+    params = read_controller(load(DWB)).params
+    assert list(build_critics(params)) == ["PathDist", "Calm", "mine::Calm"]
+    calm, by_type = (params.named_critics[name] for name in ("Calm", "mine::Calm"))
+    assert calm.type == by_type.type == "mine::Calm"
+    assert (calm.params.scale, calm.params.limit, by_type.params.limit) == (2.0, 0.25, 0.5)
+
+
+def test_a_controller_of_another_package_is_read_and_written_merged(install: Install, load: Any) -> None:
+    install("mine", "CONTROLLER")
+    file = load(OWN)
+    plugin = read_controller(file)
+    assert (plugin.type, plugin.params.limit) == ("mine::Slow", 0.125)
+    merged = file.merged()["controller_server"]["ros__parameters"]["FollowPath"]
+    assert merged == {"plugin": "mine::Slow", "limit": 0.125, "scale": 1.0}
+    assert with_extensions("controllers", CONTROLLERS)["mine::Slow"](1, 2) == (1, 2)
+
+
+def test_a_factory_that_fails_is_named_in_one_line(install: Install) -> None:
+    install("mine", "CONTROLLER", module=MODULE.replace("lambda *given: given", "lambda: None"))
+    with pytest.raises(ParameterError, match="'mine::Slow' cannot be made .*TypeError.*; mend its package"):
+        with_extensions("controllers", CONTROLLERS)["mine::Slow"](1, 2)
+
+
+@pytest.mark.parametrize("text", [DWB.replace("limit", "limt"), OWN.replace("limit", "limt")])
+def test_a_misspelt_parameter_of_it_is_an_error_with_a_hint(install: Install, tmp_path: Path, text: str) -> None:
+    install("mine", "CRITIC", "CONTROLLER")
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    (error,) = inspect_nav2(path).errors
+    assert "limt" in error and "did you mean 'limit'?" in error
+
+
+def test_without_the_package_its_types_are_unknown(load: Any) -> None:
+    with pytest.raises(ParameterError, match="unknown plugin 'mine::Calm'"):
+        load(DWB)
+    assert with_extensions("dwb_critics", CRITICS) == CRITICS
+
+
+@pytest.mark.parametrize(
+    ("module", "complaint"),
+    [
+        ("import nowhere", r"'critic = mine:CRITIC' of package mine cannot be loaded \(ModuleNotFoundError.*uninstall"),
+        ("CRITIC = 3", "of package mine is int; it has to be an Extension"),
+        (MODULE.replace("dwb_critics", "critics"), "unknown family 'critics'; known: controllers, dwb_critics"),
+    ],
+)
+def test_a_package_that_cannot_be_used_is_one_line(install: Install, load: Any, module: str, complaint: str) -> None:
+    install("mine", "CRITIC", module=module)
+    with pytest.raises(ParameterError, match=complaint) as raised:
+        load(DWB)
+    assert "\n" not in str(raised.value)
+
+
+def test_two_packages_with_one_type_are_refused(install: Install, load: Any) -> None:
+    install("mine", "CRITIC")
+    install("yours", "CRITIC")
+    assert plugin_packages() == ["mine", "yours"]
+    with pytest.raises(ParameterError, match="'mine::Calm' is there twice"):
+        load(DWB)
+
+
+@pytest.mark.parametrize("name", ["Twirling", "dwb_core::DWBLocalPlanner", "Calm", "::Calm", "mine::"])
+def test_a_plug_in_has_a_name_of_its_own(name: str) -> None:
+    family = "controllers" if "DWB" in name else "dwb_critics"
+    with pytest.raises(ParameterError, match=r"give package::Class"):
+        Extension(family, name, TwirlingParams, DwbParams)
+
+
+def test_parameters_are_a_dataclass() -> None:
+    with pytest.raises(ParameterError, match="give a dataclass of its parameters"):
+        Extension("dwb_critics", "mine::Calm", dict, DwbParams)
