@@ -1,0 +1,199 @@
+"""Every command in README.md and docs/*.md is executed, shortened as shortened.py declares; all options are known."""
+
+import contextlib
+import functools
+import io
+import re
+import runpy
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+from ruamel.yaml import YAML
+
+from harness.cli import app
+
+from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands
+from .given import (
+    drive_runs,
+    forget_installed,
+    furnish,
+    in_this_process,
+    install,
+    merge,
+    status_of,
+    wait_for_a_new_second,
+    write_block,
+)
+from .shortened import EXCHANGED, IN_FILES, NOT_EXECUTED, reason_not_to, shortened
+
+BLOCKS = {page: blocks_of(page) for page in PAGES}
+COMMANDS = {page: [c for b in blocks if b.language == "sh" for c in commands_of(b)] for page, blocks in BLOCKS.items()}
+INLINE = {page: inline_commands(page) for page in PAGES}
+SNIPPETS = {"add_a_critic.md": "comfort.yaml"}  # page -> file of which its yaml without a name is a part
+PLACEHOLDER = re.compile(r"\[|\.\.\.|…|^[A-Z_]{2,}(:\w+)?$")
+
+
+def names(pages: list[Path]) -> list[str]:
+    return [str(page.relative_to(ROOT)) for page in pages]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Finished runs that pages take for granted; deliveries are driven in this process."""
+    folder = tmp_path_factory.mktemp("runs")
+    with in_this_process():
+        drive_runs(folder)
+        yield folder
+
+
+@pytest.fixture
+def place(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder as a reader has it."""
+    furnish(tmp_path, runs)
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    forget_installed(tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
+def test_fences_say_what_they_hold(page: Path) -> None:
+    for block in BLOCKS[page]:
+        assert block.language in LANGUAGES, f"{block.where}: mark the block as one of {', '.join(LANGUAGES)}"
+        shell = re.search(r"(?m)^(navbench|python benchmarks/|make|pip) ", block.text)
+        assert block.language == "sh" or not shell, f"{block.where}: a command in a block that is not marked sh"
+        if block.language == "yaml":
+            YAML(typ="safe").load(block.text)
+        if block.language == "python":
+            compile(block.text, block.where, "exec")
+
+
+def runnable(page: Path) -> list[Command]:
+    return [command for command in COMMANDS[page] if reason_not_to(str(command)) is None]
+
+
+DRIVEN = [page for page in PAGES if runnable(page)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
+def test_commands_of_a_page_work_one_after_the_other(page: Path, place: Path) -> None:
+    for block in BLOCKS[page]:  # files first: pages name them before or after the command
+        if block.file:
+            write_block(block, place)
+    for block in BLOCKS[page]:
+        if block.language == "sh":
+            for command in commands_of(block):
+                execute(command, place)
+        elif block.language == "yaml" and not block.file and page.name in SNIPPETS:
+            merge(block, place / SNIPPETS[page.name])
+
+
+def execute(command: Command, place: Path) -> None:
+    """Execute a command, unless shortened.py says why not."""
+    if reason_not_to(str(command)) is not None:
+        return
+    match command.words:
+        case ("navbench", *_):
+            wait_for_a_new_second(place / "results")
+            words = shortened(command.words)
+            assert status_of(words) == 0, f"{command.block.where}: {command} (as {' '.join(words)})"
+        case ("cp", source, target):
+            shutil.copy(place / source, place / target)
+        case ("pip", "install", package) if package.startswith("./"):
+            install(place / package)
+        case _:
+            pytest.fail(f"{command.block.where}: '{command}' is neither executed nor listed in shortened.py")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
+def test_the_program_knows_every_option(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    for command in COMMANDS[page]:
+        match command.words:
+            case ("navbench", *words):
+                parse(words, command.block.where)
+            case ("python", script, *words) if script.startswith("benchmarks/"):
+                known_to(script, words, command.block.where)
+            case ("python", script, *_):
+                assert (ROOT / script).is_file(), command
+            case ("make", target, *_):
+                assert re.search(rf"(?m)^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8")), target
+    for words in INLINE[page]:
+        if words[0] == "navbench" and not any(PLACEHOLDER.search(word) for word in words):
+            parse(list(words[1:]), f"{page.name}: {' '.join(words)}", is_whole=False)
+        elif words[0] == "python" and len(words) > 1 and words[1].startswith("benchmarks/"):
+            known_to(words[1], list(words[2:]), f"{page.name}: {' '.join(words)}")
+
+
+def parse(words: list[str], where: str, is_whole: bool = True) -> None:
+    """Hold a command line against the program's parser, without doing anything."""
+    context: click.Context = click.Context(app, info_name="navbench")
+    command: click.Command = app
+    while isinstance(command, click.Group) and words and words[0] != "--help":
+        _, found, words = command.resolve_command(context, words)
+        assert found is not None, where
+        command = found
+    try:
+        command.make_context(command.name, list(words), parent=context, resilient_parsing=not is_whole)
+    except click.exceptions.Exit as ended:  # --help
+        assert ended.exit_code == 0, where
+    except click.BadParameter as error:  # a file that only the page's reader has
+        assert "does not exist" in error.format_message(), f"{where}: {error.format_message()}"
+    except click.UsageError as error:
+        pytest.fail(f"{where}: {error.format_message()}")
+
+
+@functools.cache
+def help_of(script: str) -> str:
+    """What a benchmark says of its options; its source, too, if it has sub-commands; of one without a parser that."""
+    source = (ROOT / script).read_text(encoding="utf-8")
+    if "argparse" not in source:
+        return source
+    output, before, path = io.StringIO(), sys.argv, list(sys.path)
+    sys.argv = [script, "--help"]
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    try:
+        with contextlib.redirect_stdout(output), pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(ROOT / script), run_name="__main__")
+    finally:
+        sys.argv, sys.path[:] = before, path
+    assert ended.value.code == 0
+    return output.getvalue() + (source if "add_subparsers" in source else "")
+
+
+def known_to(script: str, words: list[str], where: str) -> None:
+    """Hold the options and sub-commands of a benchmark against its help."""
+    assert (ROOT / script).is_file(), where
+    text, words = help_of(script), [word.strip("[]") for word in words]
+    for word, before in zip(words, ["", *words], strict=False):
+        is_value = before.startswith("-") or PLACEHOLDER.search(word) or re.fullmatch(r"[\d.]+", word)
+        if word.startswith("-") or not is_value:
+            assert word in text, f"{where}: {script} does not know '{word}'"
+
+
+def test_nothing_is_declared_in_vain() -> None:
+    everything = [str(command) for commands in COMMANDS.values() for command in commands]
+    everything += [" ".join(words) for found in INLINE.values() for words in found]
+    for pattern in NOT_EXECUTED:
+        assert any(re.fullmatch(pattern, command) for command in everything), f"no page has '{pattern}' any more"
+    words = {word for commands in COMMANDS.values() for command in commands for word in command.words}
+    assert words >= set(EXCHANGED)
+    assert {block.file for blocks in BLOCKS.values() for block in blocks} >= set(IN_FILES)
+
+
+@pytest.mark.parametrize(
+    "line", ["navbench run --stcak nav2-gps", "navbench fly", "navbench tune --trials many", "navbench map old"]
+)
+def test_what_the_program_does_not_know_fails(line: str) -> None:
+    with pytest.raises((pytest.fail.Exception, AssertionError, click.UsageError)):
+        parse(line.split()[1:], line)
+
+
+def test_a_new_command_that_is_in_no_list_fails(tmp_path: Path) -> None:
+    block = Block(ROOT / "README.md", 1, "sh", "rm -r results\n", "")
+    with pytest.raises(pytest.fail.Exception, match="neither executed nor listed"):
+        execute(commands_of(block)[0], tmp_path)

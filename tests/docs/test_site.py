@@ -1,0 +1,124 @@
+"""The site builds without a warning, asks nobody for anything, and fits a telephone."""
+
+import contextlib
+import json
+import logging
+import re
+import shutil
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .blocks import ROOT
+
+pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'navbench[dev]'")
+pytest.importorskip("material", reason="mkdocs-material is not installed: pip install 'navbench[dev]'")
+
+WIDTHS = (1440, 390)
+SHOWN = ("index", "quick_start", "add_a_controller", "metrics", "money")
+SOON = 20.0  # [s] that anything may take on a busy machine
+SWITCHES = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """A server that says nothing."""
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+class Warnings(logging.Handler):
+    """Keeps what is complained of."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a record."""
+        self.texts.append(record.getMessage())
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built as ``make docs`` does."""
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    folder, handler, logger = tmp_path_factory.mktemp("site"), Warnings(), logging.getLogger("mkdocs")
+    logger.addHandler(handler)
+    try:
+        config = load_config(str(ROOT / "mkdocs.yml"), site_dir=str(folder), strict=True)
+        with contextlib.suppress(SystemExit):
+            build(config)
+    finally:
+        logger.removeHandler(handler)
+    assert not handler.texts
+    return folder
+
+
+@pytest.fixture
+def address(site: Path) -> Iterator[str]:
+    """Where the site is served; the search needs that."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_address[1]}"
+    server.shutdown()
+
+
+def test_every_page_is_there(site: Path) -> None:
+    for page in (ROOT / "docs").glob("*.md"):
+        assert (site / f"{page.stem}.html").is_file(), page.name
+
+
+def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
+    for page in site.glob("**/*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|img|iframe|link)[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*>", text), page.name
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_pages_fit_and_ask_nobody(address: str, width: int, tmp_path: Path) -> None:
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("Chromium is not installed: apt-get install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for switch in (*SWITCHES, f"--user-data-dir={tmp_path / 'profile'}"):
+        options.add_argument(switch)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    try:
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        browser.get_log("performance")  # of the empty page before
+        for page in SHOWN:
+            browser.get(f"{address}/{page}.html")
+            assert browser.execute_script("return document.documentElement.scrollWidth") <= width, page
+        find(browser)
+        assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+        messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    finally:
+        browser.quit()
+    asked = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
+    assert asked and not [url for url in asked if not url.startswith((address, "data:", "blob:", "chrome"))]
+
+
+def find(browser: Any) -> None:
+    """Search for a word, as a user does; a result leads to its page."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    browser.execute_script(
+        "const query = document.querySelector('[data-md-component=search-query]');"
+        "document.querySelector('#__search').click(); query.focus(); query.value = 'Gauss-Markov';"
+        "query.dispatchEvent(new Event('keyup', {bubbles: true})); query.dispatchEvent(new Event('input'))"
+    )
+    links = "return [...document.querySelectorAll('.md-search-result__link')].map(each => each.href)"
+    found = WebDriverWait(browser, SOON).until(lambda each: each.execute_script(links))
+    assert any("sensors" in link or "ablation" in link for link in found)
