@@ -1,0 +1,49 @@
+"""Numbers and tables as Markdown."""
+
+import textwrap
+from collections.abc import Sequence
+
+from harness.statistics import Interval
+
+WIDTH = 120  # [characters] of a line of text
+
+
+def table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table whose columns are aligned in the text, too."""
+    lines = [[cell.replace("|", "\\|") for cell in line] for line in (heading, *rows)]
+    widths = [max(3, *(len(line[place]) for line in lines)) for place in range(len(heading))]
+    lines.insert(1, ["-" * width for width in widths])
+    padded = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
+    return "\n".join(f"| {' | '.join(line)} |" for line in padded)
+
+
+def interval_text(interval: Interval, decimals: int, is_signed: bool = False) -> str:
+    """A value with its interval; without bounds where there are too few data to say."""
+    if interval.value is None:
+        return "--"
+    form = f"{'+' if is_signed else ''}.{decimals}f"
+    if interval.low is None or interval.high is None:
+        return f"{interval.value:{form}}"
+    return f"{interval.value:{form}} [{interval.low:{form}}, {interval.high:{form}}]"
+
+
+def number_text(value: float | None, decimals: int) -> str:
+    """A number; dashes where there is none."""
+    return "--" if value is None else f"{value:.{decimals}f}"
+
+
+def p_text(p: float | None) -> str:
+    """A p value with as many digits as matter."""
+    if p is None:
+        return "--"
+    return f"{p:.3f}" if p >= 0.001 else f"{p:.1g}"
+
+
+def wrapped(text: str) -> str:
+    """The same text with long lines broken, but for tables."""
+    return "\n".join(line if line.startswith("|") else _wrapped_line(line) for line in text.split("\n"))
+
+
+def _wrapped_line(line: str) -> str:
+    indent = "  " if line.startswith("- ") else ""
+    return textwrap.fill(line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
