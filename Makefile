@@ -5,12 +5,13 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
-.PHONY: help run test check bench clean
+.PHONY: help run test check docs bench clean
 
 help:
 	@echo "make run    install, drive 20 deliveries and print the tables"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
+	@echo "make docs   build the documentation into site/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
 
 $(READY): pyproject.toml constraints.txt
@@ -32,6 +33,9 @@ check: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(READY)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: $(READY)
 	$(BIN)/navbench bench

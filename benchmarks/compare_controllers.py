@@ -9,19 +9,23 @@ Markdown and kept in FOLDER/controllers.md; ``navbench compare FOLDER:A FOLDER:B
 """
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 
+from harness.calibration.markdown import interval_text, table
 from harness.cli_run import resume_command, run_command
 from harness.compare import Comparison, Side, compare
-from harness.statistics import Interval, wilson_interval
+from harness.statistics import wilson_interval
 from harness.stored_run import load_run
 from harness.study import make_study
+from harness.study_workers import Where
 from navstack.errors import NavstackError
 
 STACKS = ("nav2-gps-ekf", "mpc-gps-ekf", "mppi-gps-ekf", "rpp-gps-ekf")
+MARGIN = "contribution_margin"
 PAIRED = {  # key of navbench compare -> heading
-    "contribution_margin": "margin [USD]",
+    MARGIN: "margin [USD]",
     "sla": "SLA",
     "spoiled": "spoiled",
     "timeout": "timeout",
@@ -34,42 +38,42 @@ PAIRED = {  # key of navbench compare -> heading
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 
 
-def interval_text(interval: Interval) -> str:
-    """A mean with its interval; without bounds where all deliveries gave the same."""
-    if interval.value is None:
-        return "--"
-    bounds = "" if interval.low is None or interval.high is None else f" [{interval.low:.3f}, {interval.high:.3f}]"
-    return f"{interval.value:.3f}{bounds}"
-
-
-def markdown(heading: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table."""
-    lines = [heading, ["---"] * len(heading), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def what_each_does(comparisons: dict[str, Comparison], sides: list[Side]) -> str:
     """Means of every stack; shares of deliveries with Wilson's interval."""
     means = [key for key in PAIRED if key not in OUTCOMES]
     rows = []
     for side in sides:
         outcomes = [row["outcome"] for row in side.stack.rows]
-        shares = [interval_text(wilson_interval(outcomes.count(key), len(outcomes))) for key in OUTCOMES]
+        shares = [interval_text(wilson_interval(outcomes.count(key), len(outcomes)), 3) for key in OUTCOMES]
         if side.stack.name in comparisons:
             values = {key: entry.second for key, entry in comparisons[side.stack.name].differences.items()}
         else:
             values = {key: entry.first for key, entry in next(iter(comparisons.values())).differences.items()}
         rows.append([side.stack.name, str(len(outcomes)), *shares, *(f"{values[key]:.3f}" for key in means)])
-    return markdown(["stack", "n", *(PAIRED[key] for key in (*OUTCOMES, *means))], rows)
+    return table(["stack", "n", *(PAIRED[key] for key in (*OUTCOMES, *means))], rows)
 
 
-def against_the_first(comparisons: dict[str, Comparison]) -> str:
-    """Paired differences with 95 % intervals."""
+def against_the_first(comparisons: dict[str, Comparison], sides: list[Side]) -> str:
+    """Paired differences with 95 % intervals; the margin's also without the mission of the dearest injuries."""
     rows = [
         [title, *(difference_text(comparison, key) for comparison in comparisons.values())]
         for key, title in PAIRED.items()
     ]
-    return markdown(["", *comparisons], rows)
+    first, *others = without_the_dearest(sides)
+    fewer = [compare(first, other, [MARGIN]) for other in others]
+    rows.append([f"{PAIRED[MARGIN]} without the dearest mission", *(difference_text(each, MARGIN) for each in fewer)])
+    return table(["", *comparisons], rows)
+
+
+def without_the_dearest(sides: list[Side]) -> list[Side]:
+    """All stacks without the one mission in which injuries cost any of them most."""
+    all_rows = (row for side in sides for row in side.stack.rows)
+    dearest = max(all_rows, key=lambda row: row["pedestrian_injury_usd"])["episode"]
+    kept = [[row for row in side.stack.rows if row["episode"] != dearest] for side in sides]
+    return [
+        Side(side.run, dataclasses.replace(side.stack, rows=tuple(rows)))
+        for side, rows in zip(sides, kept, strict=True)
+    ]
 
 
 def difference_text(comparison: Comparison, key: str) -> str:
@@ -77,7 +81,7 @@ def difference_text(comparison: Comparison, key: str) -> str:
     entry = comparison.differences.get(key)
     if entry is None:
         return "--"
-    return f"{interval_text(entry.paired.difference)}, p = {entry.paired.p:.4f}" if entry.differs else "none"
+    return f"{interval_text(entry.paired.difference, 3)}, p = {entry.paired.p:.4f}" if entry.differs else "none"
 
 
 def tables(folder: Path) -> str:
@@ -88,7 +92,7 @@ def tables(folder: Path) -> str:
     about = f"{len(sides[0].stack.rows)} missions, seed {run.seed}, map {run.map_name}"
     return (
         f"{about}\n\n{what_each_does(comparisons, sides)}\n\n"
-        f"Minus {sides[0].stack.name}, paired, 95 % intervals:\n\n{against_the_first(comparisons)}\n"
+        f"Minus {sides[0].stack.name}, paired, 95 % intervals:\n\n{against_the_first(comparisons, sides)}\n"
     )
 
 
@@ -104,7 +108,7 @@ def main() -> None:
     asked = parser.parse_args()
     try:
         if (asked.out / "run.json").exists():
-            status = resume_command(asked.out, asked.workers, 1800.0, as_json=False)
+            status = resume_command(asked.out, Where(workers=asked.workers), as_json=False)
         else:
             study = make_study(
                 stacks=asked.stack,
@@ -114,7 +118,7 @@ def main() -> None:
                 world=asked.world,
                 workers=asked.workers,
             )
-            status = run_command(study, asked.out, 1800.0, as_json=False)
+            status = run_command(study, asked.out, Where(), as_json=False)
         if status:
             sys.exit(status)
         text = tables(asked.out)

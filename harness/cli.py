@@ -10,6 +10,7 @@ import click
 
 from harness.cli_ablate import ablate
 from harness.cli_bench import bench
+from harness.cli_explain import explain
 from harness.cli_help import (
     COMPARE_HELP,
     HELP,
@@ -23,12 +24,13 @@ from harness.cli_help import (
     SUITE_HELP,
 )
 from harness.cli_localize import localize
-from harness.cli_options import EPISODE_TIMEOUT, JSON, PRICES, WORKERS, refuse_others, study_options
+from harness.cli_options import JSON, PRICES, refuse_others, study_options, where_options
 from harness.cli_plan import plan
 from harness.cli_replay import replay
 from harness.cli_report import report
 from harness.cli_tune import tune
 from harness.resources import keep_compiled_code
+from harness.study_workers import Where
 from navstack.errors import InputError, NavstackError
 
 OTHER_PRICES = click.option("--prices", help="Prices: a name of params/prices or a file; default: the run's own.")
@@ -66,7 +68,7 @@ def paper(prices: str, as_json: bool) -> None:
               help="Go on with a run that was cut off, from its folder alone.")  # fmt: skip
 @click.pass_context
 def run(
-    context: click.Context, out: Path | None, resume: Path | None, episode_timeout: float, as_json: bool, **choices: Any
+    context: click.Context, out: Path | None, resume: Path | None, where: Where, as_json: bool, **choices: Any
 ) -> None:
     """Drive a study; see ``RUN_HELP``."""
     from harness.cli_run import resume_command, run_command
@@ -74,14 +76,13 @@ def run(
 
     if resume is not None:
         refuse_others(context)
-        sys.exit(resume_command(resume, choices["workers"], episode_timeout, as_json))
-    sys.exit(run_command(make_study(**choices), out, episode_timeout, as_json))
+        sys.exit(resume_command(resume, where, as_json))
+    sys.exit(run_command(make_study(workers=where.workers, **choices), out, where, as_json))
 
 
 @app.command(help=SUITE_HELP, short_help="Drive a declared study: stacks x maps x worlds x densities x seeds.")
 @click.argument("file", required=False)
-@WORKERS
-@EPISODE_TIMEOUT
+@where_options
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default: results/<time>-<name of the file>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with a suite that was cut off, from its folder alone.")  # fmt: skip
@@ -90,8 +91,7 @@ def run(
 def suite(
     context: click.Context,
     file: str | None,
-    workers: int | None,
-    episode_timeout: float,
+    where: Where,
     out: Path | None,
     resume: Path | None,
     as_json: bool,
@@ -101,10 +101,10 @@ def suite(
 
     if resume is not None:
         refuse_others(context)
-        sys.exit(resume_suite_command(resume, workers, episode_timeout, as_json))
+        sys.exit(resume_suite_command(resume, where, as_json))
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")
-    sys.exit(suite_command(file, workers, episode_timeout, out, as_json))
+    sys.exit(suite_command(file, where, out, as_json))
 
 
 @app.command(help=COMPARE_HELP, short_help="Compare two runs mission by mission.")
@@ -224,6 +224,7 @@ def map_show(map_name: str, out: Path | None, view: str, samples: int, seed: int
 
 app.add_command(ablate)
 app.add_command(bench)
+app.add_command(explain)
 app.add_command(localize)
 app.add_command(plan)
 app.add_command(replay)

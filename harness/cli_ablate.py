@@ -15,6 +15,7 @@ from navstack.errors import InputError
 if TYPE_CHECKING:
     from harness.ablation.analysis import Declaration
     from harness.study import Study
+    from harness.study_workers import Where
 
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
 
@@ -45,19 +46,21 @@ def ablate(
     against: str | None,
     out: Path | None,
     resume: Path | None,
-    episode_timeout: float,
+    where: "Where",
     as_json: bool,
     **choices: Any,
 ) -> None:
     """Drive an ablation; see ``ABLATE_HELP``."""
     if resume is not None:
         refuse_others(context)
-        sys.exit(resume_ablation(resume, choices["workers"], against, episode_timeout, as_json))
+        sys.exit(resume_ablation(resume, against, where, as_json))
     if more_errors and not errors:
         raise InputError(f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out")
     names = [name.strip() for name in localizers.split(",")] if localizers is not None else []
-    study = ablation_study(names, (*errors, *more_errors), correlation_time, stack=stack, **choices)
-    sys.exit(start_ablation(study, Path(stack).stem, against, out, episode_timeout, as_json))
+    study = ablation_study(
+        names, (*errors, *more_errors), correlation_time, stack=stack, workers=where.workers, **choices
+    )
+    sys.exit(start_ablation(study, Path(stack).stem, against, out, where, as_json))
 
 
 def ablation_study(
@@ -77,7 +80,7 @@ def ablation_study(
 
 
 def start_ablation(
-    study: "Study", stack: str, against: str | None, out: Path | None, time_limit: float, as_json: bool
+    study: "Study", stack: str, against: str | None, out: Path | None, where: "Where", as_json: bool
 ) -> int:
     """Drive a new ablation, show progress on stderr, print the report on stdout; returns the exit status."""
     from harness.ablation.analysis import Declaration
@@ -96,10 +99,10 @@ def start_ablation(
         if note.startswith(f"{first}: "):  # all arms share the Nav2 file and the robot that notes are about
             say(f"note: {stack}: {note.removeprefix(f'{first}: ')}")
     create_run(path, about(study, sys.argv), {**parameters(study), ABLATION: dump_dataclass(declaration)})
-    return _drive(declaration, load_study(path, study.workers), path, time_limit, as_json)
+    return _drive(declaration, load_study(path, study.workers), path, where, as_json)
 
 
-def resume_ablation(path: Path, workers: int | None, against: str | None, time_limit: float, as_json: bool) -> int:
+def resume_ablation(path: Path, against: str | None, where: "Where", as_json: bool) -> int:
     """Go on with the ablation of a run folder; otherwise as :func:`start_ablation`."""
     from harness.ablation.analysis import Declaration
     from harness.cli_run import say
@@ -108,7 +111,7 @@ def resume_ablation(path: Path, workers: int | None, against: str | None, time_l
     from navstack.params.strict import load_dataclass
 
     path = path.resolve()  # a link may point elsewhere before the run ends
-    study = load_study(path, workers)
+    study = load_study(path, where.workers)
     stored = path / "params" / ABLATION
     if not stored.is_file():
         raise InputError(f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume")
@@ -117,10 +120,10 @@ def resume_ablation(path: Path, workers: int | None, against: str | None, time_l
     declaration.check(study.stacks)
     for note in version_notes(path):
         say(f"note: {note}")
-    return _drive(declaration, study, path, time_limit, as_json)
+    return _drive(declaration, study, path, where, as_json)
 
 
-def _drive(declaration: "Declaration", study: "Study", path: Path, time_limit: float, as_json: bool) -> int:
+def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where", as_json: bool) -> int:
     from harness.ablation.analysis import analyse
     from harness.ablation.document import document
     from harness.cli_run import drive_run, exit_status
@@ -129,7 +132,7 @@ def _drive(declaration: "Declaration", study: "Study", path: Path, time_limit: f
     from harness.stored_run import load_run
     from harness.suite import write_document
 
-    results, interrupted = drive_run(study, path, time_limit)
+    results, interrupted = drive_run(study, path, where)
     prices = prices_of(study.template.prices)
     ablation = analyse(declaration, results, load_run(str(path)), prices, study.episodes)
     figures = draw_ablation(ablation, path)

@@ -1,21 +1,30 @@
 """Options that several commands have."""
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
-from harness.execution import TIME_LIMIT
+from harness.study_workers import EXECUTORS, Where
 from navstack.errors import InputError
 
 PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
-WORKERS = click.option("--workers", type=int, help="Processes; default: one per core.")
-EPISODE_TIMEOUT = click.option(
-    "--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=TIME_LIMIT, show_default=True,
-    help="Wall time in [s] after which a delivery counts as hung; it is tried twice.")  # fmt: skip
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
-BESIDE_RESUME = ("resume", "workers", "episode_timeout", "as_json", "against", "budget")  # they change no row
+_WHERE = (
+    click.option("--workers", type=int,
+                 help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),
+    click.option("--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=Where().time_limit,
+                 show_default=True,
+                 help="Wall time in [s] after which a delivery counts as hung; it is tried twice."),
+    click.option("--executor", type=click.Choice(EXECUTORS), default=EXECUTORS[0], show_default=True,
+                 help="Where deliveries are driven: local, processes of this machine; dask, a cluster that runs."),
+    click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, e.g. tcp://host:8786."),
+)  # fmt: skip
+BESIDE_RESUME = (  # they change no row
+    *("resume", "workers", "episode_timeout", "executor", "scheduler", "as_json", "against", "budget"),
+)
 
 _EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
                          help="Deliveries per stack, at least 1.")  # fmt: skip
@@ -37,24 +46,37 @@ _CONDITIONS = (
     click.option("--sensors", help="A name of params/sensors or a file, instead of the stack's own."),
     click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones."),
     click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones."),
-    WORKERS,
-    EPISODE_TIMEOUT,
     PRICES,
 )  # fmt: skip
 _ALLOW_UNKNOWN = click.option("--allow-unknown", is_flag=True,
                               help="Unknown keys in a Nav2 file are warnings, not errors.")  # fmt: skip
 
 
+def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that decide where deliveries are driven; it takes them as ``where``."""
+
+    @functools.wraps(command)
+    def placed(
+        *given: Any, executor: str, scheduler: str | None, workers: int | None, episode_timeout: float, **choices: Any
+    ) -> Any:
+        return command(*given, where=Where(executor, scheduler, workers, episode_timeout), **choices)
+
+    return _with(placed, _WHERE)
+
+
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options that decide which deliveries are driven, and how."""
-    for option in reversed((_EPISODES, *_CONDITIONS, _RECORD, _ALLOW_UNKNOWN, JSON)):
-        command = option(command)
-    return command
+    """Give a command the options that decide which deliveries are driven, how and where."""
+    options = (_EPISODES, *_CONDITIONS, _RECORD, _ALLOW_UNKNOWN, JSON)
+    return _with(where_options(command), options)
 
 
 def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
-    for option in reversed((*_CONDITIONS, _ALLOW_UNKNOWN, JSON)):
+    return _with(where_options(command), (*_CONDITIONS, _ALLOW_UNKNOWN, JSON))
+
+
+def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
+    for option in reversed(options):
         command = option(command)
     return command
 

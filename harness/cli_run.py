@@ -31,6 +31,7 @@ from harness.report.tables import report_console
 from harness.runs import RunFolder, create_run, default_folder, other_study, require_usable
 from harness.setup import prices_of
 from harness.study import EpisodeTask, Study
+from harness.study_workers import Where, open_workers
 from navstack.errors import InputError
 
 LINE_PERIOD = 10.0  # [s] between progress lines where there is no terminal
@@ -122,49 +123,51 @@ class LineDisplay:
         sys.stderr.flush()
 
 
-def run_command(study: Study, out: Path | None, time_limit: float, as_json: bool) -> int:
+def run_command(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
     """Drive a new study, show progress on stderr, print results on stdout; returns the exit status."""
     path = out or default_folder("-".join(stack.name for stack in study.stacks))
     require_usable(path)
     for note in check(study):
         say(f"note: {note}")
     create_run(path, about(study, sys.argv), parameters(study))
-    return _drive(load_study(path, study.workers), path, time_limit, as_json)
+    return _drive(load_study(path, study.workers), path, where, as_json)
 
 
-def resume_command(path: Path, workers: int | None, time_limit: float, as_json: bool) -> int:
+def resume_command(path: Path, where: Where, as_json: bool) -> int:
     """Go on with the study of a run folder; otherwise as :func:`run_command`."""
     path = path.resolve()  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known
         raise InputError(f"'{path}' is {kind}; go on with navbench {command} --resume {path}")
-    study = load_study(path, workers)
+    study = load_study(path, where.workers)
     check(study)
     for note in version_notes(path):
         say(f"note: {note}")
-    return _drive(study, path, time_limit, as_json)
+    return _drive(study, path, where, as_json)
 
 
-def _drive(study: Study, path: Path, time_limit: float, as_json: bool) -> int:
-    results, interrupted = drive_run(study, path, time_limit)
+def _drive(study: Study, path: Path, where: Where, as_json: bool) -> int:
+    results, interrupted = drive_run(study, path, where)
     _print(results, study, path, as_json)
     return exit_status(results, interrupted)
 
 
-def drive_run(study: Study, path: Path, time_limit: float) -> tuple[list[StackResult], bool]:
+def drive_run(study: Study, path: Path, where: Where) -> tuple[list[StackResult], bool]:
     """Drive what a run folder lacks, show progress on stderr; returns the results and whether it was interrupted.
 
     Args:
         study: as its folder tells it.
         path: of the folder.
-        time_limit: [s] of wall time per delivery.
+        where: they are driven.
     """
-    with RunFolder(path, TABLES, study.total) as folder, Workers(study.workers, time_limit=time_limit) as workers:
+    interrupted = False
+    with RunFolder(path, TABLES, study.total) as folder:
         require_own(study, folder)
         say_what_is_done(folder, study)
         tally = Tally(study.total, len(folder.records))
-        with shown(tally) as on_finished:
-            interrupted = drive(study, folder, workers, on_finished)
+        if not folder.is_closed:
+            with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally) as on_finished:
+                interrupted = drive(study, folder, workers, on_finished)
         results = finish(study, folder)
     say_what_failed(folder.records)
     if interrupted:

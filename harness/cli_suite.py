@@ -30,6 +30,7 @@ from harness.resources import resolve, shipped
 from harness.runs import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.statistics import Interval
 from harness.study import Study, usable_workers
+from harness.study_workers import Where, open_workers
 from harness.suite import (
     Cell,
     Condition,
@@ -45,7 +46,7 @@ from harness.suite import (
 from harness.table_files import Row
 
 
-def suite_command(file: str, workers: int | None, time_limit: float, out: Path | None, as_json: bool) -> int:
+def suite_command(file: str, where: Where, out: Path | None, as_json: bool) -> int:
     """Drive a new suite, show progress on stderr, print the overview on stdout; returns the exit status."""
     source = resolve(file, shipped("params") / "suites", "suite")
     suite = load_suite(source)
@@ -55,24 +56,27 @@ def suite_command(file: str, workers: int | None, time_limit: float, out: Path |
     for note in dict.fromkeys(notes):
         say(f"note: {note}")
     create_suite(path, suite, sys.argv)
-    return _drive(path, suite, workers, time_limit, as_json)
+    return _drive(path, suite, where, as_json)
 
 
-def resume_suite_command(path: Path, workers: int | None, time_limit: float, as_json: bool) -> int:
+def resume_suite_command(path: Path, where: Where, as_json: bool) -> int:
     """Go on with a suite folder; otherwise as :func:`suite_command`."""
     path = path.resolve()  # a link may point elsewhere before the suite ends
     suite = stored_suite(path)
     for note in dict.fromkeys(note for cell in cells(suite) for note in version_notes(path / cell.name)):
         say(f"note: {note}")
-    return _drive(path, suite, workers, time_limit, as_json)
+    return _drive(path, suite, where, as_json)
 
 
-def _drive(path: Path, suite: Suite, asked: int | None, time_limit: float, as_json: bool) -> int:
-    studies = {cell: load_study(path / cell.name, asked) for cell in cells(suite)}
+def _drive(path: Path, suite: Suite, where: Where, as_json: bool) -> int:
+    studies = {cell: load_study(path / cell.name, where.workers) for cell in cells(suite)}
     records: dict[Cell, list[Row]] = {}
     interrupted = False
     tally = _tally(path, studies)
-    with Workers(usable_workers(asked, tally.total), time_limit=time_limit) as workers, shown(tally) as on_finished:
+    count = usable_workers(where.workers, tally.total)
+    where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
+    runs = {path / cell.name: study for cell, study in studies.items()}
+    with open_workers(where, count, path, runs) as workers, shown(tally) as on_finished:
         for cell, study in studies.items():
             records[cell], interrupted = _drive_cell(path / cell.name, study, workers, on_finished)
             if interrupted:

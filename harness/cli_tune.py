@@ -15,6 +15,7 @@ from navstack.errors import InputError
 if TYPE_CHECKING:
     from harness.metrics import Row
     from harness.study import Study
+    from harness.study_workers import Where
     from harness.tuning.journal import Journal
     from harness.tuning.progress import Progress
     from harness.tuning.result import StudyResult
@@ -65,7 +66,7 @@ def tune(
     budget: str | None,
     out: Path | None,
     resume: Path | None,
-    episode_timeout: float,
+    where: "Where",
     as_json: bool,
     **choices: Any,
 ) -> None:
@@ -77,8 +78,8 @@ def tune(
         refuse_others(context)
         folder = resume.resolve()  # a link may point elsewhere before the study ends
     else:
-        folder = create_study(seconds, out, choices)
-    sys.exit(drive(folder, choices["workers"], seconds, episode_timeout, as_json))
+        folder = create_study(seconds, out, {**choices, "workers": where.workers})
+    sys.exit(drive(folder, where, seconds, as_json))
 
 
 def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]) -> Path:
@@ -131,26 +132,27 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     return path
 
 
-def drive(path: Path, workers: int | None, budget: float | None, time_limit: float, as_json: bool) -> int:
+def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> int:
     """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
     from harness.cli_run import INTERRUPTED, say
-    from harness.execution import Workers
     from harness.manifest import load_study, version_notes
+    from harness.study_workers import open_workers
     from harness.tuning.display import shown
     from harness.tuning.journal import Journal
     from harness.tuning.progress import Progress
     from harness.tuning.stack_evaluator import StackEvaluator
     from harness.tuning.study import load_tuning
 
-    base = load_study(path, workers)
+    base = load_study(path, where.workers)
     study = load_tuning(path, base, budget)
     for note in version_notes(path):
         say(f"note: {note}")
-    with Journal(path) as journal, Workers(base.workers, time_limit=time_limit) as pool:
+    with Journal(path) as journal, open_workers(where, base.workers, path, {path: base}) as pool:
         progress = Progress(study.plan, journal, study.declaration.budget)
         if len(journal):
             say(f"going on after {len(journal)} episodes")
-        with StackEvaluator(study.template, pool, journal, progress.episode) as evaluator:
+        shared = None if where.is_local else path
+        with StackEvaluator(study.template, pool, journal, progress.episode, shared) as evaluator:
             try:
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,10 @@ from harness.setup import (
 )
 from harness.study import EpisodeTask
 from harness.truth import CountedContact, Partner, Truth
+from harness.world.world import World
 from navstack.types import Belief
+
+MakeBrain = Callable[[EpisodeTask, World], Brain]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +57,12 @@ class Delivery:
     decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
 
 
-def run_episode(task: EpisodeTask) -> Delivery:
+def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Delivery:
     """Simulate one delivery.
+
+    Args:
+        task: the delivery.
+        make_brain: what drives it.
 
     Raises:
         NavstackError: the task cannot be set up.
@@ -66,7 +73,7 @@ def run_episode(task: EpisodeTask) -> Delivery:
     mission = mission_of(task, generators["mission"])
     rules = rules_of(task.rules)
     world = build_world(task)
-    brain = build_brain(task, world)
+    brain = make_brain(task, world)
     ready = time.perf_counter()
 
     observation = world.reset(mission, generators)

@@ -16,12 +16,19 @@ from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
+from navstack.errors import InputError
+
 TIME_LIMIT = 1800.0  # [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
 _M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
 ATTEMPTS = 2  # at a task whose worker dies or hangs
+LOOK = 1.0  # [s] between two looks at how much room there is, where it changes
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+
+class NoExecutorError(InputError):
+    """What tasks should run on is gone as a whole, was never there or does not fit; no task is to blame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +92,31 @@ class InProcess(Executor):
         return future
 
 
+class Place(Executor):
+    """A place for one task at a time in something larger that stays open when the place is closed.
+
+    Args:
+        start: starts a call somewhere, such as ``submit`` of an executor that many places share. Cancelling the
+            future that it returns should end the call; where it cannot, the call's late result is ignored.
+    """
+
+    def __init__(self, start: Callable[..., "Future[Any]"]) -> None:
+        self._start = start
+        self._future: Future[Any] | None = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Start a call."""
+        self._future = self._start(function, *args, **kwargs)
+        return self._future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Leave the place; with ``cancel_futures`` what was started last is cancelled if it is not done."""
+        if cancel_futures and self._future is not None:
+            self._future.cancel()
+
+
 class _Slot:
-    """A place for one task at a time."""
+    """What one task at a time is given to."""
 
     def __init__(self, make_executor: Callable[[], Executor]) -> None:
         self._make_executor = make_executor
@@ -104,14 +134,14 @@ class _Slot:
             return self._executor.submit(function, task)
 
     def discard(self) -> str:
-        """Give the executor up, with what runs there if it can be killed; returns how it ended."""
+        """Give the executor up, with what runs there if it can be killed; returns how it ended, if that is known."""
         executor, self._executor = self._executor, None
         if isinstance(executor, WorkerProcess):
             executor.kill()
             return executor.ending
         if executor is not None:
             executor.shutdown(wait=False, cancel_futures=True)
-        return "its executor broke"
+        return ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,19 +169,27 @@ class Workers:
     """
 
     def __init__(
-        self, count: int, make_executor: Callable[[], Executor] = WorkerProcess, time_limit: float = TIME_LIMIT
+        self,
+        count: int,
+        make_executor: Callable[[], Executor] = WorkerProcess,
+        time_limit: float = TIME_LIMIT,
+        room: Callable[[], int] | None = None,
     ) -> None:
         """Start nothing yet.
 
         Args:
-            count: of tasks at a time.
-            make_executor: makes an executor of its own for each worker, and one to replace one that died.
+            count: of tasks at a time, at most.
+            make_executor: makes an executor of its own for each worker, and one to replace one that died; places in an
+                executor that all workers share are made by :class:`Place`.
                 PyBullet's worlds are kept per process: threads must not share one.
             time_limit: [s] of wall time per task. Executors other than :class:`WorkerProcess` cannot be killed: there
                 the task's late result is ignored.
+            room: for how many tasks there is room just now, asked again at least every second: workers may come and
+                go. It may raise :class:`NoExecutorError`. None: always for ``count``.
         """
-        self._idle = [_Slot(make_executor) for _ in range(count)]
-        self._time_limit = time_limit
+        self._count, self._make_executor, self._time_limit = count, make_executor, time_limit
+        self._room = room
+        self._idle: list[_Slot] = []
 
     def __enter__(self) -> "Workers":
         return self
@@ -177,13 +215,13 @@ class Workers:
         running: dict[Future[Result], _Running[Task]] = {}
         try:
             while waiting or running:
-                while waiting and self._idle:
+                while waiting and len(running) < self._most():
+                    if not self._idle:
+                        self._idle.append(_Slot(self._make_executor))
                     future = self._idle[-1].submit(function, waiting[0].task)
                     deadline = time.monotonic() + self._time_limit
                     running[future] = _Running(waiting.popleft(), self._idle.pop(), deadline)
-                soonest = min(each.deadline for each in running.values())
-                done, _ = wait(running, max(soonest - time.monotonic(), 0.0), FIRST_COMPLETED)
-                for future in done or _overdue(running):
+                for future in self._ended(running):
                     each = running.pop(future)
                     self._idle.append(each.slot)
                     result = _collect(each, future, self._time_limit)
@@ -195,6 +233,19 @@ class Workers:
             for each in running.values():
                 each.slot.discard()
                 self._idle.append(each.slot)
+
+    def _most(self) -> int:
+        """Number of tasks that may run just now."""
+        return self._count if self._room is None else min(self._count, self._room())
+
+    def _ended(self, running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
+        """Wait for what is done or overdue; nothing, when it is time to look how much room there is."""
+        if not running:
+            time.sleep(LOOK)
+            return []
+        patience = max(min(each.deadline for each in running.values()) - time.monotonic(), 0.0)
+        done, _ = wait(running, patience if self._room is None else min(patience, LOOK), FIRST_COMPLETED)
+        return list(done) or _overdue(running)
 
 
 def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
@@ -214,9 +265,11 @@ def _collect(
         error = future.exception()
         if error is None:
             return Finished(task, future.result(), lost=lost)
+        if isinstance(error, NoExecutorError):
+            raise error
         if not isinstance(error, BrokenExecutor):
             return Finished(task, None, f"{type(error).__name__}: {error}", lost)
-        reason = each.slot.discard()
+        reason = each.slot.discard() or str(error) or "its executor broke"
     lost = (*lost, reason)
     if len(lost) < ATTEMPTS:
         return _Attempt(task, lost)
@@ -226,13 +279,13 @@ def _collect(
 def _begin_worker() -> None:
     """Leave signals to the parent, so that it decides what is kept, and end when it is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _give_memory_back()
+    give_memory_back()
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
 
 
-def _give_memory_back() -> None:
+def give_memory_back() -> None:
     """Let large arrays live outside the C library's heap, where small ones that outlive them would keep their pages."""
     with contextlib.suppress(OSError, AttributeError):  # another C library than GNU's
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)

@@ -21,7 +21,7 @@ from navstack.params.nav2_file import Nav2File
 from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, read_text
 
 PROGRAM = "navbench"
-LIBRARIES = ("numpy", "scipy", "numba", "pybullet", "ompl", "shapely", "pyarrow")
+LIBRARIES = ("numpy", "scipy", "numba", "pybullet", "ompl", "casadi", "filterpy", "shapely", "pyarrow")
 OF_ONE_EPISODE = ("stack", "stack_number", "episode")  # fields of a task that a study has many of
 
 
@@ -100,7 +100,7 @@ def version_notes(folder: Path) -> list[str]:
     return [
         f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
         for name in LIBRARIES
-        if recorded.get(name) != version(name)
+        if recorded.get(name, version(name)) != version(name)
     ]
 
 

@@ -18,7 +18,7 @@ from navstack.action_codes import COMPUTE_PATH_TO_POSE, FOLLOW_PATH, Codes
 from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Surroundings
 from navstack.control.controller_server import ControllerServer
-from navstack.control.decision import DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import BehaviorError, ControlError, PlanningError
 from navstack.navigation_status import Counts, Status, Trouble
@@ -119,6 +119,13 @@ class NavigateToPose:
         if decided is not None and decided.stamp == now:
             return decided
         return DecisionRecord(now, self._driver, command)
+
+    def alternatives(self, now: float) -> tuple[Alternative, ...]:
+        """What the controller preferred the command of the cycle at ``now`` [s] to; none where it was not asked."""
+        decided = self._controller_server.decision
+        if decided is None or decided.stamp != now:
+            return ()
+        return self._controller_server.alternatives
 
     def replan(self, state: RobotState) -> None:
         """Compute a new path when one is due; every failure is counted and answered as the tree says."""

@@ -29,6 +29,7 @@ from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
+from navstack.params.extensions import with_extensions
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_views import (
     read_amcl,
@@ -145,7 +146,7 @@ def build_navigator(
     tracker = _tracker(nav2, static_map) if controller.wants_tracks else None
     planner = read_planner(nav2)
     tree = NavigateToPose(
-        PLANNERS[planner.type](planner.params, robot_shape(global_costmap)),
+        with_extensions("planners", PLANNERS)[planner.type](planner.params, robot_shape(global_costmap)),
         controller_server,
         _build_behavior_server(nav2, local_costmap),
         global_costmap,
@@ -204,11 +205,11 @@ def _build_costmap(nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout
 
 def _build_controller(nav2: Nav2File, footprint: FloatArray, frequency: float, xy_goal_tolerance: float) -> Controller:
     """The file's controller, with the one below it when it is a rotation shim."""
-    plugin = read_controller(nav2)
+    plugin, table = read_controller(nav2), with_extensions("controllers", CONTROLLERS)
     if plugin.type != "nav2_rotation_shim_controller::RotationShimController":
-        return CONTROLLERS[plugin.type](plugin.params, footprint, frequency, xy_goal_tolerance)
+        return table[plugin.type](plugin.params, footprint, frequency, xy_goal_tolerance)
     primary = read_primary_controller(nav2, plugin)
-    below = CONTROLLERS[primary.type](primary.params, footprint, frequency, xy_goal_tolerance)
+    below = table[primary.type](primary.params, footprint, frequency, xy_goal_tolerance)
     return RotationShimController(plugin.params, below, footprint, frequency, xy_goal_tolerance)
 
 

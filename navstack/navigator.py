@@ -8,7 +8,7 @@ import numpy as np
 
 from navstack.behavior_tree import NavigateToPose
 from navstack.clock import Clock
-from navstack.control.decision import DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Counts, Status, Trouble
@@ -145,6 +145,11 @@ class Navigator:
             return None
         decision = self._tree.decision(self._decided, self._stamp)
         return TickRecord(self.belief, decision, self._decided, self._command, self._monitor.action)
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """What the controller preferred its command of the last tick to; to be asked for as :attr:`decision` is."""
+        return () if self._decided is None else self._tree.alternatives(self._stamp)
 
     @property
     def plan(self) -> Path | None:

@@ -27,7 +27,14 @@ OnEpisode = Callable[[Candidate, Row], None]
 class StackEvaluator:
     """Drives what the journal does not have yet."""
 
-    def __init__(self, template: EpisodeTask, workers: Workers, journal: Journal, on_episode: OnEpisode) -> None:
+    def __init__(
+        self,
+        template: EpisodeTask,
+        workers: Workers,
+        journal: Journal,
+        on_episode: OnEpisode,
+        shared: Path | None = None,
+    ) -> None:
         """Drive nothing yet.
 
         Args:
@@ -35,11 +42,12 @@ class StackEvaluator:
             workers: where episodes run.
             journal: where they are kept.
             on_episode: hears of each episode that was driven, once it is kept.
+            shared: folder that all workers see, for the candidates' files; None: workers are on this machine.
         """
         self._template, self._workers, self._journal, self._on_episode = template, workers, journal, on_episode
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
-        self._folder = tempfile.TemporaryDirectory(prefix="navbench-tune-")
+        self._folder = tempfile.TemporaryDirectory(prefix="navbench-tune-", dir=shared)
 
     def __enter__(self) -> "StackEvaluator":
         return self

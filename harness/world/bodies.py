@@ -11,14 +11,13 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import shapely
 
 from harness.truth import Partner
 from harness.world.contacts import Touched
 from harness.world.engine import bullet
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
-from harness.world.touch_kernels import may_touch
+from harness.world.touch_kernels import find_near, may_touch
 from navstack.types import FloatArray
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
@@ -32,16 +31,16 @@ class StaticIndex:
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
-        self._polygons = np.array([shapely.Polygon(obstacle.polygon) for obstacle in obstacles], dtype=object)
-        self._tree = shapely.STRtree(self._polygons)
+        polygons = [obstacle.polygon for obstacle in obstacles]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+        self._boxes = np.array([(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]).reshape(-1, 4)
+        self._found = np.empty(len(polygons), dtype=np.int64)
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
-        point = shapely.Point(x, y)
-        found = np.sort(self._tree.query(point, predicate="dwithin", distance=radius))
-        if not len(found):
-            return [], math.inf
-        return found.tolist(), float(shapely.distance(self._polygons[found], point).min())
+        count, nearest = find_near(x, y, radius, self._corners, self._first, self._boxes, self._found)
+        return self._found[:count].tolist(), nearest
 
 
 @lru_cache(maxsize=4)

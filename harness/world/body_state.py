@@ -1,11 +1,10 @@
 """How the robot's body truly moves: what the physics tells the sensors."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class BodyState:
-    """True motion of the robot's base frame at one instant."""
+class BodyState(NamedTuple):
+    """True motion of the robot's base frame at one instant; made every tick, hence a tuple."""
 
     x: float = 0.0  # [m] map frame
     y: float = 0.0  # [m] map frame

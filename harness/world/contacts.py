@@ -117,7 +117,7 @@ class ContactBook:
 
     The published rule looks at single contact points, and its least contact is that of the whole robot at 1 m/s. How
     an impact spreads over points is a matter of the engine: here a person or a wall touches the robot's side in two to
-    four points at once. So the points of one partner in one step count as one.
+    four points at once. So the points of one partner in one step count as one, unless ``params.per`` asks for points.
 
     An event's impulse is that of its impacts: of points where the bodies come together and did not touch already. What
     the engine gives between bodies in touch is a push (a person who walks on or round a corner, the robot's drive); it
@@ -150,7 +150,7 @@ class ContactBook:
         if not points:
             return
         merged = merge(points)
-        self._count(stamp, merged, robot)
+        self._count(stamp, merged if self.params.per == "partner" else points, robot)
         impacts = self._impacts(stamp, points, robot)
         for point in merged:
             if point.impulse > 0.0:
@@ -179,7 +179,7 @@ class ContactBook:
         return _Phase.MEETING if closing > self.params.impact_speed else _Phase.PUSHING
 
     def _count(self, stamp: float, points: list[ContactPoint], robot: Motion) -> None:
-        """The published accounting: the first partner that is strong enough, then a cool-down in reports."""
+        """The published accounting: the first partner or point strong enough, then a cool-down in reports."""
         if self._cool_down > 0:
             self._cool_down -= 1
             return

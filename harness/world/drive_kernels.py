@@ -150,3 +150,13 @@ def drive_wrench(
     tx, ty = -lz * lfy - rz * rfy, lz * lfx + rz * rfx
     tz = lx * lfy - ly * lfx + rx * rfy - ry * rfx
     return lfx + rfx, lfy + rfy, -weight, tx, ty, tz, power
+
+
+@njit(cache=True)
+def drive_forces(orientation, velocity, spin, left_load, right_load, speed_command, yaw_rate_command, constants):
+    """Force [N], torque [N m] and power [W] of :func:`drive_wrench`, from and to tuples as the physics has them."""
+    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, wz) = orientation, velocity, spin
+    fx, fy, fz, tx, ty, tz, power = drive_wrench(
+        qx, qy, qz, qw, vx, vy, wx, wy, wz, left_load, right_load, speed_command, yaw_rate_command, constants
+    )
+    return (fx, fy, fz), (tx, ty, tz), power

@@ -5,7 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, Health, Observation, Pose2D
+from navstack.types import Belief, FloatArray, Health, Observation, Pose2D
+
+_CERTAIN: FloatArray = np.zeros((3, 3))  # one for all beliefs; read only
+_CERTAIN.flags.writeable = False
 
 
 class GroundTruthLocalizer(Localizer):
@@ -24,4 +27,4 @@ class GroundTruthLocalizer(Localizer):
 
     def update(self, observation: Observation) -> Belief:
         """The true pose, with zero covariance."""
-        return Belief(pose=self._true_pose(), health=Health.TRACKING, stamp=observation.stamp)
+        return Belief(self._true_pose(), _CERTAIN, Health.TRACKING, observation.stamp)

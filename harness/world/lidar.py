@@ -47,6 +47,7 @@ class LidarParams:
     glass_transmission: float = 0.0  # [-] probability that a beam which meets glass obliquely passes through
     glass_visible_angle: float = 0.0  # [rad] from the normal of a pane; nearer to it glass always returns
     latency: float = 0.0  # [s] from measurement to delivery
+    sees_people: bool = True  # false: beams go through them, as where a simulator's animated bodies have no surface
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -129,7 +130,8 @@ class Lidar(Sensor):
                 params.glass_visible_angle,
                 params.range_max,
             )
-        self._meet_people(sensor, pedestrians, ranges)
+        if params.sees_people:
+            self._meet_people(sensor, pedestrians, ranges)
         if params.dropout:
             ranges[self._of_dropouts.random(params.beams) < params.dropout] = math.inf
         finish_scan(

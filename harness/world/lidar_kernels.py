@@ -8,6 +8,8 @@ from numba import njit
 _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
 _SIDE = 1 << _BITS
 _MAX_SQUARE = 255  # [blocks]
+_LANES = 8  # rays that are under way at a time
+_u = np.uint64  # unsigned indices spare the treatment of negative ones
 
 
 @njit(cache=True)
@@ -61,53 +63,62 @@ def _find_squares(solid, ahead_x, ahead_y, squares):
 
 
 @njit(cache=True)
-def _cast(solid, squares, stride, x0, y0, dx, dy, reach):
-    """Cast one ray from (x0, y0) along the unit vector (dx, dy); lengths in cells.
+def _start(beam, lane, x0, y0, cos, sin, directions, places, lengths):
+    """Begin to cast a beam in a lane; arguments are those of :func:`cast_grid`.
 
-    It leaps over the free square ahead of it; in a block with occupied cells it goes from cell to cell (Amanatides &
-    Woo 1987). Coordinates are mirrored where needed, so that every ray goes to higher x and y. A ray through a corner
-    passes the neighbour along x.
+    Coordinates are mirrored where needed, so that every ray goes to higher x and y.
 
-    Returns:
-        The length to where the ray enters an occupied cell, or inf beyond ``reach``; column and row of that cell.
+    Args:
+        beam: its number.
+        lane: where it is kept while it is under way.
+        x0: start.
+        y0: start.
+        cos: of the sensor's yaw.
+        sin: of it.
+        directions: of all beams.
+        places: (lanes, 6) column, row, masks that mirror columns and rows, quadrant, beam.
+        lengths: (lanes, 7) x, y of the start, the direction's x and y, their inverses, the length so far.
     """
+    dx = cos * directions[beam, 0] - sin * directions[beam, 1]
+    dy = sin * directions[beam, 0] + cos * directions[beam, 1]
     mirror_x, mirror_y = (-1 if dx < 0.0 else 0), (-1 if dy < 0.0 else 0)  # n ^ -1 is the mirrored cell, -1 - n
-    quadrant = -mirror_x - 2 * mirror_y
-    cx, cy = math.floor(x0) ^ mirror_x, math.floor(y0) ^ mirror_y
-    x, y = (-x0 if mirror_x else x0), (-y0 if mirror_y else y0)
-    dx, dy = abs(dx), abs(dy)
-    inverse_x, inverse_y = 1.0 / max(dx, 1e-300), 1.0 / max(dy, 1e-300)
-    t = 0.0
-    while t <= reach:
-        column, row = cx ^ mirror_x, cy ^ mirror_y
-        at = ((row >> _BITS) + 1) * stride + (column >> _BITS) + 1
-        blocks = np.int64(squares[quadrant, at])
-        if blocks:
-            end_x, end_y = ((cx >> _BITS) + blocks) << _BITS, ((cy >> _BITS) + blocks) << _BITS
-            to_x, to_y = (end_x - x) * inverse_x, (end_y - y) * inverse_y
-            # The cell across the border is known exactly; the other coordinate never goes back or leaves the square.
-            if to_x <= to_y:
-                t = to_x
-                cx, cy = end_x, max(min(math.floor(y + t * dy), end_y - 1), cy)
-            else:
-                t = to_y
-                cx, cy = max(min(math.floor(x + t * dx), end_x - 1), cx), end_y
-            continue
-        if solid[at] >> (_SIDE * (row & (_SIDE - 1)) + (column & (_SIDE - 1))) & 1:
-            return t, column, row
-        to_x, to_y = (cx + 1 - x) * inverse_x, (cy + 1 - y) * inverse_y
-        if to_x <= to_y:
-            t = to_x
-            cx += 1
-        else:
-            t = to_y
-            cy += 1
-    return math.inf, 0, 0
+    places[lane, 0], places[lane, 1] = math.floor(x0) ^ mirror_x, math.floor(y0) ^ mirror_y
+    places[lane, 2], places[lane, 3] = mirror_x, mirror_y
+    places[lane, 4], places[lane, 5] = -mirror_x - 2 * mirror_y, beam
+    lengths[lane, 0], lengths[lane, 1] = (-x0 if mirror_x else x0), (-y0 if mirror_y else y0)
+    lengths[lane, 2], lengths[lane, 3] = abs(dx), abs(dy)
+    lengths[lane, 4], lengths[lane, 5] = 1.0 / max(abs(dx), 1e-300), 1.0 / max(abs(dy), 1e-300)
+    lengths[lane, 6] = 0.0
+
+
+@njit(cache=True)
+def _go_on(lane, blocks, places, lengths):
+    """Take a ray out of the free square of ``blocks`` blocks ahead of it; 0: into the next cell.
+
+    A ray through a corner passes the neighbour along x. Without branches, which processors would guess wrong.
+    """
+    lane = _u(lane)
+    cx, cy = places[lane, 0], places[lane, 1]
+    end_x = ((cx >> _BITS) + blocks) << _BITS if blocks else cx + 1
+    end_y = ((cy >> _BITS) + blocks) << _BITS if blocks else cy + 1
+    x, y = lengths[lane, 0], lengths[lane, 1]
+    to_x, to_y = (end_x - x) * lengths[lane, 4], (end_y - y) * lengths[lane, 5]
+    along_x = to_x <= to_y
+    t = to_x if along_x else to_y
+    # The cell across the border is known exactly; the other coordinate never goes back or leaves the square.
+    next_x = max(min(math.floor(x + t * lengths[lane, 2]), end_x - 1), cx)
+    next_y = max(min(math.floor(y + t * lengths[lane, 3]), end_y - 1), cy)
+    places[lane, 0] = end_x if along_x else next_x
+    places[lane, 1] = next_y if along_x else end_y
+    lengths[lane, 6] = t
 
 
 @njit(cache=True)
 def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
     """Cast all beams on the grid.
+
+    A ray leaps over the free square ahead of it; in a block with occupied cells it goes from cell to cell (Amanatides &
+    Woo 1987). Some rays go on in turn, so that what one waits for from memory comes while the others move.
 
     Args:
         field: of :func:`clearance_field`.
@@ -123,12 +134,31 @@ def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
     ranges[:] = math.inf
     if not (0.0 <= x0 < width and 0.0 <= y0 < height):
         return
-    for i in range(len(directions)):
-        dx = cos * directions[i, 0] - sin * directions[i, 1]
-        dy = sin * directions[i, 0] + cos * directions[i, 1]
-        length, column, row = _cast(solid, squares, stride, x0, y0, dx, dy, reach)
-        if 0 <= column < width and 0 <= row < height:
-            ranges[i] = length
+    places, lengths = np.empty((_LANES, 6), np.int64), np.empty((_LANES, 7))
+    begun = under_way = min(_LANES, len(directions))
+    for lane in range(under_way):
+        _start(lane, lane, x0, y0, cos, sin, directions, places, lengths)
+    while under_way > 0:
+        lane = 0
+        while lane < under_way:
+            u = _u(lane)
+            column, row = places[u, 0] ^ places[u, 2], places[u, 1] ^ places[u, 3]
+            at = _u(((row >> _BITS) + 1) * stride + (column >> _BITS) + 1)
+            blocks, hit = np.int64(squares[_u(places[u, 4]), at]), 0
+            if blocks == 0:
+                hit = np.int64(solid[at]) >> (_SIDE * (row & (_SIDE - 1)) + (column & (_SIDE - 1))) & 1
+            if hit == 0 and lengths[u, 6] <= reach:
+                _go_on(lane, blocks, places, lengths)
+                lane += 1
+                continue
+            if lengths[u, 6] <= reach and 0 <= column < width and 0 <= row < height:
+                ranges[places[u, 5]] = lengths[u, 6]
+            if begun < len(directions):
+                _start(begun, lane, x0, y0, cos, sin, directions, places, lengths)
+                begun += 1
+            else:
+                under_way -= 1
+                places[lane], lengths[lane] = places[under_way], lengths[under_way]
 
 
 @njit(cache=True)

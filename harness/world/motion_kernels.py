@@ -20,14 +20,16 @@ def point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
 
 
 @njit(cache=True)
-def is_shaken(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, bucket):
+def is_shaken(orientation, velocity, spin, bucket):
     """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
 
-    Takes the motion as :func:`base_motion` does, and of the bucket (12,), changed in place: its place (x, y, z) [m] in
+    Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: its place (x, y, z) [m] in
     the body frame from the centre of mass; its velocity [m/s] before the step, map frame, which becomes that after it;
     the rate of the steps [Hz], gravity [m/s2] and the threshold [m/s2]; its mean acceleration [m/s2] during the step,
     which is found here.
     """
+    qx, qy, qz, qw = orientation
+    (vx, vy, vz), (wx, wy, wz) = velocity, spin
     ux, uy, uz = point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, bucket[0], bucket[1], bucket[2])
     rate = bucket[6]
     ax, ay, az = (ux - bucket[3]) * rate, (uy - bucket[4]) * rate, (uz - bucket[5]) * rate
@@ -59,3 +61,28 @@ def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
     cos, sin = math.cos(yaw), math.sin(yaw)
     tilt = math.acos(min(max(1.0 - 2.0 * (qx * qx + qy * qy), -1.0), 1.0))
     return px + rx, py + ry, yaw, cos * ux + sin * uy, -sin * ux + cos * uy, tilt
+
+
+@njit(cache=True)
+def base_state(position, orientation, velocity, spin, offset, before, tick):
+    """The fields of :class:`~harness.world.body_state.BodyState`, as tuples come from the physics.
+
+    Args:
+        position: [m] of the centre of mass, map frame, and so the next three: see :func:`base_motion`.
+        orientation: quaternion x, y, z, w.
+        velocity: [m/s].
+        spin: [rad/s].
+        offset: [m] of the base origin from the centre of mass, body frame.
+        before: the state some time ago; the acceleration is the mean since then.
+        tick: [s] that time.
+    """
+    (px, py, pz), (qx, qy, qz, qw) = position, orientation
+    (ux, uy, uz), (wx, wy, wz) = velocity, spin
+    x, y, yaw, vx, vy, tilt = base_motion(
+        px, py, pz, qx, qy, qz, qw, ux, uy, uz, wx, wy, wz, offset[0], offset[1], offset[2]
+    )
+    turn = yaw - before.yaw
+    cos, sin = math.cos(turn), math.sin(turn)
+    ax = (vx - (cos * before.vx + sin * before.vy)) / tick
+    ay = (vy - (-sin * before.vx + cos * before.vy)) / tick
+    return x, y, yaw, vx, vy, wz, ax, ay, tilt

@@ -11,14 +11,15 @@ from harness.truth import Truth
 from harness.world.bodies import NearObstacles, add_robot, static_index
 from harness.world.body_state import BodyState
 from harness.world.cargo import Cargo
+from harness.world.command_line import CommandLine
 from harness.world.contacts import ContactBook, ContactPoint, Motion
 from harness.world.crowd import Crowd
-from harness.world.drive_kernels import drive_constants, drive_wrench
+from harness.world.drive_kernels import drive_constants, drive_forces
 from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
 from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
-from harness.world.motion_kernels import base_motion, is_shaken, point_velocity
+from harness.world.motion_kernels import base_state, is_shaken, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -73,6 +74,7 @@ class PyBulletWorld(World):
         self._client = self._server.client
         self._dt = 1.0 / params.physics.rate  # [s]
         self._constants = drive_constants(robot, params.physics.gravity, self._dt)
+        self._commands = CommandLine(robot.compute_latency, self._dt)
         x, y, z = robot.center_of_mass
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         self._feet = Feet(robot, params.physics.gravity)
@@ -96,6 +98,7 @@ class PyBulletWorld(World):
             self._cargo.reset(generators["cargo"])
         self._place(mission.start)
         self._steps = 0
+        self._commands.reset()
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
         self._read_robot()
@@ -107,14 +110,15 @@ class PyBulletWorld(World):
         return self._sensors.measure(self._state, self._crowd.states, 0.0)
 
     def step(self, command: Twist2D) -> Observation:
-        """See :class:`World`. The command is limited to the robot's maximum speeds."""
+        """See :class:`World`. The command is limited to the robot's maximum speeds and arrives after its latency."""
         robot = self._robot
         speed = min(max(command.linear_x, -robot.max_speed), robot.max_speed)
         yaw_rate = min(max(command.angular_z, -robot.max_yaw_rate), robot.max_yaw_rate)
+        self._commands.send(speed, yaw_rate, self._steps)
         self._pedestrians.see_robot(self._state)
         in_company = self._crowd.follow(self._position[0], self._position[1])
         for _ in range(self._steps_per_tick):
-            self._advance(speed, yaw_rate, in_company)
+            self._advance(*self._commands.receive(self._steps), in_company)
         if not in_company:
             self._crowd.walk_on(self._dt, self._steps_per_tick)
         self._state = self._base_state(self._state)
@@ -173,11 +177,12 @@ class PyBulletWorld(World):
     def _advance(self, speed: float, yaw_rate: float, in_company: bool) -> None:
         """One physics step; alone, the robot needs nobody moved before the tick's end."""
         x, y, _ = self._position
-        dx, dy = x - self._clear_around[0], y - self._clear_around[1]
-        at_step = near = False
+        (clear_x, clear_y), at_step, near = self._clear_around, False, False
+        dx, dy = x - clear_x, y - clear_y
         if dx * dx + dy * dy >= self._clear_squared:
             at_step, near = self._look_around(x, y)
-        near = in_company and self._crowd.before_step(x, y) or near
+        if in_company:
+            near = self._crowd.before_step(x, y) or near
         self._apply_forces(speed, yaw_rate)
         before = Motion(self._position, self._velocity, self._spin) if near else None
         bullet.stepSimulation(self._client)
@@ -192,7 +197,7 @@ class PyBulletWorld(World):
         if in_company:
             self._crowd.after_step(self._dt)
         if self._cargo and (
-            is_shaken(*self._orientation, *self._velocity, *self._spin, self._bucket) or self._cargo.is_awake
+            is_shaken(self._orientation, self._velocity, self._spin, self._bucket) or self._cargo.is_awake
         ):
             self._cargo.step(tuple(self._bucket[9:].tolist()), self._orientation, self._spin)
 
@@ -211,14 +216,14 @@ class PyBulletWorld(World):
     def _apply_forces(self, speed: float, yaw_rate: float) -> None:
         """Let drive, weight and scraping act during the coming step."""
         client, body, position, footing = self._client, self._body, self._position, self._footing
-        motion = *self._orientation, *self._velocity[:2], *self._spin
-        fx, fy, fz, tx, ty, tz, power = drive_wrench(
+        motion = self._orientation, self._velocity, self._spin
+        force, torque, power = drive_forces(
             *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
         )
         self._work += power * self._dt
         world_frame = bullet.WORLD_FRAME
-        bullet.applyExternalForce(body, -1, (fx, fy, fz), position, world_frame, client)  # faster than by keywords
-        bullet.applyExternalTorque(body, -1, (tx, ty, tz), world_frame, client)
+        bullet.applyExternalForce(body, -1, force, position, world_frame, client)  # faster than by keywords
+        bullet.applyExternalTorque(body, -1, torque, world_frame, client)
         if footing.scrapes:
             body_motion = Motion(position, self._velocity, self._spin)
             for place, force in footing.friction(body_motion, self._robot.body_friction, self._robot.mass / self._dt):
@@ -267,17 +272,12 @@ class PyBulletWorld(World):
         return points
 
     def _base_state(self, before: BodyState | None) -> BodyState:
-        x, y, yaw, vx, vy, tilt = base_motion(
-            *self._position, *self._orientation, *self._velocity, *self._spin, *self._base_offset
+        now = base_state(
+            *(self._position, self._orientation, self._velocity, self._spin, self._base_offset),
+            before or BodyState(),
+            self._steps_per_tick * self._dt,
         )
-        if before is None:
-            return BodyState(x, y, yaw, vx, vy, self._spin[2], 0.0, 0.0, tilt)
-        turn = yaw - before.yaw
-        cos, sin = math.cos(turn), math.sin(turn)
-        tick = self._steps_per_tick * self._dt
-        ax = (vx - (cos * before.vx + sin * before.vy)) / tick
-        ay = (vy - (-sin * before.vx + cos * before.vy)) / tick
-        return BodyState(x, y, yaw, vx, vy, self._spin[2], ax, ay, tilt)
+        return BodyState(*now) if before else BodyState(*now)._replace(ax=0.0, ay=0.0)
 
     def _make_truth(self) -> Truth:
         state = self._state

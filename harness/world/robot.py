@@ -15,7 +15,7 @@ _POSITIVE = (
 )
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
 MAX_VALUE = 1e5  # of a mass, length, speed, ...; what is larger is no robot
-_NOT_NEGATIVE = ("wheel_friction", "body_friction", "rolling_resistance")
+_NOT_NEGATIVE = ("wheel_friction", "body_friction", "rolling_resistance", "compute_latency")
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ class RobotParams:
     servo_time_constant: float  # [s] of the wheel speed loop
     body_friction: float  # [-] Coulomb coefficient of the body against what it touches
     bucket: tuple[float, float, float]  # [m] centre of the bucket's floor, base frame
+    compute_latency: float = 0.0  # [s] from an observation to the drive's hearing the command that was decided on it
 
     def __post_init__(self) -> None:
         """Check what the types cannot.

@@ -51,3 +51,48 @@ def _are_apart(x, y, cos, sin, half_length, half_width, margin, corners, begin, 
             return True
         before_x, before_y = corners[k, 0], corners[k, 1]
     return False
+
+
+@njit(cache=True)
+def find_near(x, y, radius, corners, first, boxes, found):
+    """Convex polygons within ``radius`` [m] of a point.
+
+    Args:
+        x: of the point [m].
+        y: [m].
+        radius: [m].
+        corners: see :func:`may_touch`.
+        first: see there.
+        boxes: (k, 4) min x, min y, max x, max y of the polygons, [m].
+        found: (k,) takes their numbers, ascending.
+
+    Returns:
+        How many they are, and the distance [m] of the nearest, 0 inside it; inf: there is none.
+    """
+    count, nearest = 0, math.inf
+    for polygon in range(len(boxes)):
+        dx = max(boxes[polygon, 0] - x, x - boxes[polygon, 2], 0.0)
+        dy = max(boxes[polygon, 1] - y, y - boxes[polygon, 3], 0.0)
+        if dx * dx + dy * dy > radius * radius:
+            continue
+        distance = _distance(x, y, corners, first[polygon], first[polygon + 1])
+        if distance <= radius:
+            found[count] = polygon
+            count += 1
+            nearest = min(nearest, distance)
+    return count, nearest
+
+
+@njit(cache=True)
+def _distance(x, y, corners, begin, end):
+    """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``; 0 inside it."""
+    squared, is_inside = math.inf, True
+    px, py = corners[end - 1, 0], corners[end - 1, 1]
+    for k in range(begin, end):
+        ex, ey = corners[k, 0] - px, corners[k, 1] - py
+        rx, ry = x - px, y - py
+        is_inside = is_inside and ex * ry - ey * rx >= 0.0
+        along = min(max((ex * rx + ey * ry) / max(ex * ex + ey * ey, 1e-300), 0.0), 1.0)  # corners may repeat
+        squared = min(squared, (rx - along * ex) ** 2 + (ry - along * ey) ** 2)
+        px, py = corners[k, 0], corners[k, 1]
+    return 0.0 if is_inside else math.sqrt(squared)

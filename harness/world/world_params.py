@@ -7,6 +7,7 @@ from harness.world.pedestrian_params import PedestrianParams
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
+COUNTED_PER = ("partner", "point")
 MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
 MAX_GRAVITY = 100.0  # [m/s2]
 MAX_PIECES = 1000  # of cargo
@@ -68,7 +69,8 @@ class PedestrianBodyParams:
 class ContactParams:
     """What is a counted contact and what one contact event."""
 
-    counted_impulse: float = 50.0  # [N s] with one partner in one step, from which it counts; published
+    counted_impulse: float = 50.0  # [N s] in one step, from which it counts; published
+    per: str = "partner"  # what must reach it: 'partner': all its points together; 'point': one of them, as published
     cool_down: int = 30  # contact reports (steps with contact) after a counted one during which nothing counts; publ.
     impact_speed: float = 0.05  # [m/s] closing speed up to which bodies touch without impact
     separation_time: float = 0.25  # [s] apart after which an event has ended
@@ -78,7 +80,10 @@ class ContactParams:
 
         Raises:
             ParameterError: a value out of range.
+            UnknownNameError: an unknown ``per``.
         """
+        if self.per not in COUNTED_PER:
+            raise UnknownNameError("contacts: per", self.per, COUNTED_PER)
         if min(self.counted_impulse, self.cool_down, self.impact_speed, self.separation_time) < 0.0:
             raise ParameterError(f"contacts: {self} has a value out of range; allowed is 0 or more")
 

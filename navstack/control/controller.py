@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navstack.control.decision import DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
 from navstack.types import Path, RobotState, Track, Twist2D
@@ -46,6 +46,14 @@ class Controller(ABC):
         Made when it is asked for, which must be before the next cycle.
         """
         return None
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """What the last cycle's command was preferred to; none: nothing legal was left, or it is not told.
+
+        Made when it is asked for, which must be before the next cycle, and may take longer than the cycle itself.
+        """
+        return ()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Drive no faster than this from now on, over resets too (``nav2_core::Controller::setSpeedLimit``).

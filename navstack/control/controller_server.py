@@ -3,7 +3,7 @@
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord
 from navstack.control.goal_checker import GoalChecker
 from navstack.control.progress_checker import ProgressChecker
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
@@ -74,6 +74,11 @@ class ControllerServer:
     def decision(self) -> DecisionRecord | None:
         """How the controller decided when it was last asked; None: it does not tell."""
         return self._controller.decision or self._failed_decision
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """See :class:`~navstack.control.controller.Controller`."""
+        return self._controller.alternatives
 
     def goal_reached(self, state: RobotState) -> bool:
         """Whether the plan's last pose is reached, as the goal checker sees it."""

@@ -15,6 +15,19 @@ class CriticScore:
     rejections: int  # trajectories that it was the first to reject
 
 
+RUNNER_UP, SLOWER = "runner_up", "slower"  # kinds of alternatives
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """A command that was legal in one cycle, and scored worse than the one that came out."""
+
+    kind: str  # RUNNER_UP: the best of all others; SLOWER: the best of those at most half as fast
+    command: Twist2D
+    total: float  # weighted sum, as in DecisionRecord
+    scores: tuple[CriticScore, ...]  # in the order of evaluation; rejections are not counted
+
+
 @dataclass(frozen=True, slots=True)
 class DecisionRecord:
     """One control cycle, as the one who decided it tells."""

@@ -66,7 +66,7 @@ class KeepoutMask:
 
         Unknown cells take any known cost; unknown cells of the mask change nothing.
         """
-        kernels.combine_maximum(*overlap(costs, region, self.costs, self.x - left, self.y - low), False)
+        kernels.combine_maximum(costs, region, self.costs, self.x - left, self.y - low, False)
 
     def acts_within(self, width: int, height: int) -> bool:
         """Whether all its costs but zero lie on lattice cells 0 <= x < width, 0 <= y < height."""

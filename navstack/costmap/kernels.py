@@ -29,6 +29,13 @@ def touch(bounds: FloatArray, x: float, y: float) -> None:
 
 
 @njit(cache=True)
+def touch_all(bounds: FloatArray, points: FloatArray) -> None:
+    """Grow the bounds to hold points (N, 2)."""
+    for i in range(points.shape[0]):
+        touch(bounds, points[i, 0], points[i, 1])
+
+
+@njit(cache=True)
 def to_cell(
     x: float, y: float, origin_x: float, origin_y: float, resolution: float, size_x: int, size_y: int
 ) -> tuple[int, int]:
@@ -203,14 +210,12 @@ def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, hig
 
 
 @njit(cache=True)
-def transformed(points: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
-    """Points (N, 2) given in the frame that stands at (x, y) [m], ``yaw`` [rad], expressed in its parent."""
+def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatArray) -> None:
+    """Express points (N, 2), given in the frame that stands at (x, y) [m], ``yaw`` [rad], in its parent."""
     cos, sin = math.cos(yaw), math.sin(yaw)
-    moved = np.empty(points.shape)
     for i in range(points.shape[0]):
         moved[i, 0] = points[i, 0] * cos - points[i, 1] * sin + x
         moved[i, 1] = points[i, 0] * sin + points[i, 1] * cos + y
-    return moved
 
 
 @njit(cache=True)
@@ -257,13 +262,28 @@ def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highe
 
 
 @njit(cache=True)
-def combine_maximum(master: ByteArray, layer: ByteArray, keep_unknown: bool) -> None:
-    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax`` and ``...WithoutUnknownOverwrite``)."""
-    for y in range(master.shape[0]):
-        row, own = master[y], layer[y]
-        for x in range(master.shape[1]):
-            cost, old = own[x], row[x]
-            if cost == _UNKNOWN:
-                continue
-            if (old == _UNKNOWN and not keep_unknown) or (old != _UNKNOWN and cost > old):
-                row[x] = cost
+def combine_maximum(
+    master: ByteArray, region: tuple[int, int, int, int], layer: ByteArray, x: int, y: int, keep_unknown: bool
+) -> None:
+    """Raise ``master`` to the known costs of ``layer`` (``updateWithMax`` and ``...WithoutUnknownOverwrite``).
+
+    Args:
+        master: costs.
+        region: cells x0, xn, y0, yn of it, ends exclusive; those that the layer lacks stay as they are.
+        layer: costs; its first cell lies on the master's cell (x, y).
+        x: see there.
+        y: see there.
+        keep_unknown: what is unknown in the master stays so.
+    """
+    x0, xn = max(region[0], x), min(region[1], x + layer.shape[1])
+    flat, own, one = master.reshape(-1), layer.reshape(-1), np.uint8(1)
+    length = np.uint64(max(xn - x0, 0))
+    for row in range(max(region[2], y), min(region[3], y + layer.shape[0])):
+        to, at = np.uint64(row * master.shape[1] + x0), np.uint64((row - y) * layer.shape[1] + x0 - x)
+        # No branches, so that it compiles to vector instructions.
+        if keep_unknown:
+            for j in range(length):
+                flat[to + j] = max(flat[to + j], _FREE if own[at + j] == _UNKNOWN else own[at + j])
+        else:  # unknown is the highest cost; with 1 added it wraps around to the lowest
+            for j in range(length):
+                flat[to + j] = np.uint8(max(np.uint8(flat[to + j] + one), np.uint8(own[at + j] + one)) - one)

@@ -77,6 +77,7 @@ class LayeredCostmap:
             robot_footprint(params) if footprint is None else footprint, params.footprint_padding
         )
         self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)  # [m] of the padded one
+        self._placed = np.empty_like(self.footprint)  # where the robot is at the update, map frame
         self.stamp = 0.0  # [s] of the last update
         self.is_current = False  # updated since it was last cleared, with scans as young as its sources expect
         self._fill = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
@@ -126,8 +127,8 @@ class LayeredCostmap:
             if moved != (0, 0):
                 self._updater.moved(*moved)
                 self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
-        footprint = kernels.transformed(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw)
-        self._updater.update(robot_pose, footprint)
+        kernels.transform(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw, self._placed)
+        self._updater.update(robot_pose, self._placed)
         for speed_filter in self._layers.speed_filters:
             speed_filter.update(robot_pose, self._tell)
         self.stamp = stamp

@@ -140,11 +140,11 @@ class StaticLayer(Layer):
 
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
         """Overwrite all, unknown included, or with ``use_maximum`` raise; nothing beyond the map's edges."""
-        target, own = overlap(master, region, self._costs, margin - self._window.cell_x, margin - self._window.cell_y)
+        x, y = margin - self._window.cell_x, margin - self._window.cell_y
         if self._params.use_maximum:
-            kernels.combine_maximum(target, own, False)
+            kernels.combine_maximum(master, region, self._costs, x, y, False)
         else:
-            np.copyto(target, own)
+            np.copyto(*overlap(master, region, self._costs, x, y))
 
 
 class ObstacleLayer(Layer):
@@ -182,7 +182,7 @@ class ObstacleLayer(Layer):
                 self.grid, seen.marking, seen.origin_x, seen.origin_y, origin, window.resolution, limits, bounds.values
             )
         if self._params.footprint_clearing_enabled:
-            bounds.join(np.column_stack((footprint.min(axis=0), footprint.max(axis=0))).reshape(-1))
+            kernels.touch_all(bounds.values, footprint)
             self._columns = kernels.polygon_columns(
                 footprint, origin, window.resolution, window.size_x, window.size_y, self._lowest, self._highest
             )
@@ -190,16 +190,12 @@ class ObstacleLayer(Layer):
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
         """Free the cells under the robot in this layer, then combine."""
         kernels.free_columns(self.grid, self._columns[0], self._columns[1], self._lowest, self._highest)
-        x0, xn, y0, yn = region
-        height, width = self.grid.shape
-        x0, xn = max(x0 - margin, 0), min(xn - margin, width)
-        y0, yn = max(y0 - margin, 0), min(yn - margin, height)
-        own = self.grid[y0:yn, x0:xn]
-        target = master[y0 + margin : yn + margin, x0 + margin : xn + margin]
         if self._params.combination_method == OVERWRITE:
+            target, own = overlap(master, region, self.grid, margin, margin)
             np.copyto(target, own, where=own != NO_INFORMATION)
         else:
-            kernels.combine_maximum(target, own, self._params.combination_method != 1)
+            keep_unknown = self._params.combination_method != 1
+            kernels.combine_maximum(master, region, self.grid, margin, margin, keep_unknown)
 
     def clear(self) -> None:
         """Back to what was never seen."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from navstack.errors import did_you_mean
 from navstack.params import nav2_bindings
+from navstack.params.extensions import extension_params
 from navstack.params.nav2_bindings import Params
 from navstack.params.schema import nodes
 from navstack.params.schema.block import OPEN, Block
@@ -24,14 +25,15 @@ class Catalog:
 
     @staticmethod
     def build(more: PluginTable | None = None) -> "Catalog":
-        """The catalog of this program's plugins and of ``more``, which other packages bring."""
+        """The catalog of this program's plugins, of installed packages' (``navstack.plugins``), and of ``more``."""
         available = {family: dict(types) for family, types in nav2_bindings.PLUGINS.items()}
-        for family, types in (more or {}).items():
-            available.setdefault(family, {}).update(types)
+        for table in (extension_params(), more or {}):
+            for family, types in table.items():
+                available.setdefault(family, {}).update(types)
         families = {family: dict(types) for family, types in nodes.FAMILIES.items()}
         for family, types in available.items():
             for name, params in types.items():
-                families.setdefault(family, {}).setdefault(name, _block_of(params))
+                families.setdefault(family, {}).setdefault(name, _block_of(family, params))
         return Catalog(families, available)
 
     def is_available(self, family: str, plugin: str) -> bool:
@@ -63,7 +65,8 @@ class Catalog:
         """The types of a family that run here; of one that this program does not know, all."""
         known = self.families.get(family, {})
         if family in nav2_bindings.CRITICS:
-            return known.keys() & nested_params(nav2_bindings.CRITICS[family]).keys()
+            ours = known.keys() & nested_params(nav2_bindings.CRITICS[family]).keys()
+            return ours | self.available.get(family, {}).keys()
         return self.available.get(family) or known
 
 
@@ -112,5 +115,5 @@ def nested_params(params: Params) -> dict[str, Params]:
     return {**nested, **nav2_bindings.NAMED_SECTIONS.get(params, {})}
 
 
-def _block_of(params: Params | None) -> Block:
-    return Block(field_names(params) | {"plugin"})
+def _block_of(family: str, params: Params | None) -> Block:
+    return Block(field_names(params) | {"class" if family in nav2_bindings.CRITICS else "plugin"})

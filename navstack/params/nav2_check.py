@@ -91,8 +91,8 @@ class Checker:
 
     def _params_of(self, place: "_Place", plugins: PluginList, kind: str, name: str) -> Params | None:
         """The dataclass of a plugin: from the table, or for a critic the parent's field of that name."""
-        if plugins.name_is_type:
-            return place.nested_params.get(kind)
+        if plugins.name_is_type and kind in place.nested_params:
+            return place.nested_params[kind]
         return self._catalog.available.get(plugins.family, {}).get(kind) if place.params else None
 
     def _note_unavailable(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:

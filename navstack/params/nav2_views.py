@@ -182,11 +182,13 @@ def read_progress_checker(nav2: Nav2File) -> Plugin:
 def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
     """DWB and its critics, as the controller itself or below a rotation shim."""
     params = nav2.read(DwbParams, CONTROLLER, name)
-    types, named = nested_params(DwbParams), {}
+    own, named = nested_params(DwbParams), {}
+    types = {**nav2.catalog.available.get("dwb_critics", {}), **own}
     for critic in params.critics:
         kind = nav2.catalog.critic_type("dwb_critics", nav2.value(CONTROLLER, f"{name}.{critic}.class", critic))
-        if kind in types and kind != critic:
-            named[critic] = NamedCritic(kind, nav2.read(types[kind], CONTROLLER, name, critic))
+        read = types.get(kind)
+        if read is not None and (kind != critic or kind not in own):
+            named[critic] = NamedCritic(kind, nav2.read(read, CONTROLLER, name, critic))
     return replace(params, named_critics=named) if named else params
 
 

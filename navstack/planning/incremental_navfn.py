@@ -16,6 +16,7 @@ from navstack.types import ByteArray, FloatArray, Path, Pose2D
 
 WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from its whole edge
 MARGIN = 1000.0  # of potential (1 m of free cells) beyond the robot, so that straying does not end the field
+COSTLY_SHARE = 2.0  # of what the way would cost through free cells that the last stretch is taken to cost at most
 HALF_REACH = 2000.0  # of potential (2 m of free cells); twice that beyond the robot's, a field is not spread anew
 
 
@@ -116,18 +117,19 @@ class IncrementalNavfn(Planner):
 
     def _repair(self, robot: int, source: int, costmap: Costmap) -> bool:
         """Spread the field anew above the sound level unless the robot stands below; False: it has to be renewed."""
-        self._follow(robot, costmap.size_x)
+        guess = self._follow(robot, costmap.size_x)
         potential = float(self._field.flat[robot])
         if potential + HALF_REACH > self._gap_limit:
             self._sound_below = min(self._sound_below, self._gap_level)
         elif potential + 2.0 * float(COST_OBSTACLE) < self._sound_below:
             return True
-        if not self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH):
+        if not self._resume(robot, source, costmap, min(potential, guess) + 2.0 * HALF_REACH):
             return False
-        if float(self._field.flat[robot]) + HALF_REACH <= self._gap_limit:
+        potential = float(self._field.flat[robot])
+        if potential + HALF_REACH <= self._gap_limit:
             return True
-        self._sound_below = min(self._sound_below, self._gap_level)
-        return self._resume(robot, source, costmap, math.inf)
+        self._sound_below = min(self._sound_below, self._gap_level)  # a detour: no better way costs more than it
+        return self._resume(robot, source, costmap, potential + 2.0 * HALF_REACH)
 
     def _resume(self, robot: int, source: int, costmap: Costmap, limit: float) -> bool:
         """Spread the field anew above the sound level, but where ways would cost more than ``limit``."""
@@ -143,12 +145,19 @@ class IncrementalNavfn(Planner):
             self._gap_limit = min(self._gap_limit, limit)
         return self._sound_below > 0.0
 
-    def _follow(self, robot: int, width: int) -> None:
-        """Lower the least cost of ways over the gaps in the field by what the robot has moved since the last plan."""
+    def _follow(self, robot: int, width: int) -> float:
+        """Lower the least cost of ways over the gaps in the field by what the robot has moved since the last plan.
+
+        Returns:
+            A guess of what the way from here costs at most: the last one's, and the way from there back.
+        """
         row, column = divmod(robot, width)
         last_row, last_column = divmod(self._robot, width)
-        self._gap_limit -= math.hypot(row - last_row, column - last_column) * float(COST_NEUTRAL)
+        moved = math.hypot(row - last_row, column - last_column) * float(COST_NEUTRAL)
+        self._gap_limit -= moved
+        guess = float(self._field.flat[self._robot]) + COSTLY_SHARE * moved
         self._robot = robot
+        return guess
 
     def _crosses_costlier(self, points: FloatArray, costmap: Costmap) -> bool:
         """Whether the path leads through a cell that costs more than the field knows."""

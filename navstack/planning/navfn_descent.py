@@ -15,13 +15,13 @@ EXHAUSTED = -2  # the buffer is too short for the path
 STEP = np.float32(0.5)  # [cells] pathStep
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def length(x: float, y: float) -> float:
     """C's hypotf: the length of a vector of float32."""
     return np.float32(math.sqrt(np.float64(x) * np.float64(x) + np.float64(y) * np.float64(y)))
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]:
     """Unit vector of steepest descent in a reached cell; (0, 0) where there is none (gradCell)."""
     dx = dy = np.float32(0.0)
@@ -42,16 +42,35 @@ def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]
     return np.float32(norm * dx), np.float32(norm * dy)
 
 
-@njit(cache=True)
-def take_corners(potential: Float32Array, width: int, n: int, corners: Float32Array) -> None:
-    """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both."""
-    corners[0, 0], corners[0, 1] = gradient(potential, width, n)
-    corners[1, 0], corners[1, 1] = gradient(potential, width, n + 1)
-    corners[2, 0], corners[2, 1] = gradient(potential, width, n + width)
-    corners[3, 0], corners[3, 1] = gradient(potential, width, n + width + 1)
+@njit(cache=True, inline="always")
+def take_corner(potential: Float32Array, width: int, n: int, i: int, corners: Float32Array) -> None:
+    """The gradient of cell ``n`` plus the offset of corner ``i`` (right, above, both), into its row of ``corners``."""
+    n += (i & 1) + width * (i >> 1)
+    corners[i, 0], corners[i, 1] = gradient(potential, width, n)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
+def take_corners(potential: Float32Array, width: int, n: int, held: int, corners: Float32Array) -> None:
+    """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both.
+
+    ``corners`` are those of cell ``held`` until now: a cell beside it has two in common with it.
+    """
+    if n == held + 1 or n == held - 1:
+        new = 1 if n > held else 0  # the column to take; the other one has been this one
+        for i in (new, new + 2):
+            corners[i ^ 1, 0], corners[i ^ 1, 1] = corners[i, 0], corners[i, 1]
+            take_corner(potential, width, n, i, corners)
+    elif n == held + width or n == held - width:
+        new = 2 if n > held else 0  # the same with rows
+        for i in (new, new + 1):
+            corners[i ^ 2, 0], corners[i ^ 2, 1] = corners[i, 0], corners[i, 1]
+            take_corner(potential, width, n, i, corners)
+    else:
+        for i in range(4):
+            take_corner(potential, width, n, i, corners)
+
+
+@njit(cache=True, inline="always")
 def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
     """Gradient at the offset (dx, dy) from a cell, bilinear between the ``corners`` of :func:`take_corners`."""
     rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
@@ -62,7 +81,7 @@ def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[
     return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(rest_y * y1 + np.float32(dy * y2))
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def all_reached(potential: Float32Array, width: int, n: int) -> bool:
     """Whether a cell and its eight neighbours have a potential."""
     for row in (n - width, n, n + width):
@@ -87,7 +106,7 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
     """Half a cell down the gradient from cell ``n`` and offset (dx, dy); cell -1 where the gradient is zero."""
     x, y = interpolated_gradient(corners, dx, dy)
@@ -107,7 +126,7 @@ def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> 
     return n, dx, dy
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def step(
     potential: Float32Array,
     width: int,
@@ -129,7 +148,7 @@ def step(
         lowest = lowest_neighbour(potential, width, n)
         return (lowest if potential[lowest] < POT_HIGH else -1), np.float32(0.0), np.float32(0.0), held
     if n != held:
-        take_corners(potential, width, n, corners)
+        take_corners(potential, width, n, held, corners)
     m, dx, dy = advance(corners, width, n, dx, dy)
     return m, dx, dy, n
 

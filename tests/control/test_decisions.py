@@ -7,7 +7,7 @@ import pytest
 
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.controller_server import ControllerServer
-from navstack.control.decision import CriticScore, DecisionRecord
+from navstack.control.decision import RUNNER_UP, SLOWER, CriticScore, DecisionRecord
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.rollouts import Rollouts
@@ -89,6 +89,35 @@ def test_dwb_tells_the_scores_of_what_it_chose() -> None:
         scores=(CriticScore("One", 1.0, 2.0, 1), CriticScore("Two", 4.0, 2.0, 1), CriticScore("Idle", 0.0, 0.0, 0)),
     )
     assert command == Twist2D(*controller.last_decision.scores.rollouts.commands[4].tolist())
+
+
+def test_dwb_tells_what_its_choice_was_preferred_to() -> None:
+    controller = dwb(Fixed(2.0, {4: 1.0, 0: math.inf}, 3.0), Fixed(0.5, {4: 4.0, 7: 5.0}, 6.0))
+    assert controller.alternatives == ()
+    command = controller.compute_velocity(state(0.0), plan(), around())
+    commands = controller.last_decision.scores.rollouts.commands
+    slow = np.flatnonzero(np.abs(commands[:, 0]) <= 0.5 * command.linear_x)
+    second, slower = controller.alternatives
+    assert (second.kind, slower.kind) == (RUNNER_UP, SLOWER)
+    assert (second.command, second.total) == (Twist2D(*commands[7].tolist()), 8.5)
+    assert second.scores == (
+        CriticScore("One", 3.0, 6.0, 0),
+        CriticScore("Two", 5.0, 2.5, 0),
+        CriticScore("Idle", 0.0, 0.0, 0),
+    )
+    legal = [index for index in slow.tolist() if index not in (0, 4)]  # the first is forbidden, the fifth chosen
+    assert slower.command == Twist2D(*commands[legal[0]].tolist())
+    assert slower.total == (8.5 if legal[0] == 7 else 9.0)
+
+
+def test_where_one_velocity_is_legal_there_is_no_other() -> None:
+    controller = dwb(Fixed(1.0, {2: 1.0}, math.inf), Fixed(1.0, {}, 0.0))
+    controller.compute_velocity(state(0.0), plan(), around())
+    assert controller.alternatives == ()
+    with pytest.raises(NoLegalVelocity):
+        dwb_none = dwb(Fixed(1.0, {}, math.inf), Fixed(1.0, {}, 0.0))
+        dwb_none.compute_velocity(state(0.0), plan(), around())
+    assert dwb_none.alternatives == ()
 
 
 def test_a_cycle_without_a_legal_velocity_tells_who_rejected() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from navstack.costmap import beam_kernels, cell_kernels, inflation_kernels, kernels
 from navstack.costmap.inflation import make_kernel
-from navstack.costmap.window import copy_window
+from navstack.costmap.window import shift
 from navstack.params.costmap import InflationLayerParams
 
 
@@ -62,8 +62,47 @@ def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
 def test_combining_by_maximum(keep_unknown: bool, expected: list[int]) -> None:
     master = np.array([[9, 3, 3, 255, 255]], dtype=np.uint8)
     layer = np.array([[4, 9, 255, 7, 255]], dtype=np.uint8)
-    kernels.combine_maximum(master, layer, keep_unknown)
+    kernels.combine_maximum(master, (0, 5, 0, 1), layer, 0, 0, keep_unknown)
     assert master[0].tolist() == expected
+
+
+@pytest.mark.parametrize("keep_unknown", [False, True])
+def test_combining_stays_in_the_region_and_on_the_layer(keep_unknown: bool) -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(100):
+        master = rng.choice(np.array((0, 1, 252, 253, 254, 255), dtype=np.uint8), (60, 90))
+        layer = rng.choice(np.array((0, 1, 252, 253, 254, 255), dtype=np.uint8), rng.integers(1, 80, 2))
+        x, y = (int(v) for v in rng.integers(-40, 60, 2))
+        x0, y0 = (int(v) for v in rng.integers(0, 40, 2))
+        xn, yn = x0 + int(rng.integers(0, 50)), y0 + int(rng.integers(0, 20))
+        expected = master.copy()
+        for row in range(max(y0, y), min(yn, y + layer.shape[0])):
+            for column in range(max(x0, x), min(xn, x + layer.shape[1])):
+                old, cost = int(master[row, column]), int(layer[row - y, column - x])
+                if cost != 255 and (old < cost or (old == 255 and not keep_unknown)):
+                    expected[row, column] = cost
+        kernels.combine_maximum(master, (x0, xn, y0, yn), layer, x, y, keep_unknown)
+        np.testing.assert_array_equal(master, expected)
+
+
+def part_of(source: np.ndarray, x: int, y: int, shape: tuple[int, int], fill: int) -> np.ndarray:
+    """The source's cells from (x, y) on, and ``fill`` beyond its edges."""
+    part = np.full(shape, fill, dtype=np.uint8)
+    for row in range(shape[0]):
+        for column in range(shape[1]):
+            if 0 <= y + row < source.shape[0] and 0 <= x + column < source.shape[1]:
+                part[row, column] = source[y + row, x + column]
+    return part
+
+
+def test_a_grid_is_shifted_in_place() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(300):
+        grid = rng.integers(0, 250, rng.integers(1, 9, 2)).astype(np.uint8)
+        dx, dy = (int(v) for v in rng.integers(-9, 10, 2))
+        expected = part_of(grid, dx, dy, grid.shape, 7)
+        shift(grid, dx, dy, 7)
+        np.testing.assert_array_equal(grid, expected)
 
 
 @pytest.mark.parametrize("radius", [0.1, 1.5, 1.75, 3.4])
@@ -132,8 +171,7 @@ def test_boxes_are_copied_and_filled_beyond_the_edges() -> None:
     for _ in range(50):
         margin = int(rng.integers(0, 5))
         x, y = (int(v) for v in rng.integers(-60, 60, 2))
-        expected = np.full((30, 35), 7, dtype=np.uint8)
-        copy_window(source, x + margin, y + margin, expected, 7)
+        expected = part_of(source, x + margin, y + margin, (30, 35), 7)
         target = np.full((30, 35), 99, dtype=np.uint8)
         boxes = np.array(((x, x + 35, y, y + 10), (x, x + 3, y + 10, y + 30), (x + 3, x + 35, y + 10, y + 30)))
         inflation_kernels.copy_boxes(source, margin, 7, target, np.array((x, y, 35, 30)), boxes)

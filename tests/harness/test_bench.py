@@ -219,7 +219,7 @@ def test_rows_of_a_closed_loop(tmp_path: Path) -> None:
     assert expected | {"log", "rest"} <= set(parts)
     assert all(value >= 0.0 for value in parts.values())
     together = sum(parts.values()) * full["real_time_factor"] / 1000.0  # 1 where the same deliveries take the same
-    assert 0.4 < together < 2.5
+    assert 0.05 < together < 20.0  # another drive of a few seconds: what holds on a busy machine, and tells ms from s
     two = {
         **empty,
         "name": TWO_WORKERS,

@@ -145,6 +145,22 @@ def test_robot_that_leaves_the_field_extends_it():
     assert path_cost(path, costmap) <= 1.01 * path_cost(fresh_plan(start, costmap), costmap)
 
 
+def test_robot_that_recedes_among_obstacles_extends_it_step_by_step():
+    empty, planner = streets(), IncrementalNavfn(IncrementalNavfnParams(change_radius=8.0))
+    route = planner.plan(Pose2D(1.0, 1.0), GOAL, empty).poses
+    planner.reset(np.random.default_rng(0))
+    rng = np.random.default_rng(3)
+    for x, y, _ in route[::-1][60::25]:
+        costmap = Costmap(empty.data.copy(), RESOLUTION, 0.0, 0.0)
+        column, row = int(x / RESOLUTION), int(y / RESOLUTION)
+        for dx, dy in rng.integers(-70, 71, (3, 2)):
+            if np.hypot(dx, dy) > 12 and np.hypot(column + dx - 270, row + dy - 170) > 12:
+                put_disc(costmap.data, column + dx, row + dy)
+        path = planner.plan(Pose2D(x, y), GOAL, costmap)
+        assert not crosses_obstacle(path, costmap)
+        assert path_cost(path, costmap) <= 1.01 * path_cost(fresh_plan(Pose2D(x, y), costmap), costmap)
+
+
 def test_new_goal_and_new_map_start_afresh():
     costmap, start = streets(), Pose2D(1.0, 1.0)
     planner = IncrementalNavfn(IncrementalNavfnParams())

@@ -10,7 +10,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
-from navstack.planning.navfn_descent import FAILED, descend
+from navstack.planning.navfn_descent import FAILED, descend, take_corners
 from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
 from navstack.types import Pose2D
 
@@ -186,6 +186,16 @@ def test_descent_leaves_a_flat_place_along_the_grid():
     potential[3, 4] = 170.0
     potential[4, 3] = 130.0
     assert descend(potential.ravel(), width, 4 * width + 4, 4 * width, path) > 0
+
+
+@pytest.mark.parametrize("step", [1, -1, 9, -9, 10, 2])
+def test_corners_that_are_kept_are_those_taken_anew(step):
+    potential = np.random.default_rng(0).uniform(0.0, 500.0, 81).astype(np.float32)
+    kept, fresh = np.empty((4, 2), dtype=np.float32), np.empty((4, 2), dtype=np.float32)
+    take_corners(potential, 9, 40, -1, kept)
+    take_corners(potential, 9, 40 + step, 40, kept)
+    take_corners(potential, 9, 40 + step, -1, fresh)
+    np.testing.assert_array_equal(kept, fresh)
 
 
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no real maps")

@@ -5,6 +5,7 @@ import pytest
 from harness.truth import Partner
 from harness.world.contacts import ContactBook, ContactPoint, Motion, Touched
 from harness.world.world_params import ContactParams
+from navstack.errors import UnknownNameError
 
 DT = 1.0 / 120.0
 PERSON = Touched(Partner.PEDESTRIAN, "pedestrian", 3)
@@ -147,3 +148,24 @@ def test_spin_about_any_axis_moves_the_surface():
     expected = (0.06, 0.37, 0.26)
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     assert [spinning.along(axis, point_there) for axis in axes] == pytest.approx(expected)
+
+
+def test_per_point_the_threshold_looks_at_single_points():
+    book = ContactBook(ContactParams(per="point"), DT, robot_mass=50.0)
+    feed(book, [[point(20.0), point(49.9)], [point(45.0, MAILBOX), point(60.0), point(90.0, MAILBOX)]])
+    (counted,) = book.counted
+    assert (counted.impulse, counted.kind, counted.stamp) == (60.0, "pedestrian", 2 * DT)
+
+
+def test_events_are_the_same_whatever_counts():
+    books = [ContactBook(ContactParams(per=per), DT, robot_mass=50.0) for per in ("partner", "point")]
+    for each in books:
+        feed(each, [[point(30.0), point(40.0)], [point(5.0)]])
+        each.close_all()
+    assert [len(each.counted) for each in books] == [1, 0]
+    assert books[0].finished == books[1].finished
+
+
+def test_an_unknown_way_of_counting_is_refused():
+    with pytest.raises(UnknownNameError, match="contacts: per 'points'"):
+        ContactParams(per="points")

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from harness import resources
-from harness.world.drive_kernels import LEVEL, drive_constants, drive_wrench, grip, motor_forces
-from harness.world.motion_kernels import base_motion, point_velocity
+from harness.world.body_state import BodyState
+from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, drive_wrench, grip, motor_forces
+from harness.world.motion_kernels import base_motion, base_state, point_velocity
 from harness.world.robot import RobotParams
 from navstack.params.strict import load_dataclass
 
@@ -154,3 +155,25 @@ def test_motion_kernels_equal_matrix_algebra():
         assert forward == pytest.approx(math.cos(yaw) * expected[0] + math.sin(yaw) * expected[1])
         assert left == pytest.approx(-math.sin(yaw) * expected[0] + math.cos(yaw) * expected[1])
         assert tilt == pytest.approx(math.acos(rotation[2, 2]))
+
+
+def test_kernels_for_tuples_equal_those_for_numbers(robot):
+    rng = np.random.default_rng(3)
+    constants = drive_constants(robot, GRAVITY, DT)
+    for _ in range(50):
+        q = tuple((rng.normal(size=4) * (0.05, 0.05, 1.0, 1.0)).tolist())
+        position, velocity, spin, offset = (tuple(row) for row in rng.normal(size=(4, 3)).tolist())
+        loads, command = rng.uniform(100.0, 300.0, 2).tolist(), rng.normal(size=2).tolist()
+        *wrench_, power = drive_wrench(*q, *velocity[:2], *spin, *loads, *command, constants)
+        force, torque, same = drive_forces(q, velocity, spin, *loads, *command, constants)
+        assert (*force, *torque, same) == (*wrench_, power)
+
+        before = BodyState(0.0, 0.0, *rng.normal(size=3).tolist())
+        state = BodyState(*base_state(position, q, velocity, spin, offset, before, 0.02))
+        motion = base_motion(*position, *q, *velocity, *spin, *offset)
+        assert (state.x, state.y, state.yaw, state.vx, state.vy, state.tilt) == motion
+        assert state.yaw_rate == spin[2]
+        turn = state.yaw - before.yaw
+        backwards = np.array(((math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))))
+        change = np.array((state.vx, state.vy)) - backwards @ (before.vx, before.vy)
+        assert (state.ax, state.ay) == pytest.approx(tuple(change / 0.02))

@@ -3,8 +3,11 @@
 import math
 
 import numpy as np
+import pytest
 import shapely
 
+from harness.world.bodies import StaticIndex
+from harness.world.scene import Obstacle
 from harness.world.touch_kernels import may_touch
 
 HALF_LENGTH, HALF_WIDTH, MARGIN = 0.4, 0.3, 0.15  # [m]
@@ -54,3 +57,18 @@ def test_without_obstacles_and_with_repeated_corners():
     square = np.array(((1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (2.0, 0.5), (1.0, 0.5)))
     for x, expected in ((0.4, False), (0.5, True)):  # its front at 0.8 m and 0.9 m
         assert may_touch(x, 0.0, 1.0, 0.0, HALF_LENGTH, HALF_WIDTH, MARGIN, square, np.array((0, 5))) == expected
+
+
+def test_obstacles_are_found_by_their_distance():
+    rng = np.random.default_rng(9)
+    polygons = random_polygons(rng, 30)
+    index = StaticIndex(tuple(Obstacle("bench", np.array(each.exterior.coords)[:-1], 1.0) for each in polygons))
+    found = 0
+    for x, y, radius in rng.uniform((-4, -4, 0.1), (4, 4, 2.0), (500, 3)).tolist():
+        distances = shapely.distance(np.array(polygons, dtype=object), shapely.Point(x, y))
+        numbers, nearest = index.near(x, y, radius)
+        assert numbers == np.flatnonzero(distances <= radius).tolist()
+        assert nearest == (pytest.approx(distances.min(), abs=1e-12) if numbers else math.inf)
+        found += len(numbers)
+    assert found > 1000
+    assert StaticIndex(()).near(0.0, 0.0, 5.0) == ([], math.inf)

@@ -164,6 +164,16 @@ def test_a_wall_hides_a_person_and_a_person_hides_the_wall():
     assert lidar.exact_ranges(Pose2D(), behind)[180] == pytest.approx(5.0)
 
 
+def test_a_lidar_that_does_not_see_people_sees_what_stands_behind_them():
+    data = np.zeros((400, 400), dtype=np.int8)
+    data[:, 300:] = 100
+    geometry, person = OccupancyGrid(data, 0.05, Pose2D(-10.0, -10.0)), np.array([[2.0, 0.0, 0.0, 0.0]])
+    blind = make_lidar(geometry, sees_people=False)
+    scan = blind.measure(BodyState(), person, 0.0)
+    np.testing.assert_array_equal(scan.ranges, make_lidar(geometry).measure(BodyState(), NOBODY, 0.0).ranges)
+    assert blind.exact_ranges(Pose2D(), person)[180] == pytest.approx(1.7)  # the truth knows them
+
+
 def test_a_sensor_inside_a_person_sees_nothing():
     lidar = make_lidar(empty_grid())
     scan = lidar.measure(BodyState(), np.array([[0.1, 0.0, 0.0, 0.0]]), 0.0)

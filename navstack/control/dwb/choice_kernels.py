@@ -42,8 +42,10 @@ def best_command(
     costs: ByteArray,
     grid: Grid,
     guess: int,
-) -> tuple[int, np.float32, FloatArray, FloatArray]:
-    """Index, total, command (3,) as vx, vy, yaw rate, and raw scores (C,) of the best sample, the first of equals.
+    command: FloatArray,
+    scores: FloatArray,
+) -> tuple[int, np.float32]:
+    """Index and total of the best sample, the first of equals.
 
     The index is -1 where no sample is legal or the plan is off the map.
 
@@ -63,6 +65,8 @@ def best_command(
         costs: (height, width) of the costmap.
         grid: where it lies.
         guess: index of a sample that is likely to be good.
+        command: (3,) room for its vx, vy and yaw rate; written, for numba takes microseconds to return an array.
+        scores: (C,) room for its raw scores.
     """
     commands = combine(robot[3:], axes, counts, speeds, times[0])
     seeds = cells_of_points(densify(plan, grid[2]), costs, grid[0], grid[1], grid[2])
@@ -77,8 +81,8 @@ def best_command(
             robot, commands, steps, limits, times[1], kinds, scales, raw, cells, seeds, costs, grid, guess
         )
         if best >= 0:
-            return best, total, commands[best].copy(), raw[:, best].copy()
-    return best, total, np.zeros(3), np.zeros(len(kinds))
+            command[:], scores[:] = commands[best], raw[:, best]
+    return best, total
 
 
 @njit(cache=True)

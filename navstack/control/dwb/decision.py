@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navstack.control.decision import CriticScore, DecisionRecord
+from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.kernels import add_weighted
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
@@ -156,4 +156,30 @@ class Decision:
                 )
                 for name in self._critics
             ),
+        )
+
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """The best of the other legal trajectories, and of those at most half as fast; none where all are illegal."""
+        if not self.is_legal:
+            return ()
+        totals = self.scores.totals.astype(np.float64)
+        totals[self.choice.index] = np.inf
+        speeds = np.abs(self.scores.rollouts.commands[:, 0])
+        is_slower = speeds <= 0.5 * abs(self.command.linear_x)
+        best = {RUNNER_UP: int(totals.argmin()), SLOWER: int(np.where(is_slower, totals, np.inf).argmin())}
+        return tuple(
+            self._alternative(kind, index)
+            for kind, index in best.items()
+            if np.isfinite(totals[index]) and (kind != SLOWER or is_slower[index])
+        )
+
+    def _alternative(self, kind: str, index: int) -> Alternative:
+        scores = self.scores
+        raw = scores.raw[:, index]
+        told = zip(self._critics, raw.tolist(), (raw * scores.scales).tolist(), strict=True)
+        return Alternative(
+            kind,
+            Twist2D(*scores.rollouts.commands[index].tolist()),
+            float(scores.totals[index]),
+            tuple(CriticScore(name, one, other, 0) for name, one, other in told),
         )

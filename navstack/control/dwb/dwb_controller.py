@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.decision import Decision
@@ -64,6 +64,11 @@ class DwbController(Controller):
     def decision(self) -> DecisionRecord | None:
         """See the base class."""
         return None if self.last_decision is None else self.last_decision.record()
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """See the base class: the second best trajectory, and the best of those at most half as fast."""
+        return () if self.last_decision is None else self.last_decision.alternatives()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Sample within the limit; see :meth:`~navstack.control.dwb.velocity_samples.VelocitySampler.limit_speed`."""

@@ -24,7 +24,7 @@ class EndChoice:
         self._critics = dict(critics)
         self._set_terms(())
         self._last = 0  # index of the last choice, likely a good one again
-        self._raw: FloatArray = np.empty(0)  # its scores by the critics that count
+        self._command: FloatArray = np.zeros(3)  # of the last choice: vx, vy, yaw rate
 
     def choose(self, scene: Scene) -> Choice | None:
         """The choice; None: it takes the scores of all trajectories to make it, or no trajectory is legal."""
@@ -35,7 +35,7 @@ class EndChoice:
         if terms != self._terms:
             self._set_terms(terms)
         robot, grid = _numbers_of(scene)
-        index, total, command, self._raw = best_command(
+        index, total = best_command(
             robot,
             generator.sampler.axes,
             generator.sampler.counts,
@@ -51,11 +51,13 @@ class EndChoice:
             scene.costmap.data,
             grid,
             self._last,
+            self._command,
+            self._raw,
         )
         if index < 0:
             return None
         self._last = index
-        return Choice(int(index), float(total), Twist2D(*command.tolist()))
+        return Choice(int(index), float(total), Twist2D(*self._command.tolist()))
 
     def explain(self, scene: Scene) -> Explanation:
         """What the scores of all trajectories would tell of the last choice, which was made in this ``scene``."""
@@ -100,6 +102,7 @@ class EndChoice:
         self._kinds = np.array([kind for _, kind, _, _ in terms], dtype=np.int64)
         self._numbers = np.array([number for _, _, number, _ in terms], dtype=np.float64)
         self._scales = np.array([scale for _, _, _, scale in terms], dtype=np.float32)
+        self._raw: FloatArray = np.zeros(len(terms))  # scores of the last choice
 
 
 def _numbers_of(scene: Scene) -> tuple[FloatArray, Grid]:

@@ -164,3 +164,14 @@ def test_a_replay_alone_works_from_a_file(page: Path, browse: Browse, tmp_path: 
     assert browser.execute_script("return document.querySelector('h1').textContent") == "mine, episode 1"
     assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
     assert [entry["message"] for entry in browser.get_log("browser")] == []
+
+
+def test_the_head_tells_what_all_runs_rest_on(write_run: Callable[..., Path], browse: Browse, tmp_path: Path) -> None:
+    folders = [str(write_run(name, stacks=(name,), episodes=4, seed=seed)) for name, seed in (("one", 3), ("two", 5))]
+    with pytest.raises(SystemExit) as ended:
+        main(["report", *folders, "--out", str(tmp_path / "report.html")])
+    assert ended.value.code == 0
+    browser = browse(tmp_path / "report.html", 1440)
+    wait(browser, "document.documentElement.dataset.ready")
+    head = browser.execute_script("return document.querySelector('.masthead .sub').textContent")
+    assert "8 deliveries · map sidewalk · seed 3, 5 · people" in head

@@ -1,8 +1,8 @@
 // Puts the page together.
 function masthead() {
   const { basis, entries } = DATA, total = DATA.deliveries ? DATA.deliveries.entry.length : null;
-  const run = basis.runs[0];
-  const where = [total !== null && `${num(total)} deliveries`, `map ${run.map}`, `seed ${run.seed}`, `people ${run.people}`, DATA.date];
+  const each = key => [...new Set(basis.runs.map(run => run[key]))].join(', ');
+  const where = [total !== null && `${num(total)} deliveries`, ...['map', 'seed', 'people'].map(key => `${key} ${each(key)}`), DATA.date];
   return h('div', { class: 'masthead' }, h('div', {},
     h('p', { class: 'kicker' }, DATA.kind === 'report' ? 'navbench report' : 'navbench replay'),
     h('h1', {}, DATA.kind === 'report' ? (entries.length > 1 ? `What ${entries.length} stacks earn on the sidewalk` : `What ${DATA.title} earns on the sidewalk`) : DATA.title),

@@ -14,6 +14,7 @@ from navstack.control.dwb.critics.rotate_to_goal import RotateToGoalCritic
 from navstack.control.dwb.critics.twirling import TwirlingCritic
 from navstack.errors import UnknownNameError
 from navstack.params.dwb import DwbParams
+from navstack.params.extensions import with_extensions
 
 CRITICS: dict[str, Callable[[Any, DwbParams], Critic]] = {
     "BaseObstacle": BaseObstacleCritic,
@@ -38,11 +39,11 @@ def build_critics(params: DwbParams) -> dict[str, Critic]:
     Raises:
         UnknownNameError: a name stands for no critic.
     """
-    critics = {}
+    critics, table = {}, with_extensions("dwb_critics", CRITICS)
     for given in params.critics:
         if given in params.named_critics:
             named = params.named_critics[given]
-            critics[given] = CRITICS[named.type](named.params, params)
+            critics[given] = table[named.type](named.params, params)
             continue
         namespace, _, bare = given.rpartition("::")
         name = bare.removesuffix("Critic")
