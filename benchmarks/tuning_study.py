@@ -1,32 +1,45 @@
-"""A tuning study from a shipped stack to its proof: tuned file against the original and against a third one.
+"""A tuning study from a shipped stack to its proof: tuned file against the original and against others.
 
-Usage: python benchmarks/tuning_study.py critics|weights --out FOLDER [--trials N] [--episodes N] [--test-episodes N]
-           [--waterfall N] [--seed S] [--workers N] [--world NAME]
+Usage: python benchmarks/tuning_study.py critics|weights [--space NAME ...] [--objective NAME] [--trials N]
+           [--episodes N] [--finalists N] [--final-episodes N] [--test-episodes N] [--waterfall N] [--unraced]
+           [--budget TIME] [--beside NAME] [--seed S] [--workers N] [--world NAME] [--name NAME]
 
-``critics`` tunes DWB's critics of Nav2's stock file and holds the result against the paper's hand-tuned file too;
-``weights`` tunes those of the jerk-limited MPC. All drive with ``navstack::IncrementalNavfn`` as planner. FOLDER gets
-the files as they are driven (``stacks``), the folder of ``navbench tune`` (``study``), the third file's deliveries
-(``rival``), and ``proof.md``: what all do on the test missions, and the paired differences. What was interrupted goes
-on with the same command.
+``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file, and holds the result
+against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC. All drive with
+``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives every trial to the end, under a name of its own;
+``--beside critics`` then sets the tuned file of that study beside this one's, on the same test missions.
+
+``results/baseline/tuning/NAME`` gets what is kept: ``proof.md`` (what all do on the test missions, and the paired
+differences), the report's tables, the tuned file and its difference, the trials, and ``study.tar.xz`` with everything
+that the study goes on from, written every ten minutes and at the end. The study itself is driven in
+``results/tuning/NAME``. What was interrupted goes on with the same command, in another checkout, too.
 """
 
 import argparse
+import contextlib
 import dataclasses
+import json
+import os
+import shutil
 import sys
-from collections.abc import Sequence
+import tarfile
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from harness.calibration.markdown import interval_text, table
 from harness.cli import main as navbench
 from harness.execution import Workers
 from harness.manifest import load_study
 from harness.metrics import Row
+from harness.report.markdown import interval_text, table
+from harness.runs import JOURNAL
 from harness.stack import load_stack
 from harness.statistics import bootstrap_mean, compare_pairs, wilson_interval
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.journal import Journal
+from harness.tuning.output import DIFF, DOCUMENT, STACK, TRIALS, TUNED
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import finish, load_tuning, run_search
 from navstack.errors import NavstackError
@@ -35,6 +48,10 @@ from navstack.types import FloatArray
 
 EXACT, INCREMENTAL = "nav2_navfn_planner::NavfnPlanner", "navstack::IncrementalNavfn"
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
+KEPT, DRIVEN = Path("results/baseline/tuning"), Path("results/tuning")
+ARCHIVE, PERIOD = "study.tar.xz", 600.0  # [s] between writings
+NEEDED = ("study/run.json", "study/params", f"study/{JOURNAL}", f"rival/{JOURNAL}")  # to go on from
+SAME = ("trials", "episodes", "finalists", "final_episodes", "test_episodes", "waterfall", "seed", "world", "budget")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,13 +60,14 @@ class Question:
 
     stack: str
     localizer: str
-    space: str
+    spaces: tuple[str, ...]
+    objective: str
     rival: str  # a stack; empty: none
 
 
 QUESTIONS = {
-    "critics": Question("nav2-stock", "gps-ekf", "dwb_critics", "nav2-gps-ekf"),
-    "weights": Question("mpc-gps-ekf", "gps-ekf", "mpc_weights", ""),
+    "critics": Question("nav2-stock", "gps-ekf", ("dwb_critics", "local_layers"), "shared_margin", "nav2-gps-ekf"),
+    "weights": Question("mpc-gps-ekf", "gps-ekf", ("mpc_weights",), "shared_margin", ""),
 }
 
 
@@ -75,6 +93,50 @@ def incremental(name: str, localizer: str, folder: Path) -> Path:
     (folder / written.nav2_file).write_text(text.replace(EXACT, INCREMENTAL), encoding="utf-8")
     (folder / f"{name}.yaml").write_text(dump_dataclass(written), encoding="utf-8")
     return folder / f"{name}.yaml"
+
+
+def unpack(driven: Path, archive: Path) -> None:
+    """Bring back a study that another checkout began."""
+    if not (driven / "study").exists() and archive.is_file():
+        with tarfile.open(archive) as content:
+            content.extractall(driven, filter="data")
+
+
+def pack(driven: Path, archive: Path) -> None:
+    """Write what a study goes on from; a last line of a journal that is cut off there is driven again."""
+    archive.parent.mkdir(parents=True, exist_ok=True)
+    new = archive.with_suffix(".new")
+    with tarfile.open(new, "w:xz") as content:
+        for name in NEEDED:
+            if (driven / name).exists():
+                content.add(driven / name, name, filter=anonymous)
+    os.replace(new, archive)
+
+
+def anonymous(member: tarfile.TarInfo) -> tarfile.TarInfo:
+    """A file without its owner."""
+    member.uid = member.gid = 0
+    member.uname = member.gname = ""
+    return member
+
+
+@contextlib.contextmanager
+def kept(driven: Path, archive: Path) -> Iterator[None]:
+    """Pack now and then meanwhile, and at the end, however it comes."""
+    stopped = threading.Event()
+
+    def run() -> None:
+        while not stopped.wait(PERIOD):
+            pack(driven, archive)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stopped.set()
+        thread.join()
+        pack(driven, archive)
 
 
 def tune(arguments: Sequence[str]) -> None:
@@ -125,10 +187,10 @@ def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
     paired = [
         index for index in range(len(sides["tuned"])) if all(rows[index].get("outcome") for rows in sides.values())
     ]
-    kept = {name: [rows[index] for index in paired] for name, rows in sides.items()}
+    both = {name: [rows[index] for index in paired] for name, rows in sides.items()}
     rng = np.random.default_rng(seed)
     lines = []
-    for name, rows in kept.items():
+    for name, rows in both.items():
         shares = [
             interval_text(wilson_interval(int(column(rows, key).sum()), len(rows)), 3)
             if key in OUTCOMES
@@ -138,11 +200,11 @@ def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
         lines.append([name, str(len(rows)), *shares])
     differences = []
     clusters = np.arange(len(paired))
-    for name in [each for each in kept if each != "tuned"]:
+    for name in [each for each in both if each != "tuned"]:
         cells = []
         for key in shown:
             found = compare_pairs(
-                column(kept[name], key), column(kept["tuned"], key), clusters, rng, is_share=key in OUTCOMES
+                column(both[name], key), column(both["tuned"], key), clusters, rng, is_share=key in OUTCOMES
             )
             cells.append(f"{interval_text(found.difference, 3)}, p = {found.p:.4f}" if found.differs else "none")
         differences.append([name, *cells])
@@ -150,33 +212,74 @@ def proof(sides: dict[str, Sequence[Row]], seed: int) -> str:
     return f"{whole}\n\n{table(['tuned minus', *shown.values()], differences)}\n"
 
 
+def effort(document: Row) -> str:
+    """A sentence of what the search drove."""
+    driven, trials = document["training_episodes"], document["trials"]
+    states = ", ".join(f"{count} {state}" for state, count in trials.items())
+    return (
+        f"Objective {', '.join(document['objectives'])}, space {document['space']['name']}, seed {document['seed']}: "
+        f"trials {states}; {driven['driven']} training deliveries ({driven['without_racing']} without racing), "
+        f"{sum(each['missions'] for each in document['finals'])} of the final choice.\n\n"
+    )
+
+
+def keep(driven: Path, folder: Path, text: str) -> None:
+    """Write what is kept beside the archive, without figures and without the paths of this machine."""
+    for name in (TUNED, STACK, DIFF, TRIALS):
+        shutil.copyfile(driven / "study" / name, folder / name)
+    report = read_text(driven / "study" / "report.md")
+    for path in ((driven / "study").resolve(), driven / "study"):
+        report = report.replace(str(path), str(folder))
+    lines = [line for line in report.splitlines() if not line.startswith(("![", "*"))]
+    (folder / "report.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "proof.md").write_text(text, encoding="utf-8")
+
+
+def arguments_of(asked: argparse.Namespace, question: Question, original: Path, study: Path) -> list[str]:
+    """Of ``navbench tune``."""
+    if (study / "run.json").exists():
+        return ["--resume", str(study)]
+    spaces = [part for space in asked.space or question.spaces for part in ("--space", space)]
+    given = {key: getattr(asked, key) for key in SAME}
+    options = [part for key, value in given.items() if value is not None
+               for part in (f"--{key.replace('_', '-')}", str(value))]  # fmt: skip
+    objective = ["--objective", asked.objective or question.objective]
+    racing = ["--no-racing"] if asked.unraced else []
+    return ["--stack", str(original), "--out", str(study), *spaces, *objective, *racing, *options]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("question", choices=QUESTIONS)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--trials", type=int, default=100)
-    parser.add_argument("--episodes", type=int, default=32)
-    parser.add_argument("--test-episodes", type=int, default=400)
-    parser.add_argument("--waterfall", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--space", action="append")
+    parser.add_argument("--unraced", action="store_true")
+    for name in ("objective", "budget", "beside", "name"):
+        parser.add_argument(f"--{name}")
+    numbers = {"trials": 100, "episodes": 32, "finalists": 4, "final-episodes": 128, "test-episodes": 400}
+    for name, default in {**numbers, "waterfall": 40, "seed": 0}.items():
+        parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--world", default="costnav")
     asked = parser.parse_args()
-    question, out = QUESTIONS[asked.question], asked.out
+    question = QUESTIONS[asked.question]
+    name = asked.name or asked.question + ("-unraced" if asked.unraced else "")
+    driven, folder = DRIVEN / name, KEPT / name
     try:
-        original = incremental(question.stack, question.localizer, out / "stacks")
-        rival = incremental(question.rival, question.localizer, out / "stacks") if question.rival else ""
+        unpack(driven, folder / ARCHIVE)
+        original = incremental(question.stack, question.localizer, driven / "stacks")
+        rival = incremental(question.rival, question.localizer, driven / "stacks") if question.rival else ""
         workers = ["--workers", str(asked.workers)] if asked.workers else []
-        if (out / "study" / "run.json").exists():
-            tune(["--resume", str(out / "study"), *workers])
-        else:
-            options = ("trials", "episodes", "test_episodes", "waterfall", "seed", "world")
-            given = [part for key in options for part in (f"--{key.replace('_', '-')}", str(getattr(asked, key)))]
-            tune(["--stack", str(original), "--space", question.space, "--out", str(out / "study"), *given, *workers])
-        text = proof(test_rows(out / "study", str(rival), out / "rival", asked.workers), asked.seed)
+        with kept(driven, folder / ARCHIVE):
+            tune([*arguments_of(asked, question, original, driven / "study"), *workers])
+            sides = test_rows(driven / "study", str(rival), driven / "rival", asked.workers)
+        if asked.beside:
+            unpack(DRIVEN / asked.beside, KEPT / asked.beside / ARCHIVE)
+            other = test_rows(DRIVEN / asked.beside / "study", "", driven, asked.workers)
+            sides[f"tuned, {asked.beside}"] = other["tuned"]
     except NavstackError as error:
         sys.exit(str(error))
-    (out / "proof.md").write_text(text, encoding="utf-8")
+    text = effort(json.loads(read_text(driven / "study" / DOCUMENT))) + proof(sides, asked.seed)
+    keep(driven, folder, text)
     print(text)
 
 

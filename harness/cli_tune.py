@@ -29,6 +29,8 @@ OWN_OPTIONS = (
     "trials",
     "episodes",
     "test_episodes",
+    "finalists",
+    "final_episodes",
     "is_raced",
     "waterfall_missions",
 )  # that run does not have
@@ -39,20 +41,25 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @click.option("--stack", default=DEFAULT_STACK, show_default=True,
               help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
 @click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
-@click.option("--space", default="dwb_critics", show_default=True,
-              help="What may change: a name of params/search_spaces or a YAML file.")  # fmt: skip
+@click.option("--space", "spaces", multiple=True, default=("dwb_critics",), show_default=True,
+              help="What may change: a name of params/search_spaces or a YAML file; may be repeated.")  # fmt: skip
 @click.option("--objective", default="margin", show_default=True,
-              help="margin, cvar, lower_bound, margin@sla>=SHARE, or a metric such as -duration_s; several, separated "
-              "by commas, for a Pareto front.")  # fmt: skip
+              help="margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a metric such as "
+              "-duration_s; several, separated by commas, for a Pareto front.")  # fmt: skip
 @click.option("--sampler", default="tpe", show_default=True, help="tpe, cmaes, random or grid.")
 @click.option("--trials", type=int, default=100, show_default=True, help="Files to try, beside the original.")
 @click.option(
-    "--budget", help="Wall time of search and test, e.g. 30m; trials for which there is no time are left out."
+    "--budget",
+    help="Wall time of search, final choice and test, e.g. 30m; trials for which there is no time are left out.",
 )
 @click.option("--episodes", type=int, default=32, show_default=True,
               help="Training missions, the same for every trial; racing likes 32, 64 and the like.")  # fmt: skip
 @click.option("--test-episodes", type=int, default=400, show_default=True,
               help="Unseen missions on which original and result are compared; 0: none.")  # fmt: skip
+@click.option("--finalists", type=int, default=4, show_default=True,
+              help="Trials that meet the original on further training missions at the end; 0: none.")  # fmt: skip
+@click.option("--final-episodes", type=int, default=128, show_default=True,
+              help="Such missions; the worse half of the finalists drops out after each round.")  # fmt: skip
 @click.option("--racing/--no-racing", "is_raced", default=True, help="Whether hopeless trials are dropped early.")
 @click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), default=40, show_default=True,
               help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.")  # fmt: skip
@@ -99,14 +106,17 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from harness.tuning.objective import parse_objectives
     from harness.tuning.paths import with_absolute_files
     from harness.tuning.sampler import make_sampler
-    from harness.tuning.space import load_space
+    from harness.tuning.space import fit_space
+    from harness.tuning.space_file import read_spaces
     from harness.tuning.study import check_space
     from navstack.params.strict import dump_dataclass, read_text
 
     own = {name: choices.pop(name) for name in OWN_OPTIONS}
-    stack, space = choices.pop("stack"), choices.pop("space")
+    stack, spaces = choices.pop("stack"), choices.pop("spaces")
+    space_files = [resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces]
+    space, content = read_spaces(space_files)
     declaration = Declaration(
-        stack=stack, space=Path(space).stem, budget=budget, sensors="", robot="", options=_run_options(choices), **own
+        stack=stack, space=space, budget=budget, sensors="", robot="", options=_run_options(choices), **own
     )
     objectives = parse_objectives(declaration.objective)
     study = make_study(stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices)
@@ -115,8 +125,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
         raise InputError(f"stack '{original.name}' has no Nav2 file to tune; give another")
     declaration = dataclasses.replace(declaration, sensors=_short(original.sensors), robot=_short(original.robot))
     nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
-    space_file = resolve(space, shipped("params") / "search_spaces", "search space")
-    fitted = load_space(space_file, nav2)
+    fitted = fit_space(space, content, nav2, study.template.allow_unknown)
     sampler = make_sampler(declaration.sampler, fitted, study.template.seed, declaration.trials, len(objectives))
     check_space(fitted, nav2, sampler, study.template.allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
@@ -125,7 +134,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
         say(f"note: {note}")
     texts = {
         TUNING: dump_dataclass(declaration),
-        SPACE: read_text(space_file),
+        SPACE: read_text(space_files[0]) if len(space_files) == 1 else dump_dataclass(content),
         ORIGINAL: with_absolute_files(nav2, study.template.allow_unknown).document.text,
     }
     create_run(path, about(study, sys.argv), {**parameters(study), **texts})
@@ -148,7 +157,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
     for note in version_notes(path):
         say(f"note: {note}")
     with Journal(path) as journal, open_workers(where, base.workers, path, {path: base}) as pool:
-        progress = Progress(study.plan, journal, study.declaration.budget)
+        progress = Progress(study.plan, journal, study.declaration.budget, study.episodes_after_search)
         if len(journal):
             say(f"going on after {len(journal)} episodes")
         shared = None if where.is_local else path
@@ -161,7 +170,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
                     document, report = _explain(study, base, result, evaluator, progress, path)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished episodes are kept in {path}; go on with --resume {path}"
-                say(f"interrupted after {len(progress.trials)} trials; {kept}")
+                say(f"interrupted {progress.when}; {kept}")
                 return INTERRUPTED
     if as_json:
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
@@ -176,7 +185,7 @@ def _search_and_test(
     from harness.tuning.study import finish, run_search
 
     search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
-    progress.phase = "test"
+    progress.phase = "final choice and test" if study.plan.final_episodes else "test"
     return finish(study, search, evaluator)
 
 

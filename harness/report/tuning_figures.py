@@ -14,6 +14,8 @@ from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.history import Best
 from harness.tuning.importance import Importance
+from harness.tuning.objective import is_money
+from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, StudyResult
 from harness.tuning.space import Parameter
 from harness.tuning.trial_table import TrialTable, is_ordered, trial_table
@@ -94,7 +96,7 @@ def _hold(values: Sequence[float], others: Sequence[float], name: str, axes: "Ax
     """Let the height hold all but the worst trials, which would flatten the rest; of these it tells the number."""
     inside = float(np.quantile(values, OUTLIERS, method="lower"))
     low, high = min(inside, *others), max(*values, *others)
-    if _is_money(name) and high - low < LEAST_RANGE:
+    if is_money(name) and high - low < LEAST_RANGE:
         low, high = 0.5 * (low + high - LEAST_RANGE), 0.5 * (low + high + LEAST_RANGE)
     gap = 0.06 * (high - low or 1.0)
     axes.set_ylim(low - gap, high + gap)
@@ -158,7 +160,7 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
             _scale(parameter, cell)
         else:
             x = table.places[:, number] * (len(parameter.choices) - 1)
-            cell.set_xticks(range(len(parameter.choices)), [str(choice) for choice in parameter.choices], fontsize=6)
+            cell.set_xticks(range(len(parameter.choices)), _choices(parameter), fontsize=6)
         cell.plot(x[~complete], table.objective[~complete], "x", color=FAINT, markersize=2.5, markeredgewidth=0.7)
         cell.plot(x[complete], table.objective[complete], "o", color=NEW, markersize=2.5)
         cell.plot(x[0], table.objective[0], "s", color=LINE, markersize=4.5, label="original")
@@ -173,6 +175,13 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
     figure.supylabel(_objective(name), fontsize=8)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False, fontsize=7)
+
+
+def _choices(parameter: Parameter) -> list[str]:
+    """What stands below choices; of lists, the first of which is the original, their numbers."""
+    if is_list(parameter.original):
+        return ["original", *(f"other {number}" for number in range(1, len(parameter.choices)))]
+    return [str(choice) for choice in parameter.choices]
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:
@@ -256,8 +265,4 @@ def _end(interval: Interval, key: str) -> float:
 
 
 def _objective(name: str) -> str:
-    return f"{name} [USD/run]" if _is_money(name) else name
-
-
-def _is_money(name: str) -> bool:
-    return name in ("margin", "cvar", "lower_bound") or name.startswith("margin@")
+    return f"{name} [USD/run]" if is_money(name) else name

@@ -1,5 +1,6 @@
 """The report of a tuning study as tables of text, which a terminal and a Markdown page show alike."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.importance import Importance
 from harness.tuning.partings import Parting, sentence
+from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 from harness.tuning.waterfall import Player, Step
 
@@ -37,6 +39,7 @@ def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: S
     """
     found = [
         _scores(scores, explanation),
+        _finals(study),
         _changes(study, explanation.importances),
         _waterfall(explanation),
         _components(explanation),
@@ -63,8 +66,9 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
         names = ", ".join(check.title for check in flagged)
         lines.append(f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file.")
     else:
-        examined = sum(check.is_examined for check in explanation.audit.checks)
-        lines.append(f"The auditor flags nothing ({examined} of {len(explanation.audit.checks)} checks examined).")
+        examined, every = sum(check.is_examined for check in explanation.audit.checks), len(explanation.audit.checks)
+        found = f"flags nothing ({examined} of {every} checks examined)" if examined else "could examine nothing"
+        lines.append(f"The auditor {found}.")
     return lines
 
 
@@ -99,8 +103,8 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
         rows.append(("margin", "optimism", "", "", "", span(explanation.optimism), "", ""))
     headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
     notes = (
-        "margin, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same ones "
-        "for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
+        "Margins, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same "
+        "ones for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
         "difference. Optimism: the margin's difference on training missions less that on test missions.",
     )
     if {"cvar", "lower_bound"} & {row[0] for row in rows}:
@@ -109,6 +113,26 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             "tested: for lower_bound their margins, for cvar these and what exceeds the original's tail.",
         )
     return Sheet("What it brings", headers, tuple(rows), texts=2, notes=notes)
+
+
+def _finals(study: StudyResult) -> Sheet:
+    """Who met in the final choice."""
+    trials = {trial.number: trial for trial in study.trials}
+    rows = tuple(
+        (
+            f"trial {each.number}" if each.number else "original",
+            f"{trials[each.number].values[0]:.2f}",
+            f"{each.value:.2f}" if math.isfinite(each.value) else NOTHING,
+            str(each.missions),
+        )
+        for each in study.finals
+    )
+    headers = (f"Final choice: {study.objectives[0]}", "In training", "In the final choice", "Missions")
+    notes = (
+        "The best trials and the original on training missions that had no part in choosing them, the best first; the "
+        "worse half drops out after each round. What trials lose here is the luck of having been chosen.",
+    )
+    return Sheet("The final choice", headers, rows, notes=notes)
 
 
 def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
@@ -121,6 +145,8 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
         importance = NOTHING if found is None else span(found.share) + ("" if found.is_told_apart else " (chance)")
         value = "unchanged" if new is None else value_text(new)
         allowed = " | ".join(map(value_text, each.choices)) or f"{each.low:g} .. {each.high:g}"
+        if is_list(each.original):
+            allowed = f"{len(each.choices)} lists"
         rows.append((each.name, each.paths[0], value_text(each.original), value, allowed, each.unit, importance))
     headers = ("Parameter", "Path", "Old", "New", "Range", "Unit", "Importance")
     notes = (
@@ -218,6 +244,8 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
 def step_title(step: Step) -> str:
     """A step's parameters with their old and new values; a group by its names alone."""
     player: Player = step.player
+    if len(player.names) == 1 and is_list(step.before[0]):
+        return player.title
     if len(player.names) == 1:
         return f"{player.title} {value_text(step.before[0])} -> {value_text(step.after[0])}"
     names = ", ".join(player.names)

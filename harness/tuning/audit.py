@@ -11,7 +11,7 @@ from harness.economics.prices import Prices
 from harness.metrics import Row
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
 from harness.tuning.audit_edges import edges
-from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Check
+from harness.tuning.audit_findings import FAMILY_LEVEL, LEAST_PAIRS, LEVEL, TITLES, Check
 from harness.tuning.audit_pairs import Pairs, pair_up
 from harness.tuning.audit_scores import Score, score
 from harness.tuning.result import StudyResult
@@ -65,12 +65,21 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
     unseen = len(study.test_rows) == 2
     rows = (study.test_rows[0], study.test_rows[1]) if unseen else study.train_rows
     pairs = pair_up(*rows, prices, study.seed)
-    if not pairs.n:
-        absent = "no mission was finished by both"
+    scores = score(pairs) if pairs.n else ()
+    absent = _unexaminable(study, pairs.n)
+    if absent:
         checks = [Check(key, False, absent, is_examined=False) for key in TITLES if key != "edge"]
-        return Audit((*checks, edges(study)), (), 0, unseen)
-    scores = score(pairs)
+        return Audit((*checks, edges(study)), scores, pairs.n, unseen)
     return Audit((*_on_deliveries(pairs, scores, threshold), edges(study)), scores, pairs.n, unseen)
+
+
+def _unexaminable(study: StudyResult, pairs: int) -> str:
+    """Why the checks on deliveries cannot find anything; empty: they can."""
+    if not study.incumbent.values:
+        return "the file is unchanged"
+    if not pairs:
+        return "no mission was finished by both"
+    return f"{pairs} missions are too few, give at least {LEAST_PAIRS}" if pairs < LEAST_PAIRS else ""
 
 
 def _on_deliveries(pairs: Pairs, scores: tuple[Score, ...], threshold: float) -> tuple[Check, ...]:

@@ -13,6 +13,7 @@ from harness.tuning.space import Parameter
 from harness.tuning.trial_table import TrialTable, is_ordered, place, trial_table
 from navstack.types import FloatArray
 
+SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
 NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
 FINE = 1e-9
 WHY = (
@@ -43,6 +44,9 @@ class Edge:
 def edges(study: StudyResult) -> Check:
     """Tuned values near an end of their range, flagged where that is no chance."""
     table = trial_table(study.space, study.trials)
+    if not _trends_can_be_told(table):
+        few = f"{len(table.trials)} trials are too few to tell a trend of {len(table.parameters)} parameters"
+        return Check("edge", False, few, is_examined=False)
     near = [edge for edge in (_edge(study, table, i) for i in range(len(table.parameters))) if edge is not None]
     tested = sum(_is_tuned(study, parameter) for parameter in study.space.parameters)
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
@@ -53,9 +57,16 @@ def edges(study: StudyResult) -> Check:
         bool(flagged),
         "; ".join(said) if said else none,
         tuple(_evidence(edge) for edge in flagged or near),
+        is_examined=tested > 0,
         why=WHY,
         advice=ADVICE,
     )
+
+
+def _trends_can_be_told(table: TrialTable) -> bool:
+    """Whether there are trials enough for the response surface of :func:`_p_of_trend`, whichever parameter it is of."""
+    varied = sum(_varies(table.places[:, i]) for i in range(len(table.parameters))) if len(table.trials) else 0
+    return len(table.trials) >= 2 * max(varied - 1, 0) + SPARE
 
 
 def _is_tuned(study: StudyResult, parameter: Parameter) -> bool:
@@ -101,7 +112,8 @@ def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
     varied = [
         i for i in range(len(table.parameters)) if i != number and len(table.trials) and _varies(table.places[:, i])
     ]
-    if len(table.trials) < 2 * len(varied) + 10 or not _varies(table.places[:, number]) or not _varies(table.objective):
+    few = len(table.trials) < 2 * len(varied) + SPARE
+    if few or not _varies(table.places[:, number]) or not _varies(table.objective):
         return 1.0
     inward = 1.0 - table.places[:, number] if is_high else table.places[:, number]  # from the end
     others = table.places[:, varied] - table.places[:, varied].mean(axis=0)

@@ -9,6 +9,7 @@ from navstack.types import FloatArray
 FAMILY_LEVEL = 0.02  # at most the probability of any false alarm in a study whose incumbent exploits nothing
 TESTS = 9  # that share it alike; the one for edges is shared again by the parameters
 LEVEL = FAMILY_LEVEL / TESTS  # of each test, one-sided (Bonferroni)
+LEAST_PAIRS = 9  # of deliveries: with fewer no paired test reaches the level (2 ** -9 < LEVEL < 2 ** -8)
 TITLES = {
     "threshold": "pushing just under the contact threshold",
     "accounting": "a gain that only the published accounting of contacts shows",

@@ -9,6 +9,7 @@ from navstack.errors import InputError
 SPACE = "search_space.yaml"  # in the study's params/
 ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
+MOST_FINALISTS = 100
 MOST_EPISODES = 10_000  # training missions, or test missions
 _UNITS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")
@@ -19,7 +20,7 @@ class Declaration:
     """A study but for what ``run.json`` says."""
 
     stack: str  # as the user gave it
-    space: str  # name of the search space
+    space: str  # name of the search space; of several, with + between them
     objective: str
     sampler: str
     trials: int  # beside the original
@@ -31,6 +32,8 @@ class Declaration:
     sensors: str  # of the stack: a name of params/sensors, or an absolute path
     robot: str
     options: tuple[str, ...]  # of the ``navbench run`` that drives the test again, but for stack, seed and episodes
+    finalists: int = 0  # trials of the final choice, beside the original
+    final_episodes: int = 0  # training missions that it alone drives
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -42,10 +45,12 @@ class Declaration:
             ("--trials", self.trials, 1, MOST_TRIALS),
             ("--episodes", self.episodes, 2, MOST_EPISODES),
             ("--test-episodes", self.test_episodes, 0, MOST_EPISODES),
+            ("--finalists", self.finalists, 0, MOST_FINALISTS),
+            ("--final-episodes", self.final_episodes, 0, MOST_EPISODES),
         ):
             if not least <= value <= most:
                 raise InputError(f"{option} {value} is out of range; give {least} to {most}")
-        assert self.episodes <= FIRST_TEST, "training missions would run into those of the test"
+        assert self.episodes + self.final_episodes <= FIRST_TEST, "training missions would run into those of the test"
 
 
 def parse_duration(text: str) -> float:

@@ -19,6 +19,7 @@ from harness.study import MAX_EPISODES
 FIRST_TEST = MAX_EPISODES  # number of the first test mission; training missions are below
 TEST_STREAM = 0x7E57  # tells the test seed's sequence from others of the same seed
 MARGIN = "margin_usd"  # column that evaluators add to the rows: contribution margin [USD] of the delivery
+SHARED_MARGIN = "shared_margin_usd"  # the same [USD], contacts with people paid for by the robot's share of the fault
 EVENTS = "events"  # another: the delivery's rows of events.parquet (a list), which the auditor weighs contacts with
 
 Value = float | int | str | bool
@@ -43,8 +44,9 @@ class Evaluator(Protocol):
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
         """One episode row per mission number, in the order given.
 
-        The columns are those of ``episodes.parquet``, :data:`MARGIN` (None where the cargo is not modelled) and
-        :data:`EVENTS`; an episode that could not be run has its ``error``, as in a run, and nothing measured.
+        The columns are those of ``episodes.parquet``, :data:`MARGIN` and :data:`SHARED_MARGIN` (None where the cargo is
+        not modelled) and :data:`EVENTS`; an episode that could not be run has its ``error``, as in a run, and nothing
+        measured.
         """
 
 

@@ -2,10 +2,12 @@
 
 ``margin``: the mean contribution margin [USD/run]. ``cvar``: half the mean, half the mean of the worst 10 % of the
 deliveries (conditional value at risk: Rockafellar and Uryasev 2000, "Optimization of conditional value-at-risk"): the
-one without the rare disaster of two files that earn alike. ``lower_bound``: the one-sided 95 % lower confidence bound
-of the mean margin by Student's t. ``margin@sla>=0.9``: the mean margin, of those whose share of deliveries in time and
-intact is at least 0.9. The name of any metric of ``docs/metrics.md``: its mean, in the direction that is better; where
-none is, or the other is wanted, ``-name`` for small and ``+name`` for large values.
+one without the rare disaster of two files that earn alike. ``capped_margin``: the mean margin where no delivery loses
+more than 100 USD. ``shared_margin``: the same where the robot pays for every contact with a person, however soft, by
+its share of the fault (accounting ``no_threshold_shared_fault``). ``lower_bound``: the one-sided 95 % lower confidence
+bound of the mean margin by Student's t. ``margin@sla>=0.9``: the mean margin, of those whose share of deliveries in
+time and intact is at least 0.9. The name of any metric of ``docs/metrics.md``: its mean, in the direction that is
+better; where none is, or the other is wanted, ``-name`` for small and ``+name`` for large values.
 """
 
 import math
@@ -19,7 +21,7 @@ from scipy.stats import t as student
 from harness.metrics import EPISODE_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import cvar, wilson_interval
-from harness.tuning.evaluation import MARGIN
+from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
 from harness.valuation import CENT, OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -28,7 +30,9 @@ TAIL = 0.10  # share of the deliveries that are the worst
 TAIL_WEIGHT = 0.5  # of their mean in ``cvar``
 CONFIDENCE = 0.95
 USD_PER_SHARE = 1000.0  # [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
-NAMES = ("margin", "cvar", "lower_bound", "margin@sla>=0.9")
+MOST_LOSS = 100.0  # [USD] of a delivery that ``capped_margin`` and ``shared_margin`` count
+MONEY = ("margin", "capped_margin", "shared_margin", "cvar", "lower_bound")
+NAMES = (*MONEY, "margin@sla>=0.9")
 
 
 class UndefinedError(InputError):
@@ -110,6 +114,22 @@ class Mean(_Unbound):
         if self.column in OUTCOMES:
             return np.array([self.sign * (row["outcome"] == self.column) for row in rows])
         return self.sign * np.array([math.nan if row[self.column] is None else row[self.column] for row in rows])
+
+
+@dataclass(frozen=True, slots=True)
+class CappedMean(_Unbound):
+    """The mean of a column of margins, of which none counts for less than minus :data:`MOST_LOSS`."""
+
+    name: str
+    column: str
+
+    def value(self, rows: Sequence[Row], total: int) -> float:
+        """As :class:`Objective` has it."""
+        return float(self.scores(rows, rows).mean())
+
+    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
+        """As :class:`Objective` has it (winsorized: e.g. Wilcox 2012, section 3.3)."""
+        return np.maximum(margins(rows, self.name, self.column), -MOST_LOSS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,13 +217,18 @@ def parse_objectives(text: str) -> tuple[Objective, ...]:
     return tuple(_parse(name) for name in names)
 
 
-def margins(rows: Sequence[Row], name: str = "margin") -> FloatArray:
+def is_money(name: str) -> bool:
+    """Whether an objective is in [USD/run]."""
+    return name in MONEY or name.startswith("margin@")
+
+
+def margins(rows: Sequence[Row], name: str = "margin", column: str = MARGIN) -> FloatArray:
     """Contribution margins [USD], shape (n,).
 
     Raises:
         UndefinedError: the cargo is not modelled, so that there are none.
     """
-    values = [row[MARGIN] for row in rows]
+    values = [row[column] for row in rows]
     if any(value is None for value in values):
         raise UndefinedError(
             f"objective '{name}' needs a margin, which this world has not: nobody models its cargo; choose a metric"
@@ -214,6 +239,8 @@ def margins(rows: Sequence[Row], name: str = "margin") -> FloatArray:
 def _parse(name: str) -> Objective:
     plain: dict[str, Callable[[], Objective]] = {
         "margin": lambda: Mean("margin", MARGIN),
+        "capped_margin": lambda: CappedMean("capped_margin", MARGIN),
+        "shared_margin": lambda: CappedMean("shared_margin", SHARED_MARGIN),
         "cvar": MeanAndTail,
         "lower_bound": LowerBound,
     }

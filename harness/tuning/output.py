@@ -13,7 +13,7 @@ from harness.stack import Stack
 from harness.table_files import write_table
 from harness.tuning.declaration import Declaration
 from harness.tuning.evaluation import Candidate, Value, unseen_seed
-from harness.tuning.paths import locate, with_values
+from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space import Parameter
 from navstack.errors import InputError
@@ -104,6 +104,7 @@ def study_document(
         "trials": {state: sum(trial.state == state for trial in result.trials) for state in _states(result)},
         "training_episodes": {"missions": len(result.train_missions), "driven": driven, "without_racing": every},
         "incumbent": {"trial": _number_of(result), "changes": _changes(result, nav2)},
+        "finals": [each.as_json() for each in result.finals],
         "front": [{"trial": number, "values": list(result.trials[number].values)} for number in result.front],
         **scores,
         "lint": lint,
@@ -157,7 +158,16 @@ def _parameter(parameter: Parameter) -> Row:
 
 def _changes(result: StudyResult, nav2: Nav2File) -> list[Row]:
     changed = result.incumbent.values.items()
-    return [{"path": path, "from": locate(nav2, path).value, "to": value} for path, value in changed]
+    return [{"path": path, "from": _before(path, result, nav2), "to": value} for path, value in changed]
+
+
+def _before(path: str, result: StudyResult, nav2: Nav2File) -> Value:
+    """What stood there; of a parameter that another choice of a list brings, Nav2's default."""
+    owner = next(each for each in result.space.parameters if path in each.paths)
+    try:
+        return owner.original if path == owner.paths[0] else locate(nav2, path).value
+    except AbsentError:
+        return owner.original
 
 
 def _number_of(result: StudyResult) -> int:

@@ -3,14 +3,15 @@
 A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.Nav2File.with_values` names parameters, e.g.
 ``controller_server.FollowPath.max_vel_x``; ``ros__parameters`` may stand in it as in the file. Instead of the name of a
 plugin's section, which is the file's own choice, the type may be given:
-``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the first entry of a list.
+``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the first entry of a list. The
+value of a whole list of names is a text, its entries joined by :data:`COMMA`.
 """
 
 import dataclasses
 import re
 import types
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from navstack.params.nav2_findings import Visit
 from navstack.params.ros_yaml import PARAMETERS
 
 SCALARS = (bool, int, float, str)
+COMMA = ", "
 _ENTRY = re.compile(r"(.*)\[(\d{1,2})\]")
 _TYPE = re.compile(r"\{([\w:/]+)\}")
 
@@ -50,17 +52,7 @@ def locate(nav2: Nav2File, path: str) -> Place:
         AbsentError: the file has no such node, plugin or parameter, or none that has an effect here; the message offers
             the nearest path.
     """
-    node, name = _split(path)
-    name, index = (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
-    visits = nav2.visits.get(node, ())
-    known = {f"{visit.prefix}{field}": (visit, field) for visit in visits for field in _fields(visit)}
-    given = _TYPE.search(name)
-    if given is not None:
-        name = name.replace(f"{given[0]}.", _prefix_of(nav2, node, given[1], path))
-    if name not in known:
-        raise _absent(nav2, path, node, name, known)
-    visit, field = known[name]
-    kind, value = _kind(visit, field), nav2.value(node, name, _default(visit, field))
+    node, name, index, kind, value = _find(nav2, path)
     suffix = "" if index is None else f"[{index}]"
     if index is not None and isinstance(value, list | tuple) and index < len(value):
         kind, value = typing.get_args(kind)[0], value[index]
@@ -68,6 +60,42 @@ def locate(nav2: Nav2File, path: str) -> Place:
         has = f"has the value {value!r}" if value is not None else "has no value in it, nor in Nav2"
         raise AbsentError(f"{nav2.path.name}: {node}.{name}{suffix} {has}; give the path of a number, text or switch")
     return Place(f"{node}.{name}{suffix}", kind, float(value) if kind is float else value)
+
+
+def locate_list(nav2: Nav2File, path: str) -> Place:
+    """Find a list of names; its kind is that of a text, see the head of this module.
+
+    Raises:
+        AbsentError: as :func:`locate`.
+        ParameterError: the parameter is no such list.
+    """
+    node, name, index, kind, value = _find(nav2, path)
+    if index is not None or not _is_names(kind) or not value:
+        raise ParameterError(f"{nav2.path.name}: {node}.{name} is {value!r}; give the path of a list of names")
+    return Place(f"{node}.{name}", str, COMMA.join(value))
+
+
+def edited_list(nav2: Nav2File, place: Place, order: Sequence[str], replace: Mapping[str, str]) -> str:
+    """The value of a list with some of its names in another order, or others in their place.
+
+    Args:
+        nav2: the file.
+        place: of the list.
+        order: names, or ``{type}`` for those of all plugins of that type; those that the list has come in this order,
+            in the places that they have in it, all others stay where they are.
+        replace: name -> the one in its place; those that the list has not are passed over.
+    """
+    names = str(place.value).split(COMMA)
+    types_ = {visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]}
+    ordered = [name for each in order for name in names if each in (name, f"{{{types_.get(name)}}}")]
+    following = iter(ordered)
+    moved = (next(following) if name in ordered else name for name in names)
+    return COMMA.join(replace.get(name, name) for name in moved)
+
+
+def is_list(value: Value) -> bool:
+    """Whether a value is that of a list of names."""
+    return isinstance(value, str) and COMMA in value
 
 
 def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool = False) -> Nav2File:
@@ -85,11 +113,39 @@ def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool
     for path, value in values.items():
         entry = _ENTRY.fullmatch(path)
         if entry is None:
-            changes[path] = value
+            changes[path] = value.split(COMMA) if isinstance(value, str) and _names_list(nav2, path) else value
             continue
         node, name = _split(entry[1])
         changes.setdefault(entry[1], list(nav2.value(node, name, ())))[int(entry[2])] = value
     return nav2.with_values(changes, allow_unknown)
+
+
+def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
+    """Node, name, number of the entry (None: the whole), type and value of a parameter that has an effect."""
+    node, name = _split(path)
+    name, index = (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
+    visits = nav2.visits.get(node, ())
+    known = {f"{visit.prefix}{field}": (visit, field) for visit in visits for field in _fields(visit)}
+    given = _TYPE.search(name)
+    if given is not None:
+        name = name.replace(f"{given[0]}.", _prefix_of(nav2, node, given[1], path))
+    if name not in known:
+        raise _absent(nav2, path, node, name, known)
+    visit, field = known[name]
+    return node, name, index, _kind(visit, field), nav2.value(node, name, _default(visit, field))
+
+
+def _names_list(nav2: Nav2File, path: str) -> bool:
+    """Whether a path is that of a list of names."""
+    try:
+        return _is_names(_find(nav2, path)[3])
+    except AbsentError:
+        return False
+
+
+def _is_names(kind: Any) -> bool:
+    """Whether a parameter is a list of texts."""
+    return typing.get_origin(kind) is tuple and set(typing.get_args(kind)) <= {str, Ellipsis}
 
 
 def _split(path: str) -> tuple[str, str]:

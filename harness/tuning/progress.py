@@ -1,8 +1,7 @@
 """How far a study is."""
 
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,9 +19,18 @@ DRAWS = 1000  # of the live interval
 class Progress:
     """Counts, the best so far, and what is left."""
 
-    def __init__(self, plan: Plan, journal: Journal, budget: float | None, clock: Callable[[], float] = time.monotonic):
-        self._plan, self._journal, self._budget, self._clock = plan, journal, budget, clock
-        self._began, self._driven = clock(), 0
+    def __init__(self, plan: Plan, journal: Journal, budget: float | None, later: int = 0) -> None:
+        """Nothing is driven yet.
+
+        Args:
+            plan: of the study.
+            journal: which keeps the time.
+            budget: [s] of wall time; None: any.
+            later: episodes that are driven after the search.
+        """
+        self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
+        self._driven, self._since = 0, 0  # episodes of this session, and of those the unfinished trial's
+        self._last = journal.elapsed  # [s] when the last episode ended
         self.trials: list[Trial] = []
         self.best: Trial | None = None
         self.interval = Interval(None, None, None, 0)
@@ -31,10 +39,13 @@ class Progress:
     def episode(self, candidate: Candidate, row: Row) -> None:
         """One more episode was driven."""
         self._driven += 1
+        self._since += 1
+        self._last = self._journal.elapsed
 
     def trial(self, trial: Trial, incumbent: Trial, evaluator: Evaluator) -> None:
         """One more trial is over."""
         self.trials.append(trial)
+        self._since = 0
         if self.best is not incumbent:
             self.best = incumbent
             self.interval = self._interval(evaluator.rows(incumbent.candidate, incumbent.missions))
@@ -52,11 +63,17 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Wall time [s] that the search is likely to take yet; None: too early to say."""
+        """Wall time [s] that search, final choice and test are likely to take yet; None: too early to say.
+
+        Counted in episodes, of which a trial takes as many as those before it did on average: it falls while a trial
+        or an episode is being driven, too.
+        """
         done, elapsed = len(self.trials) - 1, self._journal.elapsed
         if done < 1:
             return None
-        left = elapsed / done * (self._plan.trials - done)
+        each = sum(len(trial.missions) for trial in self.trials[1:]) / done
+        episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
+        left = max(self._last / max(len(self._journal), 1) * episodes - (elapsed - self._last), 0.0)
         return left if self._budget is None else max(min(left, self._budget - elapsed), 0.0)
 
     @property
@@ -67,6 +84,14 @@ class Progress:
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
         left = self._plan.trials - (len(self.trials) - 1)
         return expected_gain(told, self.best.values[0], self._error, left)
+
+    @property
+    def when(self) -> str:
+        """How far the study is, in words."""
+        if not self.trials:
+            return "while the original was driven"
+        done = len(self.trials) - 1
+        return f"after {done} of {self._plan.trials} trials" if self.phase == "search" else f"during the {self.phase}"
 
     @property
     def text(self) -> str:

@@ -2,10 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from harness.metrics import Row
 from harness.tuning.evaluation import Candidate, Value
 from harness.tuning.space import Space
+
+if TYPE_CHECKING:
+    from harness.tuning.finals import Finalist
 
 COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
 
@@ -33,7 +37,7 @@ class StudyResult:
     """Everything that the search and the test brought. Rows stand in the order of the missions."""
 
     original: Candidate
-    incumbent: Candidate  # the best that drove all training missions; the original where nothing was better
+    incumbent: Candidate  # the final choice's best, or else the training's; the original where nothing was better
     objectives: tuple[str, ...]  # names; several: a Pareto study, in which the incumbent is best in the first
     space: Space
     trials: tuple[Trial, ...]  # the original's first
@@ -43,3 +47,4 @@ class StudyResult:
     test_missions: tuple[int, ...]
     train_rows: tuple[Sequence[Row], Sequence[Row]]  # of original and incumbent
     test_rows: tuple[Sequence[Row], ...]  # of original and incumbent; empty where no test was asked for
+    finals: tuple["Finalist", ...] = ()  # who took part in the final choice, the best first; empty: there was none

@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.metrics import Row
 from harness.statistics import compare_pairs
-from harness.tuning.objective import Objective, UndefinedError, parse_objectives
+from harness.tuning.objective import Objective, UndefinedError, is_money, parse_objectives
 from harness.tuning.result import StudyResult
 from harness.valuation import CENT, missions
 
@@ -51,10 +51,9 @@ def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Ro
     if not known.any():
         raise UndefinedError(f"objective '{objective.name}' is undefined on every mission for one of the two files")
     numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
-    is_money = objective.name in ("margin", "cvar", "lower_bound")
     paired = compare_pairs(
         before[known], after[known], numbers, np.random.default_rng(seed), objective.name == "sla",
-        CENT if is_money else 0.0,
+        CENT if is_money(objective.name) else 0.0,
     )  # fmt: skip
     total = len(original)
     return {

@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.metrics import Row
 from harness.tuning.evaluation import Candidate, Evaluator
+from harness.tuning.finals import most_episodes
 from harness.tuning.objective import Objective, UndefinedError
 from harness.tuning.racing import LEVEL, adjusted, p_no_worse, rungs
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, Trial
@@ -25,6 +26,13 @@ class Plan:
     missions: tuple[int, ...]  # for training, in their order
     trials: int  # beside the original
     is_raced: bool = True
+    finalists: int = 0  # of a study with one objective: trials that the final choice lets meet the original
+    final_missions: tuple[int, ...] = ()  # for training, too, that the final choice alone drives
+
+    @property
+    def final_episodes(self) -> int:
+        """Deliveries that the final choice takes at most."""
+        return most_episodes(self.finalists, len(self.final_missions)) if len(self.objectives) == 1 else 0
 
     @property
     def rungs(self) -> tuple[int, ...]:

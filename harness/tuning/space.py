@@ -1,55 +1,27 @@
-"""Search spaces: which parameters of a Nav2 file may change, how far, and which limits bind them together.
+"""Search spaces on a Nav2 file: which of its parameters may change, how far, and which limits bind them together.
 
-A file of ``params/search_spaces`` gives each parameter a name, its path (:mod:`harness.tuning.paths`) and what it may
-be: a range ``low`` to ``high`` (``log``: evenly in the logarithm; ``step``: multiples above ``low``), some ``levels``,
-some texts (``choices``), or true and false (``switch``). Whether a number is whole follows from Nav2. The value that
-the user's file has is always possible: a range that lacks it is widened, a list is lengthened.
+A file of ``params/search_spaces`` (:mod:`harness.tuning.space_file`) gives each parameter a name, its path
+(:mod:`harness.tuning.paths`) and what it may be: a range ``low`` to ``high`` (``log``: evenly in the logarithm;
+``step``: multiples above ``low``), some ``levels``, some texts (``choices``), true and false (``switch``), or a list of
+names as it could be otherwise (``lists``). Whether a number is whole follows from Nav2. The value that the user's file
+has is always possible: a range that lacks it is widened, a list is lengthened.
 """
 
 import contextlib
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from harness.tuning.constraint import Constraint, parse_constraint
 from harness.tuning.evaluation import Value
-from harness.tuning.paths import AbsentError, NoPluginError, Place, locate
+from harness.tuning.paths import AbsentError, NoPluginError, Place, edited_list, locate, locate_list, with_values
+from harness.tuning.space_file import Entry, SpaceFile, read_spaces
 from navstack.errors import ParameterError
 from navstack.params.nav2_file import Nav2File
-from navstack.params.strict import load_dataclass
 
 DIGITS = 4  # significant ones of a tuned number
-RESERVED = ("trial", "state", "missions", "told", "p", "reason")  # columns of trials.parquet that are no parameter
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A parameter as a search space's file has it."""
-
-    path: str
-    also: tuple[str, ...] = ()  # paths of further parameters that take the same value; plugins may be absent
-    low: float | None = None
-    high: float | None = None
-    log: bool = False
-    step: float | None = None
-    levels: tuple[float, ...] = ()
-    choices: tuple[str, ...] = ()
-    switch: bool = False
-    optional: bool = False  # left out where the file has no such parameter; otherwise that is an error
-    unit: str = ""
-    why: str = ""  # one may want to change it
-
-
-@dataclass(frozen=True, slots=True)
-class SpaceFile:
-    """A search space as its file has it."""
-
-    title: str
-    parameters: dict[str, Entry]
-    reads: dict[str, str] = field(default_factory=dict)  # name -> path of a number that stays, for the constraints
-    constraints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +38,8 @@ class Parameter:
     is_int: bool = False
     choices: tuple[Value, ...] = ()  # not empty: one of these instead of a range
     unit: str = ""
+    needs: tuple[tuple[str, tuple[Value, ...]], ...] = ()  # name of a list's parameter, and with which of its choices
+    # this one has an effect; () with all
 
     def rounded(self, value: Value) -> Value:
         """The value as it is written into a file: a decimal to a few digits, within the range."""
@@ -73,6 +47,10 @@ class Parameter:
             return value
         digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
         return min(max(round(value, digits), self.low), self.high)
+
+    def has_effect(self, point: Mapping[str, Value]) -> bool:
+        """Whether it does anything beside the lists that a point chooses."""
+        return all(point[name] in choices for name, choices in self.needs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +75,7 @@ class Space:
             path: point[parameter.name]
             for parameter in self.parameters
             for path in parameter.paths
-            if point[parameter.name] != parameter.original
+            if point[parameter.name] != parameter.original and parameter.has_effect(point)
         }
 
     def allows(self, point: Mapping[str, Value]) -> bool:
@@ -105,52 +83,101 @@ class Space:
         return all(constraint.holds({**dict(self.constants), **point}) for constraint in self.constraints)
 
 
-def load_space(path: Path, nav2: Nav2File) -> Space:
-    """Read a search space and fit it to a Nav2 file.
+def load_space(paths: Sequence[Path], nav2: Nav2File, allow_unknown: bool = False) -> Space:
+    """Read search spaces, and fit them to a Nav2 file, loaded with ``allow_unknown``, as one.
 
     Raises:
-        ParameterError: the file cannot be used, or a parameter that it names does not exist in the Nav2 file.
+        ParameterError: a file cannot be used, two contradict each other, or a parameter does not exist in the Nav2
+            file.
     """
-    content = load_dataclass(SpaceFile, path)
-    if not content.parameters:
-        raise ParameterError(f"{path}: names no parameters; give at least one")
-    _check_names(content, str(path))
-    fitted: list[Parameter] = []
+    return fit_space(*read_spaces(paths), nav2, allow_unknown)
+
+
+def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool = False) -> Space:
+    """Fit a search space to a Nav2 file, loaded with ``allow_unknown``.
+
+    Raises:
+        ParameterError: a parameter that it names does not exist in the Nav2 file.
+    """
     notes: list[str] = []
-    for name, entry in content.parameters.items():
-        _check_entry(entry, f"{path}: parameters.{name}")
-        try:
-            fitted.append(_fit(name, entry, nav2, f"{path.name}: {name}", notes))
-        except AbsentError as error:
-            if not entry.optional:
-                raise ParameterError(f"{path}: {name}: {error}") from None
-            notes.append(f"{path.name}: {name} is left out: {error}")
+    fitted = _fit_all(name, content, nav2, allow_unknown, notes)
     if not fitted:
-        raise ParameterError(f"{path}: {nav2.path.name} has none of its parameters; choose another search space")
-    _check_paths(fitted, str(path))
-    constants = tuple((name, _number(nav2, source, f"{path}: {name}")) for name, source in content.reads.items())
+        raise ParameterError(f"{name}: {nav2.path.name} has none of its parameters; choose another search space")
+    _check_paths(fitted, name)
+    constants = tuple((key, _number(nav2, source, f"{name}: {key}")) for key, source in content.reads.items())
     names = (*content.parameters, *content.reads)
-    constraints = [parse_constraint(text, names, str(path)) for text in content.constraints]
+    constraints = [parse_constraint(text, names, name) for text in content.constraints]
     numbers = {each.name for each in fitted if not isinstance(each.original, str)} | content.reads.keys()
     kept = tuple(each for each in constraints if each.names <= numbers)
     for each in constraints:
         if each not in kept:
-            notes.append(f"{path.name}: constraint {each.text} is left out: not all it names are numbers of the file")
-    space = Space(path.stem, content.title, tuple(fitted), kept, constants)
+            notes.append(f"{name}: constraint {each.text} is left out: not all it names are numbers of the file")
+    space = Space(name, content.title, tuple(fitted), kept, constants)
     if not space.allows(space.original):
-        notes.append(f"{path.name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep")
+        notes.append(f"{name}: {nav2.path.name} itself breaks a constraint, which only other values have to keep")
     return dataclasses.replace(space, notes=tuple(notes))
 
 
-def _check_names(content: SpaceFile, where: str) -> None:
-    """Check that names can stand in constraints and head columns beside :data:`RESERVED`, and are given once."""
-    for name in (*content.parameters, *content.reads):
-        if not name.isidentifier() or not name.isascii() or name in RESERVED or name.startswith("objective_"):
-            advice = f"give letters, digits and _, none of {', '.join(RESERVED)}"
-            raise ParameterError(f"{where}: {name!r} is no name for a parameter; {advice}")
-    twice = sorted(content.parameters.keys() & content.reads.keys())
-    if twice:
-        raise ParameterError(f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one")
+def _fit_all(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool, notes: list[str]) -> list[Parameter]:
+    """The parameters that the file has, or would have with another choice of a list."""
+    fitted: dict[str, Parameter] = {}
+    absent: list[str] = []
+    files: dict[tuple[str, Value], Nav2File] = {}  # as they would be with one list changed
+    for key in sorted(content.parameters, key=lambda key: not content.parameters[key].lists):  # lists first
+        entry, where = content.parameters[key], f"{name}: {key}"
+        try:
+            if entry.lists:
+                fitted[key] = _fit_list(key, entry, nav2, where)
+                for each in fitted[key].choices:
+                    files[key, each] = with_values(nav2, dict.fromkeys(fitted[key].paths, each), allow_unknown)
+            else:
+                fitted[key] = _fit_among(key, entry, nav2, files, where, notes)
+        except AbsentError as error:
+            if not entry.optional:
+                raise ParameterError(f"{where}: {error}") from None
+            absent.append(key)
+    if absent:
+        notes.append(f"{name}: left out, as {nav2.path.name} has nothing of the kind: {', '.join(absent)}")
+    return [fitted[key] for key in content.parameters if key in fitted]
+
+
+def _fit_list(name: str, entry: Entry, nav2: Nav2File, where: str) -> Parameter:
+    """A list and what it may become."""
+    place = locate_list(nav2, entry.path)
+    edited = (edited_list(nav2, place, edit.order, edit.replace) for edit in entry.lists)
+    choices = tuple(dict.fromkeys((place.value, *edited)))
+    if len(choices) < 2:
+        raise AbsentError(f"{where}: none of the lists changes anything in {place.path} of {nav2.path.name}")
+    return Parameter(name, (place.path,), place.value, choices=choices)
+
+
+def _fit_among(
+    name: str,
+    entry: Entry,
+    nav2: Nav2File,
+    files: Mapping[tuple[str, Value], Nav2File],
+    where: str,
+    notes: list[str],
+) -> Parameter:
+    """A parameter that the file has, or one of those with another list; with the lists that it needs."""
+    having = [key for key, file in files.items() if _has(file, entry.path)]
+    file = nav2 if _has(nav2, entry.path) or not having else files[having[0]]
+    fitted = _fit(name, entry, file, where, notes)
+    needs = []
+    for owner in dict.fromkeys(owner for owner, _ in files):
+        every = tuple(choice for other, choice in files if other == owner)
+        found = tuple(choice for choice in every if (owner, choice) in having)
+        if found and found != every:
+            needs.append((owner, found))
+    return dataclasses.replace(fitted, needs=tuple(needs))
+
+
+def _has(nav2: Nav2File, path: str) -> bool:
+    try:
+        locate(nav2, path)
+    except AbsentError:
+        return False
+    return True
 
 
 def _check_paths(fitted: Sequence[Parameter], where: str) -> None:
@@ -172,21 +199,6 @@ def _number(nav2: Nav2File, source: str, where: str) -> Value:
     if place.kind not in (int, float):
         raise ParameterError(f"{where}: {place.path} is {place.value!r}; constraints are of numbers")
     return place.value
-
-
-def _check_entry(entry: Entry, where: str) -> None:
-    """Check that an entry says in one way what its parameter may be."""
-    ways = [entry.low is not None or entry.high is not None, *map(bool, (entry.levels, entry.choices, entry.switch))]
-    if sum(ways) != 1:
-        raise ParameterError(f"{where}: give low and high, or levels, or choices, or switch: true")
-    if not ways[0]:
-        return
-    if entry.low is None or entry.high is None or entry.low >= entry.high:
-        raise ParameterError(f"{where}: low {entry.low} and high {entry.high} are no range; give low < high")
-    if entry.log and (entry.low <= 0.0 or entry.step is not None):
-        raise ParameterError(f"{where}: a logarithmic range begins above 0 and has no step")
-    if entry.step is not None and not 0.0 < entry.step <= entry.high - entry.low:
-        raise ParameterError(f"{where}: step {entry.step} does not fit between low and high")
 
 
 def _fit(name: str, entry: Entry, nav2: Nav2File, where: str, notes: list[str]) -> Parameter:

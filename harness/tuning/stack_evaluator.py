@@ -12,14 +12,17 @@ from harness.economics.cost_model import running
 from harness.economics.prices import Prices
 from harness.episode import Delivery, run_episode
 from harness.execution import Finished, Workers
+from harness.liability import accounted
 from harness.metrics import Row
 from harness.setup import nav2_parameters, prices_of
 from harness.stack import Stack
 from harness.study import EpisodeTask
-from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, seed_and_episode
-from harness.tuning.journal import Journal
+from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
+from harness.tuning.journal import Journal, Key
 from harness.tuning.paths import with_values
 from harness.valuation import deliveries
+
+SHARED_FAULT = "no_threshold_shared_fault"  # accounting of SHARED_MARGIN
 
 OnEpisode = Callable[[Candidate, Row], None]
 
@@ -47,6 +50,7 @@ class StackEvaluator:
         self._template, self._workers, self._journal, self._on_episode = template, workers, journal, on_episode
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
+        self._shared: dict[Key, float | None] = {}
         self._folder = tempfile.TemporaryDirectory(prefix="navbench-tune-", dir=shared)
 
     def __enter__(self) -> "StackEvaluator":
@@ -66,8 +70,16 @@ class StackEvaluator:
         missing = [mission for mission in dict.fromkeys(missions) if self._journal.get(candidate, mission) is None]
         if missing:
             self._drive(candidate, missing)
-        found = [self._journal.get(candidate, mission) for mission in missions]
-        return [row for row in found if row is not None]
+        return [self._row(candidate, mission) for mission in missions]
+
+    def _row(self, candidate: Candidate, mission: int) -> Row:
+        """A row that the journal has, with what is worked out from it: once."""
+        row = self._journal.get(candidate, mission)
+        assert row is not None, "it has been driven"
+        key = candidate.key, mission
+        if key not in self._shared:
+            self._shared[key] = shared_margin_of(row, self._prices)
+        return {**row, SHARED_MARGIN: self._shared[key]}
 
     def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
         stack = self._stack(candidate)
@@ -119,3 +131,23 @@ def margin_of(row: Row, prices: Prices) -> float | None:
     """Contribution margin [USD] of one delivery; None where its cargo is not modelled."""
     margin = running(deliveries([row], prices.rolling_resistance_force), prices).contribution_margin
     return None if margin is None else float(margin[0])  # type: ignore[index]
+
+
+def shared_margin_of(row: Row, prices: Prices) -> float | None:
+    """Contribution margin [USD] of one delivery if the robot pays for its share of the fault in every contact.
+
+    However soft a contact is: the accounting ``no_threshold_shared_fault`` (:mod:`harness.liability`).
+
+    Args:
+        row: of the delivery, with its events.
+        prices: the price file.
+
+    Returns:
+        None where the delivery has no result, or its cargo is not modelled.
+    """
+    if row.get("error") is not None or row[MARGIN] is None:
+        return None
+    events = [{**event, "stack": row["stack"], "episode": row["episode"]} for event in row[EVENTS]]
+    each = accounted(deliveries([row], prices.rolling_resistance_force), [row], events, SHARED_FAULT, prices)
+    margin = running(each, prices).contribution_margin
+    return None if margin is None else float(margin[0])

@@ -1,5 +1,6 @@
 """A study from its folder to its result: missions, search, test."""
 
+import contextlib
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
@@ -9,19 +10,21 @@ from harness.setup import mission_of, nav2_parameters
 from harness.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
+from harness.tuning.finals import Finalist, decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.paths import locate, with_values
+from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.racing import stratified
 from harness.tuning.result import StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
-from harness.tuning.space import Space, load_space
+from harness.tuning.space import Space, fit_space
+from harness.tuning.space_file import read_space
 from navstack.errors import InputError
 from navstack.params.nav2_file import Nav2File
 from navstack.params.strict import load_dataclass
 
-MOST_RESERVED = 0.5  # of the budget, for the test
+MOST_RESERVED = 0.5  # of the budget, for final choice and test
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -33,6 +36,11 @@ class TuningStudy:
     plan: Plan
     nav2: Nav2File  # the user's file
 
+    @property
+    def episodes_after_search(self) -> int:
+        """Of the final choice at most, and of the test."""
+        return self.plan.final_episodes + 2 * self.declaration.test_episodes
+
 
 def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False) -> None:
     """Check before anything is driven that a search space has points, and that a file takes them.
@@ -42,7 +50,10 @@ def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: b
     """
     if sampler.ask() is None:
         raise InputError(f"{space.name}: no other point than the file's own keeps the constraints; loosen them")
-    own = {path: locate(nav2, path).value for each in space.parameters for path in each.paths}
+    own = {}
+    for path in (path for each in space.parameters for path in each.paths):
+        with contextlib.suppress(AbsentError):  # another choice of a list brings it
+            own[path] = locate(nav2, path).value
     with_values(nav2, own, allow_unknown)
 
 
@@ -66,13 +77,15 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
     stack = dataclasses.replace(study.template.stack, nav2_file=str(original))
     template = dataclasses.replace(study.template, stack=stack)
     nav2 = nav2_parameters(str(original), template.allow_unknown)
-    space = load_space(folder / "params" / SPACE, nav2)
+    space = fit_space(declaration.space, read_space(folder / "params" / SPACE), nav2, template.allow_unknown)
     plan = Plan(
-        dataclasses.replace(space, name=declaration.space),
+        space,
         parse_objectives(declaration.objective),
         stratified({number: _length(template, number) for number in range(declaration.episodes)}, template.seed),
         declaration.trials,
         declaration.is_raced,
+        declaration.finalists,
+        tuple(range(declaration.episodes, declaration.episodes + declaration.final_episodes)),
     )
     make_sampler(declaration.sampler, plan.space, template.seed, plan.trials, len(plan.objectives))
     return TuningStudy(declaration, template, plan, nav2)
@@ -83,14 +96,18 @@ def run_search(study: TuningStudy, evaluator: Evaluator, journal: Journal, on_tr
     plan, seed = study.plan, study.template.seed
     sampler = make_sampler(study.declaration.sampler, plan.space, seed, plan.trials, len(plan.objectives))
     search = Search(plan, sampler, evaluator, on_trial)
-    search.run(within_budget(study.declaration.budget, study.declaration.test_episodes, journal))
+    search.run(within_budget(study.declaration.budget, study.episodes_after_search, journal))
     return search
 
 
 def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyResult:
-    """Drive the test with original and incumbent."""
+    """Choose among the best, and drive the test with original and incumbent."""
     plan, trials = study.plan, tuple(search.trials)
-    original, incumbent = trials[0].candidate, Candidate("incumbent", search.incumbent.candidate.values)
+    finals: tuple[Finalist, ...] = ()
+    if plan.final_episodes:
+        finals = decide(trials, plan.finalists, plan.final_missions, plan.objectives[0], evaluator)
+    best = finals[0].candidate if finals else search.incumbent.candidate
+    original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
     test = unseen_missions(study.declaration.test_episodes)
     both = (original, incumbent)
     train_rows = tuple(evaluator.rows(each, plan.missions) for each in both)
@@ -107,6 +124,7 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
         test_missions=test,
         train_rows=(train_rows[0], train_rows[1]),
         test_rows=test_rows,
+        finals=finals,
     )
 
 
@@ -116,21 +134,19 @@ def _length(template: EpisodeTask, number: int) -> float:
     return mission_of(task, task.generators()["mission"]).shortest_path
 
 
-def within_budget(
-    budget: float | None, test_episodes: int, journal: Journal
-) -> Callable[[Candidate, tuple[int, ...]], bool]:
-    """Whether a trial may begin: it has begun before, or there is time beside what the test will take.
+def within_budget(budget: float | None, later: int, journal: Journal) -> Callable[[Candidate, tuple[int, ...]], bool]:
+    """Whether a trial may begin: it has begun before, or there is time beside what will be driven after the search.
 
     Args:
-        budget: [s] of wall time for search and test; None: any.
-        test_episodes: of original and incumbent each.
+        budget: [s] of wall time for search, final choice and test; None: any.
+        later: episodes of the final choice and the test.
         journal: which keeps the time.
     """
 
     def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
         if budget is None or any(journal.get(candidate, mission) is not None for mission in missions):
             return True
-        reserve = min(2 * test_episodes * journal.elapsed / max(len(journal), 1), MOST_RESERVED * budget)
+        reserve = min(later * journal.elapsed / max(len(journal), 1), MOST_RESERVED * budget)
         return journal.elapsed + reserve < budget
 
     return may_begin

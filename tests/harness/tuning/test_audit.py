@@ -66,12 +66,20 @@ def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callab
 
 def test_a_file_held_against_itself_passes_every_check(auditor_studies: ModuleType, stacks: Deliveries) -> None:
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
-    same = dataclasses.replace(
-        study, incumbent=Candidate("incumbent", {}), test_rows=(study.test_rows[0], study.test_rows[0])
-    )
+    same = dataclasses.replace(study, test_rows=(study.test_rows[0], study.test_rows[0]))
     found = audit(same, PRICES)
     assert [check.key for check in found.checks] == list(TITLES)
-    assert all(check.is_examined and not check.is_flagged for check in found.checks)
+    assert all(check.is_examined and not check.is_flagged for check in found.checks if check.key != "edge")
+
+
+def test_what_cannot_find_anything_does_not_say_that_it_passed(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+    _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
+    unchanged = dataclasses.replace(study, incumbent=Candidate("incumbent", {}))
+    few = dataclasses.replace(study, test_rows=tuple(rows[:8] for rows in study.test_rows), trials=study.trials[:5])
+    for each, said in ((unchanged, "unchanged"), (few, "8 missions are too few")):
+        checks = audit(each, PRICES).checks
+        assert {check.state for check in checks} == {"not examined"} and said in checks[0].says
+    assert "too few to tell a trend" in audit(few, PRICES).checks[-1].says
 
 
 def test_missions_without_result_are_an_early_end(exploiting: Callable[[str], StudyResult]) -> None:

@@ -1,15 +1,22 @@
 """Objectives: what they count, and what they refuse."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from harness.tuning.evaluation import MARGIN
+from harness.contact_costs import injury_costs
+from harness.economics.prices import load_prices
+from harness.metrics import EPISODE_COLUMNS
+from harness.table_files import read_rows
+from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN
 from harness.tuning.forecast import expected_gain
 from harness.tuning.objective import UndefinedError, parse_objectives
+from harness.tuning.stack_evaluator import margin_of, shared_margin_of
 from navstack.errors import InputError
 
+CONTROLLERS = Path(__file__).parents[3] / "results" / "baseline" / "controllers"
 RNG = np.random.default_rng(3)
 ROWS: list[dict[str, Any]] = [
     {MARGIN: float(margin), "outcome": "sla" if margin > 0.0 else "timeout", "duration_s": 10.0 + number, "spl": None}
@@ -79,3 +86,26 @@ def test_expected_gain_is_that_of_the_normal_distribution() -> None:
     assert expected_gain(values, 1.5, 0.0, 10) == pytest.approx(np.maximum(draws - 1.5, 0.0).mean(), rel=0.02)
     assert expected_gain(values[:5], 1.5, 0.0, 10) is None and expected_gain(values, 1.5, 0.0, 0) == 0.0
     assert (expected_gain(values, 1.5, 2.0, 10) or 0.0) == 0.0, "all of the spread is noise"
+
+
+def test_capped_margins_count_no_delivery_for_more_than_the_cap() -> None:
+    rows = [{MARGIN: margin, SHARED_MARGIN: margin - 20.0} for margin in (3.49, -900.0, -40.0)]
+    assert parse_objectives("capped_margin")[0].value(rows, 3) == pytest.approx((3.49 - 100.0 - 40.0) / 3.0)
+    assert parse_objectives("shared_margin")[0].value(rows, 3) == pytest.approx((-16.51 - 100.0 - 60.0) / 3.0)
+    with pytest.raises(UndefinedError, match="'shared_margin' needs a margin"):
+        parse_objectives("shared_margin")[0].value([{MARGIN: None, SHARED_MARGIN: None}], 1)
+
+
+def test_shared_margin_pays_for_soft_contacts_by_the_share_of_the_fault() -> None:
+    prices = load_prices("costnav")
+    row: dict[str, Any] = read_rows(CONTROLLERS / "episodes.parquet", EPISODE_COLUMNS)[0]
+    row |= {"pedestrian_injury_usd": 0.0, "pedestrian_contacts": 0, "outcome": "sla"}
+    row[MARGIN] = margin_of(row, prices)
+    assert row[MARGIN] is not None
+    touch = {"type": "contact_event", "kind": "pedestrian", "impulse_ns": 20.0, "fault": "robot_into_person"}
+    touch |= {"robot_speed_mps": 1.5, "partner_speed_mps": 0.5}
+    standing = {**touch, "fault": "person_into_standing_robot", "robot_speed_mps": 0.0}
+    cost = float(injury_costs(20.0, prices))
+    assert shared_margin_of({**row, EVENTS: [touch, standing]}, prices) == pytest.approx(row[MARGIN] - 0.75 * cost)
+    assert shared_margin_of({**row, EVENTS: []}, prices) == pytest.approx(row[MARGIN])
+    assert shared_margin_of({"error": "its worker died", MARGIN: None, EVENTS: []}, prices) is None

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from harness.tuning.display import LiveTable
-from harness.tuning.evaluation import MARGIN
+from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import Progress
@@ -215,3 +215,36 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
     assert f"{driven} episodes, {32 * 21 - driven} saved by racing" in shown
     assert "expected further gain" in shown and "s left" in shown and "pruned" in shown
     assert progress.gain is not None and 0.0 <= progress.gain < 40.0
+
+
+def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_path: Path) -> None:
+    now = [0.0]
+    plan = Plan(SPACE, parse_objectives("margin"), tuple(range(8)), 4)
+    original, other = Candidate("original", {}), Candidate("trial-1", {"node.x": 0.5})
+    row = {"stack": "a", "outcome": "sla", MARGIN: 1.0, EVENTS: []}
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        progress, world = Progress(plan, journal, None, later=10), MadeUp()
+
+        def drive(candidate: Candidate, missions: range) -> None:
+            for mission in missions:
+                now[0] += 2.0  # [s]
+                journal.add(candidate, mission, row)
+                progress.episode(candidate, row)
+
+        def trial(number: int, candidate: Candidate, count: int) -> Trial:
+            return Trial(number, candidate, {}, "complete", tuple(range(count)), (1.0,), (1.0,), None, "")
+
+        assert progress.when == "while the original was driven"
+        drive(original, range(8))
+        best = trial(0, original, 8)
+        progress.trial(best, best, world)
+        assert progress.remaining is None and progress.when == "after 0 of 4 trials"
+        drive(other, range(4))
+        progress.trial(trial(1, other, 4), best, world)
+        assert progress.remaining == pytest.approx(2.0 * (3 * 4 + 10))
+        drive(Candidate("trial-2", {"node.x": 0.6}), range(3))
+        assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10)), "it falls while a trial is driven"
+        now[0] += 1.5
+        assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10) - 1.5)
+        progress.phase = "final choice and test"
+        assert progress.when == "during the final choice and test"

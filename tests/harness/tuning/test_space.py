@@ -8,16 +8,21 @@ import pytest
 from harness.resources import shipped
 from harness.tuning.constraint import parse_constraint
 from harness.tuning.output import OF_TRIAL
-from harness.tuning.paths import AbsentError, locate, with_absolute_files, with_values
+from harness.tuning.paths import AbsentError, locate, locate_list, with_absolute_files, with_values
 from harness.tuning.sampler import make_sampler
-from harness.tuning.space import RESERVED, Space, load_space
+from harness.tuning.space import Space, load_space
+from harness.tuning.space_file import RESERVED, SpaceFile, read_spaces
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file import Nav2File, load_nav2
+from navstack.params.strict import dump_dataclass, from_mapping
+from navstack.params.yaml_text import load_text
 
 SPACES = {
     "dwb_critics": "stock",
     "dwb_sampling": "stock",
+    "dwb_obstacles": "stock",
+    "local_layers": "stock",
     "inflation": "mpc",
     "mpc_weights": "mpc",
     "mpc_limits": "mpc",
@@ -35,7 +40,11 @@ def nav2(name: str) -> Nav2File:
 
 def space_of(folder: Path, text: str, file: str = "stock") -> Space:
     (folder / "own.yaml").write_text(f"title: own\n{text}")
-    return load_space(folder / "own.yaml", nav2(file))
+    return load_space([folder / "own.yaml"], nav2(file))
+
+
+def is_list(file: Nav2File, path: str) -> bool:
+    return isinstance(file.value(*path.split(".", 1)), list)
 
 
 def complaint(folder: Path, text: str) -> str:
@@ -52,7 +61,7 @@ def test_every_space_that_comes_with_the_program_is_tried_here() -> None:
 @pytest.mark.parametrize("name", SPACES)
 def test_points_of_every_space_make_files_that_load(name: str) -> None:
     file = nav2(SPACES[name])
-    space = load_space(shipped("params") / "search_spaces" / f"{name}.yaml", file)
+    space = load_space([shipped("params") / "search_spaces" / f"{name}.yaml"], file)
     sampler = make_sampler("random", space, 1, 20, 1)
     sampler.tell(space.original, [0.0])
     for _ in range(2):
@@ -60,8 +69,9 @@ def test_points_of_every_space_make_files_that_load(name: str) -> None:
         assert point is not None and space.allows(point)
         changed = with_values(file, space.values(point))
         for parameter in space.parameters:
-            for path in parameter.paths:
-                assert locate(changed, path).value == point[parameter.name]
+            for path in parameter.paths if parameter.has_effect(point) else ():
+                find = locate_list if is_list(changed, path) else locate
+                assert find(changed, path).value == point[parameter.name]
         sampler.tell(point, [0.0])
     assert space.values(space.original) == {}
 
@@ -111,7 +121,9 @@ def test_absent_ones_are_left_out_only_where_the_space_says_so(tmp_path: Path) -
     entry = f"{{path: '{DWB}.Twirling.scale', low: 1.0, high: 9.0"
     other = f"  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 3.0}}\n"
     space = space_of(tmp_path, f"parameters:\n  twirling: {entry}, optional: true}}\n{other}")
-    assert [each.name for each in space.parameters] == ["sim_time"] and "twirling is left out" in space.notes[0]
+    assert [each.name for each in space.parameters] == ["sim_time"] and space.notes == (
+        "own: left out, as stock.yaml has nothing of the kind: twirling",
+    )
     assert "no such parameter" in complaint(tmp_path, f"parameters:\n  twirling: {entry}}}\n{other}")
 
 
@@ -149,7 +161,7 @@ NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5
     [
         (f"{NUMBERS}  again: {{path: controller_server.FollowPath.sim_time, low: 1, high: 2}}\n", "both set"),
         (f"{NUMBERS}reads: {{sim_time: local_costmap.width}}\n", "in both parameters and reads"),
-        (f"{NUMBERS}reads: {{width: local_costmap.widht}}\n", "own.yaml: width: path 'local_costmap.widht'"),
+        (f"{NUMBERS}reads: {{width: local_costmap.widht}}\n", "own: width: path 'local_costmap.widht'"),
         (f"{NUMBERS}reads: {{kind: velocity_smoother.feedback}}\n", "constraints are of numbers"),
         (f"{NUMBERS}  told: {{path: '{DWB}.acc_lim_x', low: 1, high: 2}}\n", "'told' is no name"),
         (f'{NUMBERS}  "\\e[31m": {{path: "{DWB}.acc_lim_x", low: 1, high: 2}}\n', "is no name for a parameter"),
@@ -203,7 +215,7 @@ def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
         f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: true}}\n"
         "constraints: [speed <= gone]\n"
     )
-    notes = load_space(tmp_path / "own.yaml", load_nav2(tmp_path / "slow.yaml")).notes
+    notes = load_space([tmp_path / "own.yaml"], load_nav2(tmp_path / "slow.yaml")).notes
     assert any("a change sets velocity_smoother.max_velocity[0], now 1.5" in note for note in notes)
     assert any("constraint speed <= gone is left out" in note for note in notes)
 
@@ -240,7 +252,7 @@ def test_constraints_are_arithmetic_and_nothing_else(text: str, said: str) -> No
 
 def test_grid_has_levels_for_the_trials() -> None:
     file = nav2("mpc")
-    space = load_space(shipped("params") / "search_spaces" / "mpc_limits.yaml", file)
+    space = load_space([shipped("params") / "search_spaces" / "mpc_limits.yaml"], file)
     points = [make_sampler("grid", space, 0, 100, 1).ask() for _ in range(2)]
     assert points[0] == points[1] and points[0] is not None and space.allows(points[0])
 
@@ -256,3 +268,80 @@ def test_relative_masks_are_found_from_anywhere(tmp_path: Path) -> None:
 
 def test_absent_is_a_parameter_error() -> None:
     assert issubclass(AbsentError, ParameterError)
+
+
+def paths(*names: str) -> list[Path]:
+    return [shipped("params") / "search_spaces" / f"{name}.yaml" for name in names]
+
+
+def space(*names: str, file: str = "stock") -> Space:
+    return load_space(paths(*names), nav2(file))
+
+
+def test_spaces_are_searched_together_and_agree_on_what_both_have() -> None:
+    joint = space("dwb_critics", "dwb_obstacles", "local_layers")
+    names = [each.name for each in joint.parameters]
+    assert joint.name == "dwb_critics+dwb_obstacles+local_layers" and joint.title.count(";") == 2
+    assert len(names) == len(set(names)) and {"path_align", "layer_order", "obstacle_critic"} <= set(names)
+    again = load_dataclass_text(dump_dataclass(read_spaces(paths("dwb_critics", "local_layers"))[1]))
+    assert again == read_spaces(paths("dwb_critics", "local_layers"))[1], "as the study's folder keeps it"
+
+
+def load_dataclass_text(text: str) -> SpaceFile:
+    return from_mapping(SpaceFile, load_text(text, "here"), "here")
+
+
+def test_spaces_that_contradict_each_other_are_refused(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.yaml", tmp_path / "other.yaml"
+    one.write_text(f"title: one\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
+    other.write_text(f"title: other\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 3.0}}\n")
+    with pytest.raises(ParameterError, match="--space one and other differ in 'speed'; give spaces that agree"):
+        load_space([one, other], nav2("stock"))
+    other.write_text(f"title: other\nparameters:\n  fast: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
+    with pytest.raises(ParameterError, match="speed and fast both set controller_server.FollowPath.max_vel_x"):
+        load_space([one, other], nav2("stock"))
+    with pytest.raises(ParameterError, match="one is given twice"):
+        load_space([one, one], nav2("stock"))
+
+
+def test_layers_are_put_in_order_and_comments_stay() -> None:
+    joint, file = space("local_layers"), nav2("stock")
+    order = next(each for each in joint.parameters if each.name == "layer_order")
+    assert order.original == "voxel_layer, inflation_layer, static_layer, keepout_filter"
+    assert order.choices[1:] == ("static_layer, voxel_layer, keepout_filter, inflation_layer",)
+    changed = with_values(file, joint.values({**joint.original, "layer_order": order.choices[1]}))
+    assert changed.value("local_costmap", "plugins") == str(order.choices[1]).split(", ")
+    before, after = (each.document.text.splitlines() for each in (file, changed))
+    assert [(a, b) for a, b in zip(before, after, strict=True) if a != b] == [
+        (
+            '      plugins: ["voxel_layer", "inflation_layer", "static_layer", "keepout_filter"]',
+            '      plugins: ["static_layer", "voxel_layer", "keepout_filter", "inflation_layer"]',
+        )
+    ]
+    last = space("local_layers", file="tuned").parameters[0]
+    assert last.choices[1] == "obstacle_layer, inflation_layer, static_layer, keepout_filter"
+
+
+def test_a_critic_in_the_place_of_another_brings_its_parameters() -> None:
+    joint, file = space("dwb_critics", "dwb_obstacles"), nav2("stock")
+    old, new = next(each for each in joint.parameters if each.name == "obstacle_critic").choices
+    point = {**joint.original, "base_obstacle": 0.5, "obstacle_footprint": 0.25}
+    assert joint.values(point) == {"controller_server.FollowPath.BaseObstacle.scale": 0.5}
+    point["obstacle_critic"] = new
+    changed = with_values(file, joint.values(point))
+    assert changed.value("controller_server", "FollowPath.critics")[2] == "ObstacleFootprint"
+    assert locate(changed, f"{DWB}.ObstacleFootprint.scale").value == 0.25
+    assert "BaseObstacle.scale: 0.02" in changed.document.text and old != new
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]", "either order or"),
+        (f"path: '{DWB}.critics', lists: [{{replace: {{Twirling: GoalDist}}}}]", "none of the lists changes anything"),
+        (f"path: '{DWB}.sim_time', lists: [{{replace: {{a: b}}}}]", "give the path of a list of names"),
+        (f"path: '{DWB}.critics', lists: [{{replace: {{GoalDist: GoalDits}}}}]", "GoalDits"),
+    ],
+)
+def test_lists_that_cannot_be_are_refused(tmp_path: Path, entry: str, said: str) -> None:
+    assert said in complaint(tmp_path, f"parameters:\n  critics: {{{entry}}}\n")

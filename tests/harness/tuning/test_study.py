@@ -115,17 +115,19 @@ def test_budget_leaves_time_for_the_test_and_lets_what_was_begun_go_on(tmp_path:
     with Journal(tmp_path, clock=lambda: now[0]) as journal:
         journal.add(ORIGINAL, 0, row)
         now[0] = 10.0  # [s] for one episode
-        may_begin = within_budget(100.0, 2, journal)  # two episodes of each file: 40 s
+        may_begin = within_budget(100.0, 4, journal)  # two episodes of each file: 40 s
         assert may_begin(OTHER, (0,))
         now[0] = 55.0  # reserve: 220 s, but half of the budget at most
         assert not may_begin(OTHER, (0,)) and may_begin(ORIGINAL, (0, 1))
-        assert within_budget(None, 2, journal)(OTHER, (0,))
+        assert within_budget(None, 4, journal)(OTHER, (0,))
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--space", "dwb_critic"], "did you mean 'dwb_critics'?"),
+        (["--space", "dwb_critics", "--space", "dwb_critics"], "dwb_critics is given twice"),
+        (["--finalists", "-1"], "--finalists -1 is out of range"),
         (["--objective", "margim"], "did you mean 'margin'?"),
         (["--sampler", "tpa"], "did you mean 'tpe'?"),
         (["--trials", "0"], "--trials 0 is out of range"),
@@ -154,6 +156,7 @@ def tune(folder: Path, workers: int, more: list[str]) -> "subprocess.Popen[str]"
         options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
         options += ["--rules", str(folder / "short.yaml"), "--pedestrians", "4", "--trials", "3", "--episodes", "6"]
         options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
+        options += ["--finalists", "2", "--final-episodes", "2"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
     return subprocess.Popen([*NAVBENCH, "tune", *options, *more], stdout=subprocess.PIPE, text=True, env=environment)
 

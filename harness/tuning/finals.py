@@ -1,0 +1,113 @@
+"""The final choice: the best few trials meet again on missions that had no part in choosing them.
+
+The best of a hundred trials on few missions is one of the luckiest, too, and its score too good. What is left of the
+few best on new missions is a fair sample of each, so that choosing among them by it costs little of that luck. They are
+halved (Karnin, Koren and Somekh 2013, "Almost optimal exploration in multi-armed bandits"): after each round the worse
+half drops out, and the others drive twice as many missions. All drive the same ones, so that means differ as pairs do.
+The original is always among them: where nothing is better, it stays.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from harness.metrics import Row
+from harness.tuning.evaluation import Candidate, Evaluator
+from harness.tuning.objective import Objective, UndefinedError
+from harness.tuning.result import COMPLETE, Trial
+
+
+@dataclass(frozen=True, slots=True)
+class Finalist:
+    """One that took part."""
+
+    number: int  # of its trial; 0: the original
+    candidate: Candidate
+    missions: int  # final ones that it drove
+    value: float  # of the first objective on them; minus infinity where it could not be driven
+    shortfall: float  # by how much it misses the objective's side condition on them
+
+    def as_json(self) -> Row:
+        """The finalist as one JSON object."""
+        value = self.value if math.isfinite(self.value) else None
+        return {"trial": self.number, "missions": self.missions, "value": value}
+
+
+def decide(
+    trials: Sequence[Trial], count: int, missions: Sequence[int], objective: Objective, evaluator: Evaluator
+) -> tuple[Finalist, ...]:
+    """Let the best ``count`` trials that drove all training missions meet the original; returns all, the best first.
+
+    Args:
+        trials: of the study, the original's first.
+        count: of trials beside the original; 0: there is no final choice.
+        missions: for training, other ones than the trials drove.
+        objective: the study's first.
+        evaluator: that drives them.
+    """
+    if not count or not missions:
+        return ()
+    left = _entrants(trials, count, objective, evaluator)
+    if len(left) < 2:
+        return ()
+    out: list[Finalist] = []
+    for driven, kept in schedule(len(left), len(missions)):
+        order = _ranked([_drive(each, missions[:driven], objective, evaluator) for each in left], objective.resolution)
+        out = [*order[kept:], *out]
+        left = [trials[number] for number in sorted(each.number for each in order[:kept])]
+    return (*order[:kept], *out)
+
+
+def schedule(entrants: int, missions: int) -> tuple[tuple[int, int], ...]:
+    """Of each round how many missions everyone has driven after it, and how many stay; the last leaves one."""
+    rounds = max(math.ceil(math.log2(entrants)), 1)
+    found, left = [], entrants
+    for number in range(rounds):
+        left = max(math.ceil(left / 2), 1)
+        found.append((max(missions >> (rounds - 1 - number), 1), left))
+    return tuple(found)
+
+
+def most_episodes(count: int, missions: int) -> int:
+    """Deliveries that the final choice of ``count`` trials and the original takes at most."""
+    if not count or not missions:
+        return 0
+    total, before, left = 0, 0, count + 1
+    for driven, kept in schedule(count + 1, missions):
+        total, before, left = total + left * (driven - before), driven, kept
+    return total
+
+
+def _entrants(trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator) -> list[Trial]:
+    """The original, and the best complete trials that drive otherwise than it and than each other."""
+    complete = [trial for trial in trials if trial.state == COMPLETE]
+
+    def rank(trial: Trial) -> tuple[float, float, int]:
+        shortfall = objective.shortfall(evaluator.rows(trial.candidate, trial.missions))
+        return shortfall, -trial.values[0], trial.number
+
+    different = {trial.candidate.key: trial for trial in sorted(complete, key=rank, reverse=True)}
+    different.pop(trials[0].candidate.key, None)
+    return [trials[0], *sorted(different.values(), key=rank)[:count]]
+
+
+def _drive(trial: Trial, missions: Sequence[int], objective: Objective, evaluator: Evaluator) -> Finalist:
+    rows = evaluator.rows(trial.candidate, missions)
+    value, shortfall = -math.inf, math.inf
+    if all(row.get("error") is None for row in rows):
+        try:
+            value, shortfall = objective.value(rows, len(rows)), objective.shortfall(rows)
+        except UndefinedError:
+            pass
+    return Finalist(trial.number, trial.candidate, len(missions), value, shortfall)
+
+
+def _ranked(finalists: Sequence[Finalist], resolution: float) -> list[Finalist]:
+    """By the side condition, then by the objective; but the original, which comes first, before one no better."""
+    original, *_ = finalists
+    order = sorted(finalists, key=lambda each: (each.shortfall, -each.value))
+    best = order[0]
+    if original.number == 0 and original.shortfall == best.shortfall and best.value - original.value <= resolution:
+        order.remove(original)
+        order.insert(0, original)
+    return order

@@ -1,0 +1,126 @@
+"""Search spaces as their files have them, single ones and several together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from navstack.errors import ParameterError
+from navstack.params.strict import load_dataclass
+
+RESERVED = ("trial", "state", "missions", "told", "p", "reason")  # columns of trials.parquet that are no parameter
+JOINT = "+"  # between the names of spaces that are searched together
+
+
+@dataclass(frozen=True, slots=True)
+class ListEdit:
+    """What may become of a list of plugins or critics; ``{type}`` stands for the names of all plugins of that type."""
+
+    order: tuple[str, ...] = ()  # these come in this order, in the places that they have; others stay where they are
+    replace: dict[str, str] = field(default_factory=dict)  # name -> the one in its place
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A parameter as a search space's file has it."""
+
+    path: str
+    also: tuple[str, ...] = ()  # paths of further parameters that take the same value; plugins may be absent
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+    step: float | None = None
+    levels: tuple[float, ...] = ()
+    choices: tuple[str, ...] = ()
+    switch: bool = False
+    lists: tuple[ListEdit, ...] = ()
+    optional: bool = False  # left out where the file has no such parameter; otherwise that is an error
+    unit: str = ""
+    why: str = ""  # one may want to change it
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceFile:
+    """A search space as its file has it."""
+
+    title: str
+    parameters: dict[str, Entry]
+    reads: dict[str, str] = field(default_factory=dict)  # name -> path of a number that stays, for the constraints
+    constraints: tuple[str, ...] = ()
+
+
+def read_space(path: Path) -> SpaceFile:
+    """Read a search space's file.
+
+    Raises:
+        ParameterError: it cannot be used.
+    """
+    content = load_dataclass(SpaceFile, path)
+    if not content.parameters:
+        raise ParameterError(f"{path}: names no parameters; give at least one")
+    _check_names(content, str(path))
+    for name, entry in content.parameters.items():
+        _check_entry(entry, f"{path}: parameters.{name}")
+    return content
+
+
+def read_spaces(paths: Sequence[Path]) -> tuple[str, SpaceFile]:
+    """Read search spaces that are searched together; returns their name, and all of them as one.
+
+    A parameter may stand in several of them if it does so in the same words.
+
+    Raises:
+        ParameterError: one cannot be used, or two contradict each other.
+    """
+    contents = [read_space(path) for path in paths]
+    name = JOINT.join(path.stem for path in paths)
+    for number, path in enumerate(paths):
+        if path in paths[:number]:
+            raise ParameterError(f"--space: {path.stem} is given twice; give it once")
+        for before, other in zip(paths[:number], contents, strict=False):
+            _check_agreement(before.stem, other, path.stem, contents[number])
+    merged = SpaceFile(
+        title="; ".join(content.title for content in contents),
+        parameters={key: entry for content in contents for key, entry in content.parameters.items()},
+        reads={key: path for content in contents for key, path in content.reads.items()},
+        constraints=tuple(dict.fromkeys(text for content in contents for text in content.constraints)),
+    )
+    _check_names(merged, name)
+    return name, merged
+
+
+def _check_agreement(first: str, one: SpaceFile, second: str, other: SpaceFile) -> None:
+    """Check that what stands in two spaces is the same in both."""
+    for mine, theirs in ((one.parameters, other.parameters), (one.reads, other.reads)):
+        differing = [name for name in mine if name in theirs and mine[name] != theirs[name]]
+        if differing:
+            advice = "give spaces that agree, or a file of your own with one of the two"
+            raise ParameterError(f"--space {first} and {second} differ in '{differing[0]}'; {advice}")
+
+
+def _check_names(content: SpaceFile, where: str) -> None:
+    """Check that names can stand in constraints and head columns beside :data:`RESERVED`, and are given once."""
+    for name in (*content.parameters, *content.reads):
+        if not name.isidentifier() or not name.isascii() or name in RESERVED or name.startswith("objective_"):
+            advice = f"give letters, digits and _, none of {', '.join(RESERVED)}"
+            raise ParameterError(f"{where}: {name!r} is no name for a parameter; {advice}")
+    twice = sorted(content.parameters.keys() & content.reads.keys())
+    if twice:
+        raise ParameterError(f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one")
+
+
+def _check_entry(entry: Entry, where: str) -> None:
+    """Check that an entry says in one way what its parameter may be."""
+    is_range = entry.low is not None or entry.high is not None
+    ways = [is_range, *map(bool, (entry.levels, entry.choices, entry.switch, entry.lists))]
+    if sum(ways) != 1:
+        raise ParameterError(f"{where}: give low and high, or levels, or choices, or switch: true, or lists")
+    if entry.lists and (entry.also or any(bool(edit.order) == bool(edit.replace) for edit in entry.lists)):
+        raise ParameterError(f"{where}: each of the lists has either order or replace, and there is no 'also'")
+    if not is_range:
+        return
+    if entry.low is None or entry.high is None or entry.low >= entry.high:
+        raise ParameterError(f"{where}: low {entry.low} and high {entry.high} are no range; give low < high")
+    if entry.log and (entry.low <= 0.0 or entry.step is not None):
+        raise ParameterError(f"{where}: a logarithmic range begins above 0 and has no step")
+    if entry.step is not None and not 0.0 < entry.step <= entry.high - entry.low:
+        raise ParameterError(f"{where}: step {entry.step} does not fit between low and high")
