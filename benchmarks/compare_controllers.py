@@ -13,9 +13,9 @@ import dataclasses
 import sys
 from pathlib import Path
 
-from harness.calibration.markdown import interval_text, table
 from harness.cli_run import resume_command, run_command
 from harness.compare import Comparison, Side, compare
+from harness.report.markdown import interval_text, table
 from harness.statistics import wilson_interval
 from harness.stored_run import load_run
 from harness.study import make_study

@@ -82,15 +82,23 @@ def run(
 
 @app.command(help=SUITE_HELP, short_help="Drive a declared study: stacks x maps x worlds x densities x seeds.")
 @click.argument("file", required=False)
+@click.option("--stack", "stacks", multiple=True, help="Drive this stack of the suite only; repeatable. Default: all.")
+@click.option("--episodes", type=int, help="Drive the first so many deliveries of each cell only. Default: all.")
+@click.option("--world", help="A name of params/worlds or a YAML file, instead of the suite's own.")
 @where_options
-@click.option("--out", type=click.Path(path_type=Path), help="Folder; default: results/<time>-<name of the file>.")
+@click.option("--out", type=click.Path(path_type=Path),
+              help="Folder; one that holds the suite is added to. "
+              "Default: results/<time>-<name of the file>.")  # fmt: skip
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with a suite that was cut off, from its folder alone.")  # fmt: skip
+              help="Go on with a suite from its folder alone.")  # fmt: skip
 @JSON
 @click.pass_context
 def suite(
     context: click.Context,
     file: str | None,
+    stacks: tuple[str, ...],
+    episodes: int | None,
+    world: str | None,
     where: Where,
     out: Path | None,
     resume: Path | None,
@@ -98,13 +106,15 @@ def suite(
 ) -> None:
     """Drive a suite; see ``SUITE_HELP``."""
     from harness.cli_suite import resume_suite_command, suite_command
+    from harness.suite import Portion
 
+    portion = Portion(stacks, episodes)
     if resume is not None:
-        refuse_others(context)
-        sys.exit(resume_suite_command(resume, where, as_json))
+        refuse_others(context, "stacks", "episodes")
+        sys.exit(resume_suite_command(resume, portion, where, as_json))
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")
-    sys.exit(suite_command(file, where, out, as_json))
+    sys.exit(suite_command(file, world, portion, where, out, as_json))
 
 
 @app.command(help=COMPARE_HELP, short_help="Compare two runs mission by mission.")

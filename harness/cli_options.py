@@ -81,8 +81,12 @@ def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) ->
     return command
 
 
-def refuse_others(context: click.Context) -> None:
+def refuse_others(context: click.Context, *allowed: str) -> None:
     """Check that nothing was given beside --resume that would make another study of it.
+
+    Args:
+        context: of the command.
+        allowed: parameters of this command that would not.
 
     Raises:
         InputError: something was.
@@ -90,7 +94,7 @@ def refuse_others(context: click.Context) -> None:
     given = [
         parameter.opts[0]
         for parameter in context.command.params
-        if parameter.name not in BESIDE_RESUME
+        if parameter.name not in (*BESIDE_RESUME, *allowed)
         and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
     ]
     if given:

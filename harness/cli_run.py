@@ -242,9 +242,10 @@ def say_what_failed(records: Sequence[Row]) -> None:
             say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
 
 
-def say_interrupted(tally: Tally, path: Path) -> None:
-    """Tell what an interrupt leaves."""
-    kept = f"the finished ones are kept in {path}; go on with --resume {path}" if tally.done else "none was finished"
+def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:
+    """Tell what an interrupt leaves; ``options`` go with the one that goes on."""
+    kept = f"the finished ones are kept in {path}; go on with --resume {path}{options}"
+    kept = kept if tally.done else "none was finished"
     say(f"interrupted after {tally.done} of {tally.total} deliveries; {kept}")
 
 

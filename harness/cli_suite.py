@@ -1,6 +1,6 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
-import itertools
+import dataclasses
 import json
 import sys
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from harness.benchmark import TABLES, StackResult, run_document
+from harness.benchmark import TABLES
 from harness.cli_run import (
     INTERRUPTED,
     SOME_ERRORS,
@@ -25,73 +25,110 @@ from harness.cli_run import (
 from harness.execution import Workers
 from harness.manifest import load_study, version_notes
 from harness.preflight import check
+from harness.report.markdown import interval_text
+from harness.report.suite.document import write_results
+from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.tables import report_console
 from harness.resources import resolve, shipped
 from harness.runs import RunFolder, count_finished, default_folder, point_latest, require_usable
-from harness.statistics import Interval
 from harness.study import Study, usable_workers
 from harness.study_workers import Where, open_workers
 from harness.suite import (
+    DECLARATION,
     Cell,
-    Condition,
+    Portion,
     Suite,
+    begin,
     cell_study,
-    cells,
-    create_suite,
+    declare,
+    is_begun,
     load_suite,
+    note_piece,
+    piece_of,
+    require_alike,
     stored_suite,
-    summarize_condition,
-    write_overview,
+    write_document,
 )
 from harness.table_files import Row
 
 
-def suite_command(file: str, where: Where, out: Path | None, as_json: bool) -> int:
-    """Drive a new suite, show progress on stderr, print the overview on stdout; returns the exit status."""
+def suite_command(file: str, world: str | None, portion: Portion, where: Where, out: Path | None, as_json: bool) -> int:
+    """Drive a suite, show progress on stderr, print the overview on stdout; returns the exit status.
+
+    Args:
+        file: of the suite, or its name.
+        world: a name of params/worlds or a file in place of the suite's own; None: those.
+        portion: of the suite that is driven now.
+        where: it is driven.
+        out: folder; one that holds this suite already is added to.
+        as_json: whether the overview is printed as JSON.
+    """
     source = resolve(file, shipped("params") / "suites", "suite")
     suite = load_suite(source)
-    path = out or default_folder(source.stem)
-    require_usable(path)
-    notes = [note for cell in cells(suite) if cell.seed == suite.seeds[0] for note in check(cell_study(suite, cell))]
+    if world is not None:
+        suite = dataclasses.replace(suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,))
+    path = (out or default_folder(source.stem)).resolve()
+    if not (path / DECLARATION).is_file():
+        require_usable(path)
+    studies = {cell: cell_study(suite, cell, portion.episodes or suite.episodes) for cell in portion.cells(suite)}
+    for cell, study in studies.items():
+        if is_begun(path, cell):
+            require_alike(path, cell, study)
+    notes = [note for cell, study in studies.items() if cell.seed == suite.seeds[0] for note in check(study)]
     for note in dict.fromkeys(notes):
         say(f"note: {note}")
-    create_suite(path, suite, sys.argv)
-    return _drive(path, suite, where, as_json)
+    declare(path, suite)
+    return _drive(path, suite, portion, where, as_json)
 
 
-def resume_suite_command(path: Path, where: Where, as_json: bool) -> int:
+def resume_suite_command(path: Path, portion: Portion, where: Where, as_json: bool) -> int:
     """Go on with a suite folder; otherwise as :func:`suite_command`."""
     path = path.resolve()  # a link may point elsewhere before the suite ends
     suite = stored_suite(path)
-    for note in dict.fromkeys(note for cell in cells(suite) for note in version_notes(path / cell.name)):
+    begun = [cell for cell in portion.cells(suite) if is_begun(path, cell)]
+    for note in dict.fromkeys(note for cell in begun for note in version_notes(path / cell.name)):
         say(f"note: {note}")
-    return _drive(path, suite, where, as_json)
+    return _drive(path, suite, portion, where, as_json)
 
 
-def _drive(path: Path, suite: Suite, where: Where, as_json: bool) -> int:
-    studies = {cell: load_study(path / cell.name, where.workers) for cell in cells(suite)}
-    records: dict[Cell, list[Row]] = {}
+def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bool) -> int:
+    chosen = portion.cells(suite)
+    for cell in chosen:
+        begin(path, suite, cell, portion.episodes or suite.episodes, sys.argv)
+    studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
+    records: list[Row] = []
     interrupted = False
     tally = _tally(path, studies)
     count = usable_workers(where.workers, tally.total)
     where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
     runs = {path / cell.name: study for cell, study in studies.items()}
-    with open_workers(where, count, path, runs) as workers, shown(tally) as on_finished:
-        for cell, study in studies.items():
-            records[cell], interrupted = _drive_cell(path / cell.name, study, workers, on_finished)
-            if interrupted:
-                break
-    say_what_failed([record for own in records.values() for record in own])
+    try:
+        with open_workers(where, count, path, runs) as workers, shown(tally) as on_finished:
+            for cell, study in studies.items():
+                own, interrupted = _drive_cell(path / cell.name, study, workers, on_finished)
+                records += own
+                if interrupted:
+                    break
+    finally:
+        if tally.done > tally.done_before:
+            note_piece(path, piece_of(tally.done - tally.done_before))
+    say_what_failed(records)
     if interrupted:
-        say_interrupted(tally, path)
-    conditions = _conditions(studies, records)
-    document = {"schema": 1, "title": suite.title, "rows": [_row(c, r) for c in conditions for r in c.results]}
-    write_overview(path, document)
-    point_latest(path)
-    _print(conditions, {**document, "folder": str(path)}, as_json)
+        say_interrupted(tally, path, portion.options)
+    results = write_overview(path)
+    _print(results, path, as_json)
     if interrupted:
         return INTERRUPTED
-    return SOME_ERRORS if any(result.errors for c in conditions for result in c.results) else 0
+    return SOME_ERRORS if any(record["row"].get("error") for record in records) else 0
+
+
+def write_overview(path: Path) -> Results:
+    """Write what a suite folder comes to into it: ``suite.json``, page, figures and table."""
+    results = read_results(path)
+    write_document(path / "suite.json", overview(results))
+    write_results(results, path)
+    point_latest(path)
+    return results
 
 
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
@@ -113,52 +150,27 @@ def _drive_cell(path: Path, study: Study, workers: Workers, on_finished: OnFinis
         return folder.records, interrupted
 
 
-def _conditions(studies: dict[Cell, Study], records: dict[Cell, list[Row]]) -> list[Condition]:
-    groups = (list(group) for _, group in itertools.groupby(records, key=lambda cell: cell.condition))
-    return [
-        summarize_condition(group, studies[group[0]], [record for cell in group for record in records[cell]])
-        for group in groups
-    ]
-
-
-def _row(condition: Condition, result: StackResult) -> Row:
-    """One row of the overview in the JSON document: as of a run, for all seeds together."""
-    row = run_document(result, condition.study, None)
-    del row["seed"]
-    where = {"world": Path(condition.world).stem, "pedestrians": condition.pedestrians, "seeds": list(condition.seeds)}
-    return {**row, **where}
-
-
-def _print(conditions: Sequence[Condition], document: Row, as_json: bool) -> None:
+def _print(results: Results, path: Path, as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        sys.stdout.write(json.dumps({**overview(results), "folder": str(path)}, indent=2, allow_nan=False) + "\n")
         return
     console = report_console(sys.stdout)
-    console.print(document["title"], markup=False)
-    console.print(_table(conditions))
+    console.print(results.suite.title, markup=False)
+    console.print(_table([each for each in results.standings if each.side is not None]))
     console.print("[low, high]: 95 % interval, the seeds of a row together", markup=False)
-    console.print(f"suite folder: {document['folder']}", markup=False, soft_wrap=True)
+    console.print(f"suite folder: {path}, with its page index.md", markup=False, soft_wrap=True)
 
 
-def _table(conditions: Sequence[Condition]) -> Table:
+def _table(standings: Sequence[Standing]) -> Table:
     table = Table("Map", "World", box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("People", justify="right")
     table.add_column("Stack")
     for title in ("n", "Errors", "SLA compliance", "Contribution margin ($/run)"):
         table.add_column(title, justify="right")
-    for condition in conditions:
+    for each in standings:
+        condition = each.condition
         where = Path(condition.map_name).stem, Path(condition.world).stem
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
-        for result in condition.results:
-            sla, margin = (_text(result, key, n) for key, n in (("sla", 3), ("contribution_margin", 2)))
-            name = result.stack.name
-            table.add_row(*where, people, name, str(result.episodes), str(result.errors), sla, margin)
+        sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
+        table.add_row(*where, people, each.stack, str(each.n), str(each.errors), sla, margin)
     return table
-
-
-def _text(result: StackResult, key: str, decimals: int) -> str:
-    interval = result.intervals.get(key, Interval(None, None, None, 0))
-    if interval.value is None:
-        return "--"
-    bounds = "" if interval.low is None else f" [{interval.low:.{decimals}f}, {interval.high:.{decimals}f}]"
-    return f"{interval.value:.{decimals}f}{bounds}"

@@ -10,9 +10,11 @@ from types import TracebackType
 from typing import IO, Any
 
 from harness.durable_files import LOCK, locked, no_links, replacing, sync_folder, write_text
-from harness.table_files import Columns, Row, read_rows, trouble_with, write_table
+from harness.journal import events_at, finished_in_tables, key_of, line_of, record_of, with_events
+from harness.table_files import Columns, Row, trouble_with, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
+from navstack.params.strict import read_text
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
 ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
@@ -77,6 +79,26 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
         raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
 
 
+def extend_run(path: Path, episodes: int) -> None:
+    """Let a run have more episodes than it was made for; those that it has stay as they are.
+
+    Args:
+        path: of a run that :func:`create_run` made.
+        episodes: of each stack, from now on.
+
+    Raises:
+        InputError: the folder is in use, cannot be written, or holds no run.
+    """
+    try:
+        with locked(path):
+            about = json.loads(read_text(path / MANIFEST))
+            write_text(path / MANIFEST, json.dumps({**about, "episodes": episodes}, indent=2, sort_keys=True) + "\n")
+    except OSError as error:
+        raise InputError(
+            f"run folder '{path}' cannot be written ({error.strerror}); make room or choose another"
+        ) from None
+
+
 class RunFolder:
     """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
 
@@ -105,8 +127,10 @@ class RunFolder:
             try:
                 opening.enter_context(locked(path))
                 if self._has_tables and not (path / JOURNAL).exists():
-                    self.records = _read_finished(path, tables)
-                else:
+                    self.records = finished_in_tables(path, tables)
+                    if not self.is_complete:
+                        self._unpack()
+                if not self.is_complete or (path / JOURNAL).exists():
                     if (path / JOURNAL).exists():
                         check_regular(path / JOURNAL, MOST_JOURNAL)
                     self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
@@ -137,7 +161,7 @@ class RunFolder:
     @property
     def finished(self) -> set[tuple[int, int]]:
         """Stack number and episode of what is finished."""
-        return {_key(record) for record in self.records}
+        return {key_of(record) for record in self.records}
 
     def add(self, record: Row) -> None:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
@@ -145,7 +169,7 @@ class RunFolder:
             raise ValueError(f"run folder '{self.path}' is closed or complete")
         place = self._journal.seek(0, os.SEEK_END)
         try:
-            self._journal.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+            self._journal.write(line_of(record))
             self._journal.flush()
             os.fsync(self._journal.fileno())
         except OSError as error:
@@ -188,10 +212,10 @@ class RunFolder:
             journal, self._journal = self._journal, None
             if journal is None:
                 return
-            order = sorted(range(len(self.records)), key=lambda i: _key(self.records[i]))
+            order = sorted(range(len(self.records)), key=lambda i: key_of(self.records[i]))
             rows: dict[str, Iterable[Row]] = {
                 "episodes": (self.records[i]["row"] for i in order),
-                "events": (event for i in order for event in _read_events(journal, self._places[i])),
+                "events": (event for i in order for event in events_at(journal, self._places[i])),
                 "timings": (self.records[i]["timing"] for i in order),
             }
             try:
@@ -210,6 +234,13 @@ class RunFolder:
     def _has_tables(self) -> bool:
         return (self.path / "episodes.parquet").exists()
 
+    def _unpack(self) -> None:
+        """Make tables a journal again: the run was complete and has been extended since."""
+        with replacing(self.path / JOURNAL) as journal:
+            for record in with_events(self.records, self.path, self._tables):
+                journal.write(line_of(record))
+        self.records = []
+
     def _keep(self, record: Row, place: int) -> None:
         self.records.append({"row": record["row"], "timing": record["timing"]})
         self._places.append(place)
@@ -220,15 +251,15 @@ class RunFolder:
         journal.seek(0)
         known: set[tuple[int, int]] = set()
         for number, line in enumerate(iter(lambda: journal.readline(MOST_LINE), b""), start=1):
-            record = _parse(line)
+            record = record_of(line)
             if record is None and place + len(line) >= end:
                 break
             trouble = "" if record is None else trouble_with(record["row"], self._tables["episodes"])
-            if record is None or trouble or _key(record) in known:
+            if record is None or trouble or key_of(record) in known:
                 reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
                 where = f"{self.path / JOURNAL}: line {number}"
                 raise InputError(f"{where} is {reason}; a run resumes from a whole journal")
-            known.add(_key(record))
+            known.add(key_of(record))
             self._keep(record, place)
             place += len(line)
         journal.truncate(place)
@@ -248,39 +279,6 @@ def count_finished(path: Path) -> int:
             return sum(line.endswith(b"\n") for line in journal)
     table = path / "episodes.parquet"
     return int(pq.read_metadata(table).num_rows) if table.is_file() else 0
-
-
-def _key(record: Row) -> tuple[int, int]:
-    return record["row"]["stack_number"], record["row"]["episode"]
-
-
-def _parse(line: bytes) -> Row | None:
-    """A line of a journal; None: it was cut off or is damaged."""
-    try:
-        record = json.loads(line)
-        whole = line.endswith(b"\n") and all(isinstance(number, int) for number in _key(record))
-        whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return None
-    return dict(record) if whole else None
-
-
-def _read_events(journal: IO[bytes], place: int) -> list[Row]:
-    journal.seek(place)
-    events: list[Row] = json.loads(journal.readline())["events"]
-    return events
-
-
-def _read_finished(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
-    """The records of a run whose journal has become tables."""
-    rows, timings = (read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings"))
-    if len(rows) != len(timings):
-        raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
-    for row in rows:
-        trouble = trouble_with(row, tables["episodes"])
-        if trouble:
-            raise InputError(f"run folder '{path}' has damaged tables: episodes.parquet: {trouble}")
-    return [{"row": row, "timing": timing} for row, timing in zip(rows, timings, strict=True)]
 
 
 def point_latest(path: Path) -> None:

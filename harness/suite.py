@@ -1,22 +1,29 @@
-"""A declared study: every stack in every map, world, density of people and seed, a run folder for each cell."""
+"""A declared study: every stack in every map, world, density of people and seed, a run folder for each cell.
+
+It may be driven in pieces: some stacks first, or the first deliveries of all. What a cell has is kept and added to.
+"""
 
 import dataclasses
 import itertools
 import json
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
-from harness.benchmark import StackResult, summarize_study
 from harness.durable_files import write_text
-from harness.manifest import about, parameters
-from harness.runs import create_run, require_usable
+from harness.manifest import LIBRARIES, PROGRAM, about, load_study, parameters
+from harness.runs import MANIFEST, create_run, extend_run
 from harness.study import Study, make_study
 from harness.table_files import Row
-from navstack.errors import InputError, ParameterError
-from navstack.params.strict import dump_dataclass, load_dataclass
+from harness.worker_check import project_digest
+from navstack.errors import InputError, ParameterError, UnknownNameError
+from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, load_yaml, read_text
+from navstack.params.yaml_text import load_text
 
-DECLARATION = "suite.yaml"  # written last when a suite is created: a folder that has it can be resumed
+DECLARATION = "suite.yaml"  # a folder that has it can be resumed
+PIECES = "pieces.jsonl"  # when what drove how much of it
 MOST_CELLS = 1000
 
 
@@ -41,36 +48,78 @@ class Suite:
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
-    """One run of a suite, all stacks in it."""
+class Condition:
+    """What the cells of all stacks and seeds have in common."""
 
     map_name: str
     world: str
     pedestrians: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One run of a suite: a stack under a condition."""
+
+    stack: str
+    condition: Condition
     seed: int
 
     @property
-    def condition(self) -> tuple[str, str, int | None]:
-        """What the cells of all seeds have in common."""
-        return self.map_name, self.world, self.pedestrians
+    def stack_name(self) -> str:
+        """Of the stack, which may be given as a file."""
+        return Path(self.stack).stem
 
     @property
     def name(self) -> str:
         """Of its run folder."""
-        people = "" if self.pedestrians is None else f"-people{self.pedestrians}"
-        return f"{Path(self.map_name).stem}-{Path(self.world).stem}{people}-seed{self.seed}"
+        where = self.condition
+        people = "" if where.pedestrians is None else f"-people{where.pedestrians}"
+        return f"{Path(where.map_name).stem}-{Path(where.world).stem}{people}-seed{self.seed}-{self.stack_name}"
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
-    """What the stacks did under one condition, all seeds together."""
+class Portion:
+    """What of a suite is to be driven now."""
 
-    map_name: str
-    world: str
-    pedestrians: int | None
-    seeds: tuple[int, ...]
-    study: Study  # of its first seed
-    results: tuple[StackResult, ...]
+    stacks: tuple[str, ...] = ()  # by name; empty: all
+    episodes: int | None = None  # the first so many of each cell; None: all
+
+    def cells(self, suite: Suite) -> list[Cell]:
+        """The cells of a suite that it covers.
+
+        Raises:
+            InputError: the suite has no such stack, or not so many episodes.
+        """
+        known = [Path(stack).stem for stack in suite.stacks]
+        for stack in self.stacks:
+            if Path(stack).stem not in known:
+                raise UnknownNameError("--stack", stack, known)
+        if self.episodes is not None and not 1 <= self.episodes <= suite.episodes:
+            raise InputError(f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}")
+        names = {Path(stack).stem for stack in self.stacks or suite.stacks}
+        return [cell for cell in cells(suite) if cell.stack_name in names]
+
+    @property
+    def options(self) -> str:
+        """As they are given on a command line."""
+        episodes = "" if self.episodes is None else f" --episodes {self.episodes}"
+        return "".join(f" --stack {stack}" for stack in self.stacks) + episodes
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One call of the program that drove a part of a suite."""
+
+    date: str
+    deliveries: int
+    program: str  # SHA-256 of its code, parameters and maps
+    versions: dict[str, str]
+
+
+def piece_of(deliveries: int) -> Piece:
+    """What this program drove today."""
+    versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
+    return Piece(time.strftime("%Y-%m-%d"), deliveries, project_digest(), versions)
 
 
 def load_suite(path: Path) -> Suite:
@@ -86,7 +135,7 @@ def load_suite(path: Path) -> Suite:
     beside = {key: tuple(_beside(path, name) for name in getattr(suite, key)) for key in ("stacks", "maps", "worlds")}
     single = {key: _beside(path, getattr(suite, key)) for key in ("rules", "prices")}
     optional = {key: _beside(path, value) for key in ("people", "robot") if (value := getattr(suite, key)) is not None}
-    number = len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
+    number = len(suite.stacks) * len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
     if number > MOST_CELLS:
         raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
     suite = dataclasses.replace(suite, **beside, **single, **optional)
@@ -102,26 +151,31 @@ def _beside(path: Path, name: str) -> str:
     return str(beside.absolute()) if beside.is_file() else name
 
 
-def cells(suite: Suite) -> list[Cell]:
-    """Every run of a suite; seeds vary fastest."""
+def conditions(suite: Suite) -> list[Condition]:
+    """Every map, world and number of people of a suite."""
     densities: Sequence[int | None] = suite.pedestrians or (None,)
-    return [Cell(*values) for values in itertools.product(suite.maps, suite.worlds, densities, suite.seeds)]
+    return [Condition(*values) for values in itertools.product(suite.maps, suite.worlds, densities)]
 
 
-def cell_study(suite: Suite, cell: Cell) -> Study:
-    """The study of a cell.
+def cells(suite: Suite) -> list[Cell]:
+    """Every run of a suite; seeds vary fastest, then stacks."""
+    return [Cell(stack, where, seed) for where in conditions(suite) for stack in suite.stacks for seed in suite.seeds]
+
+
+def cell_study(suite: Suite, cell: Cell, episodes: int) -> Study:
+    """The study of a cell, with its first episodes.
 
     Raises:
         InputError: a value that ``navbench run`` would refuse too.
     """
     return make_study(
-        stacks=suite.stacks,
-        episodes=suite.episodes,
+        stacks=[cell.stack],
+        episodes=episodes,
         seed=cell.seed,
-        map_name=cell.map_name,
-        pedestrians=cell.pedestrians,
+        map_name=cell.condition.map_name,
+        pedestrians=cell.condition.pedestrians,
         people=suite.people,
-        world=cell.world,
+        world=cell.condition.world,
         missions=suite.missions,
         localizer=suite.localizer,
         robot=suite.robot,
@@ -131,38 +185,71 @@ def cell_study(suite: Suite, cell: Cell) -> Study:
     )
 
 
-def create_suite(path: Path, suite: Suite, command: Sequence[str]) -> None:
-    """Write a suite folder with the run folder of every cell in it, none of them begun.
-
-    Raises:
-        InputError: the folder exists and is not empty, or cannot be written.
-    """
-    require_usable(path)
-    for cell in cells(suite):
-        study = cell_study(suite, cell)
-        create_run(path / cell.name, about(study, command), parameters(study))
-    _write(path / DECLARATION, dump_dataclass(suite))
-
-
-def write_overview(path: Path, document: Row) -> None:
-    """Write ``suite.json``."""
-    write_document(path / "suite.json", document)
-
-
-def write_document(path: Path, document: Row) -> None:
-    """Write a JSON document.
+def declare(path: Path, suite: Suite) -> None:
+    """Write what a suite folder is to hold.
 
     Raises:
         InputError: it cannot be written.
     """
-    _write(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
+    write_file(path / DECLARATION, dump_dataclass(suite))
 
 
-def _write(path: Path, text: str) -> None:
-    try:
-        write_text(path, text)
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None
+def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence[str]) -> None:
+    """Make the run folder of a cell, or let one that has fewer episodes have more, driven as those that it has.
+
+    Raises:
+        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would refuse too.
+    """
+    folder = path / cell.name
+    if not is_begun(path, cell):
+        study = cell_study(suite, cell, episodes)
+        create_run(folder, about(study, command), parameters(study))
+    elif load_study(folder).episodes < episodes:
+        extend_run(folder, episodes)
+
+
+def is_begun(path: Path, cell: Cell) -> bool:
+    """Whether a suite folder has a run folder for a cell."""
+    return (path / cell.name / MANIFEST).is_file()
+
+
+def require_alike(path: Path, cell: Cell, study: Study) -> None:
+    """Check that what a cell holds was driven with the parameters that it would be driven with now.
+
+    Raises:
+        InputError: it was not.
+    """
+    folder = path / cell.name
+    now = {name: load_text(text, name) for name, text in parameters(study).items() if name.endswith(".yaml")}
+    then = {file.name: load_yaml(file) for file in sorted((folder / "params").glob("*.yaml"))}
+    other = [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
+    if load_study(folder).template.missions != study.template.missions:
+        other.append("way to draw missions")
+    if other:
+        raise InputError(
+            f"run folder '{folder}' was driven with another {other[0]} than today's; remove the folder to drive it "
+            f"anew, or go on with the old one by --resume {path}"
+        )
+
+
+def note_piece(path: Path, piece: Piece) -> None:
+    """Add a line to the log of a suite folder.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    known = read_text(path / PIECES) if (path / PIECES).is_file() else ""
+    write_file(path / PIECES, known + json.dumps(dataclasses.asdict(piece), sort_keys=True) + "\n")
+
+
+def pieces_of(path: Path) -> tuple[Piece, ...]:
+    """The log of a suite folder.
+
+    Raises:
+        InputError: it is damaged.
+    """
+    lines = read_text(path / PIECES).splitlines() if (path / PIECES).is_file() else []
+    return tuple(from_mapping(Piece, json.loads(line), f"{path / PIECES}: line {k}") for k, line in enumerate(lines, 1))
 
 
 def stored_suite(path: Path) -> Suite:
@@ -176,8 +263,23 @@ def stored_suite(path: Path) -> Suite:
     return load_suite(path / DECLARATION)
 
 
-def summarize_condition(cells_of_it: Sequence[Cell], study: Study, records: Sequence[Row]) -> Condition:
-    """Pool the finished episodes of the cells that differ in their seeds only."""
-    first = cells_of_it[0]
-    results = tuple(summarize_study(study, records))
-    return Condition(*first.condition, tuple(cell.seed for cell in cells_of_it), study, results)
+def write_document(path: Path, document: Row) -> None:
+    """Write a JSON document.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    write_file(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a file of a suite folder; the folder is made where it is missing.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None

@@ -7,9 +7,9 @@ from typing import Any
 from harness.calibration.attempts import Attempt
 from harness.calibration.declaration import Declaration, value_text
 from harness.calibration.document_results import elsewhere_section, shortfalls, verification_section
-from harness.calibration.markdown import interval_text, number_text, p_text, table, wrapped
 from harness.calibration.reading import INJURY, METHODS, STANDING, Reading
 from harness.calibration.sensitivities import COMPARED, Effect, Study, ranked
+from harness.report.markdown import interval_text, number_text, p_text, table, wrapped
 from harness.report.published import Published
 from harness.statistics import Interval
 

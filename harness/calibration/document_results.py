@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from harness.calibration.attempts import share_distance
-from harness.calibration.markdown import interval_text, number_text, p_text, table
 from harness.calibration.reading import INJURY, METHODS, STANDING, Reading
 from harness.calibration.verification import LEVEL, Prediction, count_tests, predictions, share_tests
+from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.published import Published
 from harness.statistics import Interval, wilson_interval
 from harness.valuation import OUTCOMES

@@ -4,7 +4,10 @@ import re
 from collections.abc import Iterable
 
 # Options whose number is lowered to this.
-AT_MOST = {"--episodes": 1, "--trials": 2, "--test-episodes": 2, "--waterfall": 0, "--time": 0.2, "--samples": 10}
+AT_MOST = {
+    **{"--episodes": 1, "--trials": 2, "--test-episodes": 2, "--final-episodes": 1, "--finalists": 1},
+    **{"--waterfall": 0, "--time": 0.2, "--samples": 10},
+}
 DELIVERIES_OF = {"tune": {"--episodes": 2}}  # a search needs two missions
 
 # Options that each command gets besides. The rules end a delivery after a second of simulated time.
@@ -15,7 +18,7 @@ ADDED = {
     "ablate": ("--workers", "1", "--rules", SHORT_RULES, "--episodes", "1"),
     "tune": (
         *("--workers", "1", "--rules", SHORT_RULES),
-        *("--episodes", "2", "--test-episodes", "2", "--waterfall", "0"),
+        *("--episodes", "2", "--test-episodes", "2", "--final-episodes", "1", "--waterfall", "0"),
     ),
     "suite": ("--workers", "1"),
 }
@@ -53,6 +56,7 @@ NOT_EXECUTED = {
     r"navbench ablate --resume results/latest": "docs/money.md and README.md go on with finished studies",
     r"navbench ablate --localizers gps,gps-ekf .*--json": ELSEWHERE,
     r"navbench run --stack nav2-gps --world social --pedestrians 40": f"{ELSEWHERE} in README.md",
+    r"navbench suite (my_suite.yaml --out|--resume) results/pieces.*": "tests/harness/test_suite.py drives pieces",
     r"navbench replay results/two:mpc-gps-ekf 7 .*": f"{ELSEWHERE} in docs/run_baselines.md",
     r"navbench replay results/recorded:mpc-gps-ekf 3 .*": "delivery 3 of one; docs/bring_your_own.md executes it",
     r"navbench replay results/latest 3 .*": "delivery 3 of one; docs/bring_your_own.md executes it",
@@ -62,8 +66,8 @@ NOT_EXECUTED = {
     r"navbench run .* --executor dask .*": "needs a cluster; tests/harness/test_dask_execution.py starts one",
     r"navbench report results/mpi .*": f"{ELSEWHERE} in docs/run_baselines.md",
     r"navbench run .* --pedestrians 100 --record full --out results/crowd": "eight deliveries in a dense crowd",
-    r"navbench explain results/latest 3": "delivery 3 of one; tests/harness/test_explain.py drives one",
-    r"navbench explain results/crowd.*": "needs a delivery with an injury; tests/harness/test_explain.py drives one",
+    r"navbench explain results/latest 3": "delivery 3 of one; tests/harness/explain makes one up",
+    r"navbench explain results/crowd.*": "needs a delivery with an injury; tests/harness/explain makes one up",
     r"make \w+": "installs into .venv, or runs this very test; only looked up in the Makefile",
     r"pip install (\.|'?navbench\[dask\]'?( dask-jobqueue)?|mpi4py mpich)": "needs an index; CI installs the project",
     r"\. \.venv/bin/activate": "a shell's own",

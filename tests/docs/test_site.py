@@ -4,9 +4,8 @@ import contextlib
 import json
 import logging
 import re
-import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -20,9 +19,8 @@ pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'navb
 pytest.importorskip("material", reason="mkdocs-material is not installed: pip install 'navbench[dev]'")
 
 WIDTHS = (1440, 390)
-SHOWN = ("index", "quick_start", "add_a_controller", "metrics", "money")
+SHOWN = ("index", "quick_start", "add_a_controller", "metrics", "money", "study")
 SOON = 20.0  # [s] that anything may take on a busy machine
-SWITCHES = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -83,29 +81,14 @@ def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_pages_fit_and_ask_nobody(address: str, width: int, tmp_path: Path) -> None:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("Chromium is not installed: apt-get install chromium chromium-driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for switch in (*SWITCHES, f"--user-data-dir={tmp_path / 'profile'}"):
-        options.add_argument(switch)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    try:
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        browser.get_log("performance")  # of the empty page before
-        for page in SHOWN:
-            browser.get(f"{address}/{page}.html")
-            assert browser.execute_script("return document.documentElement.scrollWidth") <= width, page
-        find(browser)
-        assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
-        messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    finally:
-        browser.quit()
+def test_pages_fit_and_ask_nobody(address: str, width: int, browse: Callable[[str, int], Any]) -> None:
+    browser = browse(f"{address}/{SHOWN[0]}.html", width)
+    for page in SHOWN:
+        browser.get(f"{address}/{page}.html")
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width, page
+    find(browser)
+    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     asked = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
     assert asked and not [url for url in asked if not url.startswith((address, "data:", "blob:", "chrome"))]
 

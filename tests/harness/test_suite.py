@@ -8,7 +8,8 @@ import pytest
 
 from harness.benchmark import TABLES
 from harness.cli import main
-from harness.resources import shipped
+from harness.execution import InProcess, Workers
+from harness.resources import names, shipped
 from harness.runs import JOURNAL, RunFolder, count_finished
 from harness.suite import cells, load_suite
 from navstack.errors import ParameterError
@@ -23,10 +24,27 @@ episodes: 2
 rules: short.yaml  # beside this file
 """
 
+TWO_STACKS = """
+title: Two that stand
+stacks: [parked, standing.yaml]
+seeds: [0]
+episodes: 3
+rules: short.yaml
+"""
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Deliveries are driven in this process, and no figures drawn: test_suite_page.py does."""
+    monkeypatch.setattr("harness.report.suite.document.draw_figures", lambda results, folder: [])
+    monkeypatch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+
 
 def suite_file(folder: Path, text: str = SUITE) -> Path:
     (folder / "short.yaml").write_text(RULES)
     (folder / "suite.yaml").write_text(text)
+    parked = (shipped("params") / "stacks" / "parked.yaml").read_text(encoding="utf-8")
+    (folder / "standing.yaml").write_text(parked, encoding="utf-8")
     return folder / "suite.yaml"
 
 
@@ -39,7 +57,13 @@ def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, 
 
 def test_the_example_is_a_suite() -> None:
     suite = load_suite(shipped("params") / "suites" / "example.yaml")
-    assert len(cells(suite)) == 8
+    assert len(cells(suite)) == 2 * 8
+
+
+def test_the_published_study_has_every_stack_on_three_maps() -> None:
+    suite = load_suite(shipped("params") / "suites" / "published.yaml")
+    assert sorted(suite.stacks) == names(shipped("params") / "stacks"), "params/suites/published.yaml lacks a stack"
+    assert (len(suite.maps), suite.episodes, len(suite.seeds)) == (3, 400, 1)
 
 
 def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -53,13 +77,13 @@ def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.
     ]
     assert rows[0]["outcomes"]["sla"] | {"high": None} == {"value": 0.0, "low": 0.0, "high": None, "n": 4}
     assert rows[0]["economics"]["contribution_margin"] == pytest.approx(-3.49)
-    names = [cell.name for cell in cells(load_suite(out / "suite.yaml"))]
-    assert [count_finished(out / name) for name in names] == [2, 2, 2, 2]
+    runs = [cell.name for cell in cells(load_suite(out / "suite.yaml"))]
+    assert [count_finished(out / name) for name in runs] == [2, 2, 2, 2]
 
     overview = (out / "suite.json").read_bytes()
-    kept = {name: (out / name / "episodes.parquet").read_bytes() for name in names}
-    cut_off(out / names[1])
-    begun_only(out / names[2])
+    kept = {name: (out / name / "episodes.parquet").read_bytes() for name in runs}
+    cut_off(out / runs[1])
+    begun_only(out / runs[2])
     shutil.rmtree(tmp_path / "elsewhere", ignore_errors=True)
     (tmp_path / "suite.yaml").unlink()
     (tmp_path / "short.yaml").unlink()
@@ -67,7 +91,65 @@ def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.
     assert status == 0 and "going on after 5 of 8 deliveries" in said
     assert json.loads(again) == json.loads(document)
     assert (out / "suite.json").read_bytes() == overview
-    assert {name: (out / name / "episodes.parquet").read_bytes() for name in names} == kept
+    assert {name: (out / name / "episodes.parquet").read_bytes() for name in runs} == kept
+
+
+def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, whole, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "whole", tmp_path / "pieces"
+    at_once = ("--workers", "1", "--json")
+    assert navbench(capsys, str(file), "--out", str(whole), *at_once)[0] == 0
+    _, document, _ = navbench(capsys, str(file), "--out", str(out), "--stack", "parked", "--episodes", "1", *at_once)
+    assert [(row["stack"], row["episodes"], row["declared"]) for row in json.loads(document)["rows"]] == [
+        ("parked", 1, 3)
+    ]
+    page = " ".join((out / "index.md").read_text(encoding="utf-8").split())
+    assert "**Not complete: 1 of 6 declared deliveries are driven.**" in page and "1 of 2 cells have none" in page
+    assert "1 of 3" in page and "standing" in page and "not driven" in page
+    (kept,) = out.glob("*-parked/run.json")
+    assert json.loads(kept.read_text(encoding="utf-8"))["episodes"] == 1
+    _, _, said = navbench(capsys, "--resume", str(out), "--episodes", "2", *at_once)
+    assert "going on after 1 of 4 deliveries" in said
+    assert navbench(capsys, str(file), "--out", str(out), *at_once)[0] == 0
+    for cell in cells(load_suite(whole / "suite.yaml")):
+        for table in ("episodes.parquet", "events.parquet", "summary.json"):
+            assert (out / cell.name / table).read_bytes() == (whole / cell.name / table).read_bytes(), table
+        assert not (out / cell.name / JOURNAL).exists()
+    for made in ("suite.json", "table.parquet"):
+        assert (out / made).read_bytes() == (whole / made).read_bytes(), made
+    assert "Complete: all 6 deliveries" in (out / "index.md").read_text(encoding="utf-8")
+    pieces = [json.loads(line) for line in (out / "pieces.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert [piece["deliveries"] for piece in pieces] == [1, 3, 2]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--stack", "parkd"), ("parkd", "did you mean 'parked'")),
+        (("--episodes", "3"), ("--episodes 3", "declares 1 to 2")),
+        (("--world", "costnva"), ("costnva", "did you mean 'costnav'")),
+    ],
+)
+def test_a_portion_that_a_suite_has_not_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    out = ("--out", str(tmp_path / "out"))
+    status, _, line = navbench(capsys, str(suite_file(tmp_path)), *out, *arguments)
+    assert status == 1 and line.count("\n") == 1 and all(word in line for word in words), line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_cell_that_was_driven_with_other_parameters_is_not_added_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = suite_file(tmp_path), tmp_path / "out"
+    portion = ("--episodes", "1", "--workers", "1", "--json")
+    assert navbench(capsys, str(file), "--out", str(out), *portion)[0] == 0
+    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
+    status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
+    assert status == 1 and "another rules.yaml than today's; remove the folder" in line and line.count("\n") == 1
+    assert navbench(capsys, "--resume", str(out), *portion)[0] == 0
 
 
 def cut_off(path: Path) -> None:

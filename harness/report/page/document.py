@@ -28,7 +28,7 @@ Json = dict[str, Any]
 
 SCRIPTS = (
     *("core.js", "charts.js", "profit_charts.js", "tables.js", "episodes.js", "scenery.js", "overview.js"),
-    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay.js", "main.js"),
+    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay_reasons.js", "replay.js", "main.js"),
 )
 
 

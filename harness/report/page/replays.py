@@ -8,6 +8,7 @@ from typing import Any
 
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import Entry
+from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.page.sections import TERMS
 from harness.resources import shipped
@@ -62,7 +63,7 @@ def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
 
 
 def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Json:
-    """What the page needs to show a delivery: its facts, contacts, costs and the recording itself."""
+    """What the page needs to show a delivery: its facts, contacts, costs, their reasons, and the recording itself."""
     entry, row = recorded.entry, recorded.row
     robot, radius = bodies(entry)
     return {
@@ -82,6 +83,7 @@ def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Jso
             term: rounded(money_of(entry, term)[recorded.index], 4)
             for term in ("revenue", "opex", "contribution_margin", *(name for name, _ in TERMS))
         },
+        "reasons": reasons_of(entry, row, arrays),
         "data": encode(arrays, fineness),
     }
 

@@ -1,9 +1,7 @@
-"""Recordings without a simulation, and pages of them in a real browser."""
+"""Recordings without a simulation."""
 
-import contextlib
 import json
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +9,11 @@ import numpy as np
 import pytest
 
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
+from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
+from harness.resources import shipped
 from harness.table_files import read_rows, write_table
 
-CHROMIUM, DRIVER = "chromium", "chromedriver"
-SWITCHES = (
-    *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
+CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something
 
 
@@ -55,6 +51,15 @@ def arrays_of(row: dict[str, Any], seed: int = 0, beams: int = 36, people: int =
     }
 
 
+def decision(stamp: float) -> dict[str, Any]:
+    """A cycle in which DWB kept to 1 m/s."""
+    row = {**dict.fromkeys(DECISION_COLUMNS), "stamp_s": stamp, "decided_by": "DWBLocalPlanner", "samples": 100}
+    row |= {f"{kind}_linear_x_mps": 1.0 for kind in ("wanted", "command")}
+    row |= {f"{kind}_angular_z_radps": 0.0 for kind in ("wanted", "command")}
+    row |= dict.fromkeys(("believed_x_m", "believed_y_m", "believed_yaw_rad"), 0.0)
+    return row | {"rejected": 7, "total_score": 1.2} | dict(zip(CRITIC, (2.0, 1.2, 7), strict=True))
+
+
 @pytest.fixture(scope="session")
 def make_arrays() -> Callable[..., dict[str, Any]]:
     """See :func:`arrays_of`."""
@@ -70,7 +75,12 @@ def record() -> Callable[..., None]:
         for row in read_rows(folder / "episodes.parquet", EPISODE_COLUMNS):
             if row["stack"] == stack and row["episode"] in episodes:
                 arrays = arrays_of(row, row["episode"], **more)
-                np.savez_compressed(folder / "recordings" / f"{stack}-{row['episode']}.npz", **arrays)
+                name = f"{stack}-{row['episode']}"
+                np.savez_compressed(folder / "recordings" / f"{name}.npz", **arrays)
+                rows = [decision(float(stamp)) for stamp in arrays["trace"][:, 0]]
+                write_table(folder / "recordings" / f"{name}-decisions.parquet", DECISION_COLUMNS | CRITIC, rows)
+        robot = (shipped("params") / "robots" / "segway_e1.yaml").read_text(encoding="utf-8")
+        (folder / "params" / f"{stack}-robot.yaml").write_text(robot, encoding="utf-8")
         place_events(folder)
 
     return add
@@ -98,29 +108,3 @@ def rename_map() -> Callable[[Path, str], None]:
         write_table(folder / "episodes.parquet", EPISODE_COLUMNS, [{**row, "map": name} for row in rows])
 
     return rename
-
-
-@pytest.fixture
-def browse(tmp_path: Path) -> Iterator[Callable[[Path, int], Any]]:
-    """Open a page in headless Chromium at a width; the test is skipped where there is none."""
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which(CHROMIUM), shutil.which(DRIVER)
-    if chromium is None or driver is None:
-        pytest.skip("Chromium is not installed: apt-get install chromium chromium-driver")
-    with contextlib.ExitStack() as open_browsers:
-
-        def show(page: Path, width: int) -> Any:
-            options = webdriver.ChromeOptions()
-            options.binary_location = chromium
-            for switch in (*SWITCHES, f"--user-data-dir={tmp_path / f'profile-{width}'}"):
-                options.add_argument(switch)
-            options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-            browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-            open_browsers.callback(browser.quit)
-            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
-            browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-            browser.get_log("performance")  # of the empty page before
-            browser.get(page.as_uri())
-            return browser
-
-        yield show

@@ -123,12 +123,38 @@ def _check_replay(browser: Any) -> None:
     if not browser.execute_script(f"return {jumps}.disabled"):
         browser.execute_script(f"{jumps}.click()")
         assert browser.execute_script("return document.querySelector('#player').dataset.time") in ("2.00", "7.00")
+    _check_reasons(browser, move)
     drawing = (
         f"const s = {slider}, began = performance.now();"
         "for (let k = 0; k < 60; k++) { s.value = k / 10; s.dispatchEvent(new Event('input')); }"
         "return (performance.now() - began) / 60"
     )
     assert browser.execute_script(drawing) < FRAME_MS
+
+
+def _check_reasons(browser: Any, move: str) -> None:
+    """Why an event cost what it cost opens as it comes near, or when it is chosen; its text fits."""
+    browser.execute_script(move, 0.0)
+    opened = "return [...document.querySelectorAll('#player .why details')].map(each => each.open)"
+    reasons = browser.execute_script(opened)
+    assert reasons and not any(reasons)
+    first = "document.querySelector('#player .why details')"
+    stamp = browser.execute_script(f"return Number({first}.dataset.time)")
+    browser.execute_script(move, max(stamp - 1.0, 0.0))
+    assert sum(browser.execute_script(opened)) == 1
+    browser.execute_script(move, 0.0)
+    assert not any(browser.execute_script(opened))
+    browser.execute_script(f"{first}.querySelector('summary').click()")
+    assert browser.execute_script(opened)[0]
+    assert (
+        browser.execute_script("return document.querySelector('#player').dataset.time") == f"{max(stamp - 2.0, 0):.2f}"
+    )
+    told = browser.execute_script("return document.querySelector('#player .why details[open] p').textContent")
+    assert len(told) > 40 and "undefined" not in told
+    assert browser.execute_script(
+        "const box = document.querySelector('#player .why').getBoundingClientRect();"
+        "return box.left >= 0 && box.right <= document.documentElement.clientWidth"
+    )
 
 
 def picture(browser: Any) -> str:

@@ -1,6 +1,8 @@
 """The page as text: what it contains, what it escapes, how large it is."""
 
+import contextlib
 import dataclasses
+import io
 import json
 import re
 from collections.abc import Callable
@@ -52,6 +54,32 @@ def test_a_report_holds_the_figures_of_its_runs(write_run: Callable[..., Path], 
     assert any(price["key"] == "delivery_fee" and price["source"] for price in data["basis"]["prices"])
     assert (len(data["replays"]), len(data["trajectories"]), len(data["recorded"])) == (2, 3, 3)
     assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
+
+
+def test_a_replay_tells_why_in_the_words_of_explain(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
+    folder = write_run("one", episodes=6, crowd=1.0)
+    record(folder, "mine", range(6))
+    told, shown = {each["episode"]: each["reasons"] for each in data_of(page_of(folder))["replays"]}, []
+    for episode in range(6):
+        with pytest.raises(SystemExit), contextlib.redirect_stdout(io.StringIO()) as out:
+            main(["explain", str(folder), str(episode), "--json"])
+        events = json.loads(out.getvalue())["events"]
+        shown.append(len(events))
+        assert [(each["stamp_s"], each["cost_usd"], each["words"]) for each in events] == [
+            (each["time"], each["cost"], each["words"]) for each in told[episode]
+        ]
+    assert max(shown) > 1
+    (folder / "recordings" / "mine-0-decisions.parquet").write_bytes(b"nothing")
+    costly = next(number for number in range(1, 6) if shown[number])
+    (folder / "recordings" / f"mine-{costly}-decisions.parquet").unlink()
+    told = {each["episode"]: each["reasons"] for each in data_of(page_of(folder))["replays"]}
+    assert told[0] == told[costly] == []
+
+
+def page_of(folder: Path) -> str:
+    return report_page([load_run(str(folder))], 20, "")
 
 
 def test_the_costliest_recordings_are_carried(write_run: Callable[..., Path], record: Callable[..., None]) -> None:

@@ -7,7 +7,7 @@ function player() {
   const place = h('div', { id: 'player' }), camera = new Camera();
   const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
   const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, frames: 0, drawn: 0 };
-  let last = 0, parts = null, strip = null, view = null;
+  let last = 0, parts = null, strip = null, reasons = null, view = null;
 
   async function open(number, time = 0) {
     state.playing = false;
@@ -60,13 +60,14 @@ function player() {
       facts: h('dl'), costs: h('ul', { class: 'costs' }),
     };
     strip = replayStrip(state.recording, seek);
+    reasons = replayReasons(facts.reasons, seek);
     place.replaceChildren(
       h('div', { class: 'player' },
         h('div', {}, view.place, h('div', { class: 'transport' }, parts.play, parts.previous, parts.next, parts.speed, parts.follow, parts.clock),
           parts.seek, strip.place,
           h('div', { class: 'layers' }, LAYERS.filter(([key]) => has(key)).map(([key, label, colour]) =>
             check(label, shown[key], on => { shown[key] = on; draw(); }, `var(${colour})`)))),
-        h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs)));
+        h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs, reasons.place)));
     listCosts();
   }
   const has = key => ({ scan: 'scan', plan: 'plan', tracks: 'trackStart', belief: 'belief' }[key] === undefined
@@ -100,6 +101,7 @@ function player() {
     parts.clock.textContent = `${num(time, 1)} / ${num(recording.end, 1)} s`;
     parts.seek.value = time;
     strip.move(time);
+    reasons.move(time);
   }
   function draw() {
     if (!state.recording || !view || camera.width === 1) return;
@@ -135,7 +137,7 @@ function player() {
   }
   place.addEventListener('keydown', event => {
     if (!state.recording || ['SELECT', 'INPUT'].includes(event.target.tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
-    const acts = { ' ': event.target.tagName === 'BUTTON' ? null : toggle, n: () => jump(1), p: () => jump(-1),
+    const acts = { ' ': ['BUTTON', 'SUMMARY'].includes(event.target.tagName) ? null : toggle, n: () => jump(1), p: () => jump(-1),
       ArrowRight: () => seek(state.time + 1), ArrowLeft: () => seek(state.time - 1), Home: () => seek(0), End: () => seek(state.recording.end) };
     const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act) return;

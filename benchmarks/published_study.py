@@ -1,0 +1,107 @@
+"""The study that this project publishes: every stack on three maps, params/suites/published.yaml.
+
+Usage: python benchmarks/published_study.py [--episodes N] [--stack NAME] [--world NAME] [--workers N]
+           [--out FOLDER] [--render]
+
+What FOLDER (results/baseline/study) holds is kept and added to, so the study can be driven in pieces, on one checkout
+after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack some stacks only; without
+both the rest is driven. Deliveries are independent of what was driven before them. --render drives nothing.
+
+The folder gets its page, figures and tables. Of the project's own folder docs/study.md with its figures is made, too,
+and, as soon as every cell has deliveries, the part of README.md between the marks.
+"""
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from harness.cli_suite import suite_command, write_overview
+from harness.report.markdown import wrapped
+from harness.report.suite.document import FIGURES, page
+from harness.report.suite.figures import FOLDER
+from harness.report.suite.results import Results, read_results
+from harness.report.suite.tables import margins
+from harness.resources import shipped
+from harness.study_workers import Where
+from harness.suite import DECLARATION, Portion, declare, load_suite
+from navstack.errors import NavstackError
+
+ROOT = Path(__file__).resolve().parents[1]
+SUITE = "published"
+STUDY = ROOT / "results" / "baseline" / "study"
+BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"
+
+
+def headline(results: Results, figures: str) -> str:
+    """What README says of the study: how much there is, the margins, and their picture."""
+    done = sum(each.n for each in results.standings)
+    declared = sum(each.declared for each in results.standings)
+    state = f"{done} deliveries" if done == declared else f"so far {done} of {declared} deliveries"
+    names = ", ".join(f"`{Path(name).stem}`" for name in results.suite.maps)
+    text = (
+        f"**What every stack earns** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
+        f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
+        "missions. Costs, outcomes, break-even and paired differences: [the published study](docs/study.md)."
+    )
+    return f"{wrapped(text)}\n\n{margins(results)}\n\n![{FIGURES['margin']}]({figures}/margin.png)\n"
+
+
+def filled(text: str, content: str) -> str:
+    """A text with other content between the marks.
+
+    Raises:
+        ValueError: it has no marks.
+    """
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"has no '{BEGIN}' with '{END}' after it; put both where the table is to stand")
+    return f"{before}{begin}\n\n{content}\n{end}{after}"
+
+
+def publish(results: Results, study: Path, root: Path) -> None:
+    """Make docs/study.md, its figures, and README's part of a study."""
+    docs, readme = root / "docs", root / "README.md"
+    (docs / "study.md").write_text(page(results, figures="study"), encoding="utf-8")
+    for name in FIGURES:
+        figure = study / FOLDER / f"{name}.png"
+        if figure.is_file():
+            (docs / "study").mkdir(exist_ok=True)
+            shutil.copy(figure, docs / "study")
+    missing = sum(each.valuation is None for each in results.standings)
+    if missing:
+        print(f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet")
+        return
+    text = filled(readme.read_text(encoding="utf-8"), headline(results, figures="docs/study"))
+    readme.write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--episodes", type=int, help="of each cell; default: all that the suite declares")
+    parser.add_argument("--stack", action="append", default=[], help="of the suite, repeatable; default: all")
+    parser.add_argument("--world", help="a name of params/worlds or a file; default: the suite's own")
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--out", type=Path, default=STUDY)
+    parser.add_argument("--render", action="store_true", help="drive nothing: page, figures and tables anew")
+    asked = parser.parse_args()
+    status = 0
+    try:
+        if asked.render:
+            if not (asked.out / DECLARATION).is_file():
+                declare(asked.out, load_suite(shipped("params") / "suites" / f"{SUITE}.yaml"))
+            results = write_overview(asked.out)
+        else:
+            portion = Portion(tuple(asked.stack), asked.episodes)
+            status = suite_command(SUITE, asked.world, portion, Where(workers=asked.workers), asked.out, as_json=False)
+            results = read_results(asked.out)
+        if asked.out.resolve() == STUDY:
+            publish(results, STUDY, ROOT)
+    except (NavstackError, ValueError) as error:
+        sys.exit(str(error))
+    sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What a suite folder comes to: its overview, its page, its tables and its figures."""

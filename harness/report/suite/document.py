@@ -1,0 +1,169 @@
+"""The page of a suite as Markdown: what was found, on how much it rests, and what is missing."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from harness.durable_files import write_text
+from harness.report.markdown import wrapped
+from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
+from harness.report.suite.results import Results, Standing
+from harness.report.suite.tables import counts, margins, of_condition, write_quantities
+from harness.stored_run import StoredRun
+from harness.suite import Piece
+from navstack.errors import InputError
+
+PAGE = "index.md"
+FIGURES = {
+    "margin": "Contribution margin of every stack, with its 95 % interval, a panel for each condition",
+    "costs": "What a delivery costs on average, by component",
+    "outcomes": "How deliveries end, as shares",
+    "break_even": "Probability that the robot pays for itself within its life",
+}
+DIGITS = 12  # of a digest that are shown
+
+
+def write_results(results: Results, folder: Path) -> list[Path]:
+    """Write the page, the figures and the table of a suite into a folder; returns their paths.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    figures = draw_figures(results, folder)
+    quantities = write_quantities(results, folder)
+    try:
+        write_text(folder / PAGE, page(results))
+    except OSError as error:
+        raise InputError(f"'{folder}' cannot be written ({error.strerror}); make room or choose another") from None
+    return [folder / PAGE, quantities, *figures]
+
+
+def page(results: Results, figures: str = FOLDER) -> str:
+    """The page; same folder, same text.
+
+    Args:
+        results: of the suite folder.
+        figures: folder of the figures, relative to the page.
+    """
+    paragraphs = [
+        f"# {results.suite.title}",
+        _progress(results),
+        "## How much it rests on",
+        "Finished deliveries per stack and condition" + _seeds(results) + "; – where nothing has been driven:",
+        counts(results),
+    ]
+    if any(each.valuation for each in results.standings):
+        paragraphs += _found(results, figures)
+    paragraphs += ["## What it was driven with", *_basis(results)]
+    return wrapped("\n\n".join(paragraphs)) + "\n"
+
+
+def _progress(results: Results) -> str:
+    """How far the study is, in a sentence or two."""
+    standings = results.standings
+    done = sum(each.n + each.errors for each in standings)
+    declared = sum(each.declared for each in standings)
+    if done >= declared:
+        return f"Complete: all {declared} deliveries that the suite declares are driven."
+    missing = [each for each in standings if each.side is None]
+    partial = [each for each in standings if each.side is not None and not each.is_complete]
+    text = f"**Not complete: {done} of {declared} declared deliveries are driven.**"
+    if partial:
+        text += f" {len(partial)} of {len(standings)} cells have some of theirs; every figure says how many."
+    if missing:
+        text += (
+            f" {len(missing)} of {len(standings)} cells have none and are missing below: {_names(results, missing)}."
+        )
+    return f"{text} `navbench suite --resume DIR` with this folder goes on."
+
+
+def _names(results: Results, standings: Sequence[Standing]) -> str:
+    """Cells in words; a stack that drove nowhere is named once."""
+    own = {each.stack: [other for other in standings if other.stack == each.stack] for each in standings}
+    places = {stack: " and ".join(results.label(other.condition) for other in each) for stack, each in own.items()}
+    everywhere = len(results.conditions)
+    return "; ".join(stack if len(own[stack]) == everywhere else f"{stack} on {places[stack]}" for stack in own)
+
+
+def _seeds(results: Results) -> str:
+    seeds = results.suite.seeds
+    return f", seed {seeds[0]}" if len(seeds) == 1 else f", seeds {', '.join(map(str, seeds))} together"
+
+
+def _found(results: Results, figures: str) -> list[str]:
+    """Tables and pictures, and how to read them."""
+    pictures = {name: f"![{text}]({figures}/{name}.png)" for name, text in FIGURES.items()}
+    first = Path(results.suite.stacks[0]).stem
+    shown = len(results.conditions)
+    cut = [f"The figures show the first {MOST_PANELS} of {shown} conditions."] if shown > MOST_PANELS else []
+    return [
+        "## What a delivery earns",
+        "Contribution margin [USD/delivery] with its 95 % bootstrap interval over missions. Stacks stand in the order "
+        "of their mean over the conditions that they drove.",
+        margins(results),
+        pictures["margin"],
+        *cut,
+        "## What it costs",
+        pictures["costs"],
+        "## How deliveries end",
+        pictures["outcomes"],
+        "## Whether the robot pays for itself",
+        "From the spread of the deliveries and of their mean: the probability that the profits summed up have once "
+        "paid back the robot and its sensors within its life.",
+        pictures["break_even"],
+        "## Condition by condition",
+        f"Shares with Wilson's 95 % intervals, margins with bootstrap intervals. *Margin minus `{first}`'s* is taken "
+        "mission by mission on the missions that both finished, with its interval and a sign-flip p value adjusted "
+        "(Holm) for all stacks of the table. Overlapping intervals of two margins do not say that the two are alike; "
+        "the paired difference tells. *Break-even*: as the figure above.",
+        *(
+            text
+            for condition in results.conditions
+            if any(each.valuation for each in results.under(condition))
+            for text in (f"### {results.label(condition)}", of_condition(results, condition))
+        ),
+    ]
+
+
+def _basis(results: Results) -> list[str]:
+    """Conditions, versions, and when what was driven."""
+    suite, runs = results.suite, results.runs
+    people = ", ".join("the world's own number" if n is None else str(n) for n in suite.pedestrians or (None,))
+    lines = [
+        f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; missions: "
+        f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
+        f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for every stack",
+    ]
+    lines += [f"- map {name}: SHA-256 {digest}" for name, digest in _maps(runs)]
+    lines += [f"- versions: {text}" for text in _versions(results.pieces)]
+    if results.strangers:
+        lines.append(f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}")
+    return ["\n".join(lines), *_log(results)]
+
+
+def _maps(runs: Sequence[StoredRun]) -> list[tuple[str, str]]:
+    return sorted({(run.map_name, str(run.about.get("map_sha256", "unknown"))[:DIGITS]) for run in runs})
+
+
+def _versions(pieces: Sequence[Piece]) -> list[str]:
+    """Every set of versions that drove some of it, once."""
+    return list(dict.fromkeys(", ".join(f"{name} {text}" for name, text in each.versions.items()) for each in pieces))
+
+
+def _log(results: Results) -> list[str]:
+    """When how much was driven, and by which state of the program."""
+    if not results.pieces:
+        return []
+    programs = len({piece.program for piece in results.pieces})
+    states = "one state" if programs == 1 else f"{programs} states"
+    lines = [
+        f"- {piece.date}: {piece.deliveries} deliveries, program {piece.program[:DIGITS]}" for piece in results.pieces
+    ]
+    done = sum(each.n + each.errors for each in results.standings)
+    rest = done - sum(piece.deliveries for piece in results.pieces)
+    if rest > 0:
+        lines.append(f"- {rest} more by calls that were killed before they could say so")
+    return [
+        f"Driven by {states} of the program (SHA-256 of its code, parameters and maps). What a run folder holds is "
+        "kept; its `params/` say what it was driven with, whatever the files that come with the program say today.",
+        "\n".join(lines),
+    ]

@@ -1,0 +1,181 @@
+"""What a suite folder holds so far: every stack under every condition, its seeds together, driven or not."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from harness.compare import PAIR, Side, compare
+from harness.metrics import Row
+from harness.report.suite.names import label_of
+from harness.statistics import Interval, PairedDifference, holm
+from harness.stored_run import StoredRun, load_run
+from harness.suite import Cell, Condition, Piece, Suite, cells, conditions, is_begun, pieces_of, stored_suite
+from harness.valuation import Valuation, valuation_document, value
+
+MARGIN = "contribution_margin"
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """What a stack did under a condition."""
+
+    stack: str
+    condition: Condition
+    declared: int  # deliveries
+    side: Side | None  # rows of all seeds; None: nothing is driven
+    valuation: Valuation | None  # None: no delivery finished
+
+    @property
+    def n(self) -> int:
+        """Finished deliveries, without those that ended in an error."""
+        return 0 if self.side is None else len(self.side.stack.rows)
+
+    @property
+    def errors(self) -> int:
+        """Deliveries that ended in an error."""
+        return 0 if self.side is None else self.side.stack.errors
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every declared delivery is driven."""
+        return self.n + self.errors >= self.declared
+
+    def interval(self, key: str) -> Interval:
+        """A quantity of the valuation with its interval; undefined where there is none."""
+        nothing = Interval(None, None, None, 0)
+        return nothing if self.valuation is None else self.valuation.intervals.get(key, nothing)
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A stack's margin less that of the first stack, on the missions that both finished."""
+
+    pairs: int
+    paired: PairedDifference
+    p_holm: float  # adjusted for all stacks under the condition
+
+
+@dataclass(frozen=True)
+class Results:
+    """A suite folder's content."""
+
+    suite: Suite
+    standings: tuple[Standing, ...]  # by condition, then stack, as declared
+    pieces: tuple[Piece, ...]
+    strangers: tuple[str, ...]  # run folders in it that are none of the suite's cells
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Every map, world and number of people."""
+        return conditions(self.suite)
+
+    @property
+    def runs(self) -> list[StoredRun]:
+        """One of each stack and condition that is driven."""
+        return [each.side.run for each in self.standings if each.side is not None]
+
+    def under(self, condition: Condition) -> list[Standing]:
+        """What the stacks did under a condition."""
+        return [each for each in self.standings if each.condition == condition]
+
+    def label(self, condition: Condition) -> str:
+        """A condition in few words: only what varies in the suite, at least the map."""
+        return label_of(condition, self.conditions)
+
+    @property
+    def ranked(self) -> list[str]:
+        """Stacks by their mean margin over the conditions under which they drove; those that did not come last."""
+        margins: dict[str, list[float]] = {Path(stack).stem: [] for stack in self.suite.stacks}
+        for each in self.standings:
+            if (margin := each.interval(MARGIN).value) is not None:
+                margins[each.stack].append(margin)
+        known = sorted((name for name in margins if margins[name]), key=lambda name: -_mean(margins[name]))
+        return known + [name for name in margins if not margins[name]]
+
+    @cached_property
+    def differences(self) -> dict[tuple[Condition, str], Difference]:
+        """Margins less the first stack's, by condition and stack; left out where they share no mission."""
+        found: dict[tuple[Condition, str], Difference] = {}
+        for condition in self.conditions:
+            own = _against_first(self.under(condition))
+            adjusted = holm([paired.p for _, _, paired in own])
+            for (stack, pairs, paired), p in zip(own, adjusted, strict=True):
+                found[condition, stack] = Difference(pairs, paired, float(p))
+        return found
+
+
+def read_results(path: Path) -> Results:
+    """Read a suite folder.
+
+    Raises:
+        InputError: it holds no suite, or a run of it is damaged.
+    """
+    suite = stored_suite(path)
+    groups: dict[tuple[Condition, str], list[Cell]] = {}
+    for cell in cells(suite):
+        groups.setdefault((cell.condition, cell.stack_name), []).append(cell)
+    known = {cell.name for cell in cells(suite)}
+    strangers = sorted({run.parent.name for run in path.glob("*/run.json")} - known)
+    standings = tuple(_standing(path, suite, own) for own in groups.values())
+    return Results(suite, standings, pieces_of(path), tuple(strangers))
+
+
+def overview(results: Results) -> Row:
+    """The JSON document of ``navbench suite``: a row for each stack and condition that is begun."""
+    rows = [_row(each, results.suite) for each in results.standings if each.side is not None]
+    return {"schema": 1, "title": results.suite.title, "rows": rows}
+
+
+def _row(standing: Standing, suite: Suite) -> Row:
+    where = standing.condition
+    return {
+        "stack": standing.stack,
+        "map": Path(where.map_name).stem,
+        "world": Path(where.world).stem,
+        "pedestrians": where.pedestrians,
+        "seeds": list(suite.seeds),
+        "episodes": standing.n,
+        "errors": standing.errors,
+        "declared": standing.declared,
+        **valuation_document(standing.valuation),
+    }
+
+
+def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
+    """The cells of one stack under one condition, which differ in their seeds only."""
+    begun = [cell for cell in own if is_begun(path, cell) and (path / cell.name / "episodes.parquet").is_file()]
+    runs = [load_run(str(path / cell.name)) for cell in begun]
+    first, declared = own[0], suite.episodes * len(own)
+    if not runs:
+        return Standing(first.stack_name, first.condition, declared, None, None)
+    rows = tuple(row for run in runs for row in run.stacks[0].rows)
+    errors = sum(run.stacks[0].errors for run in runs)
+    side = Side(runs[0], dataclasses.replace(runs[0].stacks[0], rows=rows, errors=errors))
+    valuation = value(rows, side.stack, side.run.prices(), side.run.seed) if rows else None
+    return Standing(first.stack_name, first.condition, declared, side, valuation)
+
+
+def _against_first(standings: Sequence[Standing]) -> list[tuple[str, int, PairedDifference]]:
+    """Stack, missions in common and difference of the margin of all but the first that share missions with it."""
+    first, *others = standings
+    if first.side is None or first.interval(MARGIN).value is None:
+        return []
+    missions = {_mission(row) for row in first.side.stack.rows}
+    found = []
+    for other in others:
+        if other.side is None or other.interval(MARGIN).value is None:
+            continue
+        if any(_mission(row) in missions for row in other.side.stack.rows):
+            comparison = compare(first.side, other.side, [MARGIN])
+            found.append((other.stack, comparison.pairs, comparison.differences[MARGIN].paired))
+    return found
+
+
+def _mission(row: Row) -> tuple[object, ...]:
+    return tuple(row[key] for key in PAIR)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

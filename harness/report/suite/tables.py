@@ -1,0 +1,120 @@
+"""The tables of a suite: Markdown for its page, and every quantity of every stack as Parquet."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+from harness.report.markdown import interval_text, number_text, p_text, table
+from harness.report.suite.names import OUTCOMES
+from harness.report.suite.results import MARGIN, Results, Standing
+from harness.suite import Condition
+from harness.table_files import Row, write_table
+from navstack.errors import InputError
+
+TABLE = "table.parquet"
+COLUMNS = {
+    **{"map": "string", "world": "string", "pedestrians": "int64", "stack": "string", "quantity": "string"},
+    **{"value": "double", "low": "double", "high": "double", "n": "int64"},
+}
+MEANS = {  # of a valuation -> title, decimals
+    "pedestrian_safety": ("injuries [USD]", 2),
+    "avg_pedestrian_contacts": ("contacts with people", 3),
+    "avg_velocity_mps": ("speed [m/s]", 2),
+}
+
+
+def counts(results: Results) -> str:
+    """How many deliveries stand in each cell."""
+    rows = [
+        [stack, *(_count(each) for each in results.standings if each.stack == stack)]
+        for stack in (Path(name).stem for name in results.suite.stacks)
+    ]
+    return table(["stack", *map(results.label, results.conditions)], rows)
+
+
+def margins(results: Results) -> str:
+    """The margin of every stack under every condition, the best on average on top."""
+    rows = [
+        [f"`{stack}`", *(_margin(each) for each in results.standings if each.stack == stack)]
+        for stack in results.ranked
+    ]
+    return table(["stack", *map(results.label, results.conditions)], rows)
+
+
+def of_condition(results: Results, condition: Condition) -> str:
+    """What every stack that drove under a condition did, the best on average on top."""
+    standings = {each.stack: each for each in results.under(condition)}
+    first = Path(results.suite.stacks[0]).stem
+    titles = [*OUTCOMES.values(), "margin [USD]", f"margin minus `{first}`'s", "p", "break-even"]
+    rows = [
+        [f"`{stack}`", str(standings[stack].n), *_line(results, standings[stack])]
+        for stack in results.ranked
+        if standings[stack].valuation is not None
+    ]
+    return table(["stack", "n", *titles, *(title for title, _ in MEANS.values())], rows)
+
+
+def _line(results: Results, standing: Standing) -> list[str]:
+    assert standing.valuation is not None
+    shares = [interval_text(standing.interval(key), 3) for key in OUTCOMES]
+    difference = results.differences.get((standing.condition, standing.stack))
+    against = ["", ""]
+    if difference is not None:
+        against = [interval_text(difference.paired.difference, 2), p_text(difference.p_holm)]
+    chance = number_text(standing.valuation.risk.break_even_probability, 2)
+    means = [number_text(standing.interval(key).value, decimals) for key, (_, decimals) in MEANS.items()]
+    return [*shares, interval_text(standing.interval(MARGIN), 2), *against, chance, *means]
+
+
+def _count(standing: Standing) -> str:
+    if standing.side is None:
+        return "–"
+    errors = f", {standing.errors} errors" if standing.errors else ""
+    return f"{standing.n}{errors}" if standing.is_complete else f"{standing.n} of {standing.declared}{errors}"
+
+
+def _margin(standing: Standing) -> str:
+    if standing.valuation is None:
+        return "not driven"
+    return f"{interval_text(standing.interval(MARGIN), 2)}, n = {standing.n}"
+
+
+def write_quantities(results: Results, folder: Path) -> Path:
+    """Write ``table.parquet``: a row for each quantity of each stack under each condition.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    path = folder / TABLE
+    try:
+        write_table(path, COLUMNS, [row for each in results.standings for row in _quantities(each)])
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None
+    return path
+
+
+def _quantities(standing: Standing) -> Sequence[Row]:
+    """Those with an interval, and the other terms of the money and the risk without."""
+    valuation = standing.valuation
+    if valuation is None:
+        return []
+    where = {
+        "map": Path(standing.condition.map_name).stem,
+        "world": Path(standing.condition.world).stem,
+        "pedestrians": standing.condition.pedestrians,
+        "stack": standing.stack,
+    }
+    rows = [{**where, "quantity": key, **each.as_json()} for key, each in sorted(valuation.intervals.items())]
+    others = {
+        **dataclasses.asdict(valuation.economics),
+        "break_even_probability": valuation.risk.break_even_probability,
+    }
+    worst = valuation.risk.opex_cvar95_usd_per_run
+    if worst is not None:
+        rows.append({**where, "quantity": "opex_cvar95_usd_per_run", **worst.as_json()})
+    rows += [
+        {**where, "quantity": key, "value": value, "n": standing.n}
+        for key, value in others.items()
+        if key not in valuation.intervals and value is not None
+    ]
+    return rows

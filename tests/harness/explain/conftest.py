@@ -1,0 +1,34 @@
+"""A run folder with a recorded delivery that cost something."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.metrics import EVENT_COLUMNS
+from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
+from harness.resources import shipped
+from harness.table_files import write_table
+
+from .made_up import CRITICS, END, HIT, arrays, contact, decision
+
+
+@pytest.fixture
+def folder(write_run: Callable[..., Path]) -> Path:
+    """A run of two deliveries: the first recorded and with a contact that cost something, the second without cost."""
+
+    def change(row: dict[str, Any]) -> None:
+        row |= {"outcome": "sla", "reason": "arrived", "duration_s": END, "pieces_at_start": 50, "pieces_lost": 3}
+
+    made = write_run("run", episodes=2, crowd=0.0, change=change)
+    robot = (shipped("params") / "robots" / "segway_e1.yaml").read_text(encoding="utf-8")
+    (made / "params" / "mine-robot.yaml").write_text(robot, encoding="utf-8")
+    write_table(made / "events.parquet", EVENT_COLUMNS, [contact(HIT, 20.0), contact(15.0, 30.0, 0)])
+    (made / "recordings").mkdir()
+    np.savez_compressed(made / "recordings" / "mine-0.npz", **arrays())
+    critics = {f"{name}_{end}": kind for name in CRITICS for end, kind in CRITIC_COLUMNS.items()}
+    rows = [decision(stamp) for stamp in np.arange(0.0, END, 0.05)]
+    write_table(made / "recordings" / "mine-0-decisions.parquet", DECISION_COLUMNS | critics, rows)
+    return made

@@ -1,0 +1,84 @@
+"""The command: tables, figures, JSON, and what it refuses."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from harness.cli import main
+
+
+def explain(*arguments: str) -> Any:
+    with pytest.raises(SystemExit) as ended:
+        main(["explain", *arguments])
+    return ended.value.code
+
+
+def test_the_command_tells_and_draws_a_recorded_delivery(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, plot = tmp_path / "out", tmp_path / "one.svg"
+    assert explain(str(folder), "0", "--plot", str(plot), "--out", str(out)) == 0
+    printed = capsys.readouterr().out
+    assert "from its recording" in printed
+    assert "it hit person 1 with 80 N s" in " ".join(printed.split())
+    head = next(line for line in printed.splitlines() if "v [m/s]" in line)
+    assert "belief off [m]" in head
+    assert len([line for line in printed.splitlines() if "DWBLocalPlanner" in line and line.startswith(" ")]) == 22
+    names = {"explanation.json", "explanation.txt", *(f"event-{n}.{kind}" for n in (1, 2) for kind in ("png", "pdf"))}
+    assert {path.name for path in out.iterdir()} == names
+    assert all(path.stat().st_size > 500 for path in out.iterdir())
+    assert "event 2: contact" in plot.read_text(encoding="utf-8")
+    document = json.loads((out / "explanation.json").read_text(encoding="utf-8"))
+    assert [event["cost_usd"] for event in document["events"]] == [20.0, 30.0]
+    first = document["events"][0]["instants"][0]
+    assert (first["time_to_event_s"], first["distance_m"]) == (pytest.approx(-5.0), pytest.approx(7.5, abs=0.6))
+    assert first["track_error_m"] is None
+
+
+def test_one_event_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert explain(f"{folder}:mine", "0", "--event", "2", "--before", "2", "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    (event,) = document["events"]
+    assert (event["number"], len(event["instants"]), document["source"]) == (2, 5, "recording")
+    assert document["rewind"] is None
+
+
+def test_a_delivery_that_cost_nothing_points_to_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert explain(str(folder), "1") == 0
+    out = capsys.readouterr().out
+    assert out == "episode 1 of mine has no event that cost anything; episodes that have some: 0\n"
+    assert explain(str(folder), "1", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["costly_episodes"] == [0]
+
+
+def test_what_cannot_be_explained_is_said_in_one_line(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], write_run: Callable[..., Path]
+) -> None:
+    two = write_run("two", stacks=("a", "b"), episodes=2)
+    (tmp_path / "file").write_text("")
+    for arguments, said in (
+        ((str(folder), "9"), "finished no episode 9"),
+        ((str(folder), "0", "--event", "3"), "--event 3: the delivery has 2; give 1 to 2"),
+        ((str(folder), "0", "--event", "0"), "0 is not in the range"),
+        ((str(folder), "0", "--before", "0"), "range"),
+        ((str(folder), "0", "--plot", str(tmp_path / "a.gif")), "give a name that ends with .png"),
+        ((str(folder), "0", "--plot", str(tmp_path / "no" / "a.png")), "existing folder"),
+        ((str(folder), "0", "--out", str(tmp_path / "file" / "x")), "cannot be made"),
+        ((str(two), "0"), "has 2 stacks; choose one of"),
+        ((str(two), "0", "--stack", "c"), "'c'"),
+        ((str(tmp_path), "0"), "holds no run"),
+    ):
+        assert explain(*arguments) == 1
+        err = capsys.readouterr().err
+        assert (said in err, err.count("\n")) == (True, 1), err
+
+
+def test_recordings_that_are_damaged_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "recordings" / "mine-0-decisions.parquet").write_bytes(b"nothing")
+    assert explain(str(folder), "0") == 1
+    err = capsys.readouterr().err
+    assert "mine-0-decisions.parquet: is damaged" in err
+    assert err.count("\n") == 1

@@ -1,0 +1,102 @@
+"""Moments of a delivery and the seconds before them."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.economics.prices import load_prices
+from harness.explain.moments import costliest, costs_of, moments_of
+from harness.explain.seconds import seconds_before
+from harness.explain.words import paragraph
+from harness.report.explain_figure import draw_seconds
+from navstack.errors import InputError
+
+from .made_up import END, HIT, RULES, STAMPS, arrays, contact, evidence, moment_at
+
+
+def test_the_seconds_before_hold_what_was_done_met_seen_and_believed() -> None:
+    seconds = seconds_before(evidence(), moment_at(), 5.0)
+    assert (seconds.at[0], seconds.at[-1]) == (pytest.approx(-5.0), pytest.approx(0.0))
+    assert seconds.person == 1
+    np.testing.assert_allclose(seconds.distance, -1.5 * seconds.at, atol=1e-9)
+    np.testing.assert_allclose(seconds.closing, 1.5, atol=1e-6)
+    np.testing.assert_allclose(seconds.position_error, 0.5, atol=1e-9)
+    np.testing.assert_allclose(seconds.track_error[seconds.at > -2.9], 0.0, atol=1e-5)  # belief's error taken out
+    assert seconds.tracked_since == pytest.approx(2.9, abs=0.11)
+    assert [round(float(seconds.at[place]), 1) for place in seconds.instants()] == [-0.5 * k for k in range(10, -1, -1)]
+    assert seconds.telling is not None
+    assert seconds.telling["stamp_s"] == pytest.approx(HIT - 1.0)
+
+
+def test_what_comes_early_is_told_from_the_start() -> None:
+    seconds = seconds_before(evidence(), moment_at(1.0), 5.0)
+    assert (seconds.since, seconds.at[0]) == (0.0, pytest.approx(-0.9))
+    assert seconds_before(evidence(), moment_at(0.0), 5.0).at.size == 2
+
+
+def test_a_delivery_that_was_over_at_once_is_not_told() -> None:
+    given = evidence()
+    with pytest.raises(InputError, match="over within 0.1 s"):
+        seconds_before(dataclasses.replace(given, trace=given.trace[:1]), moment_at(0.05), 5.0)
+
+
+def test_a_belief_that_is_turned_still_sees_the_person_where_he_is() -> None:
+    given = evidence()
+    turn = 0.3
+    trace = given.trace.copy()
+    trace[:, 8] = turn
+    rotation = np.array(((np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))))
+    tracks = tuple(
+        np.column_stack((one[:, :1], (crowd[1:] - row[1:3]) @ rotation + row[6:8], one[:, 3:])) if len(one) else one
+        for one, crowd, row in zip(given.tracks, given.crowd, trace, strict=True)
+    )
+    seconds = seconds_before(dataclasses.replace(given, trace=trace, tracks=tracks), moment_at(), 2.0)
+    np.testing.assert_allclose(seconds.track_error, 0.0, atol=1e-9)
+
+
+def test_moments_are_the_paid_contacts_and_the_costed_outcome() -> None:
+    prices = load_prices("costnav")
+    events = (contact(HIT, 20.0), contact(9.0, 0.0), {**contact(9.5, 5.0), "type": "contact_event"})
+    spoiled = evidence(events=events, row={"outcome": "spoiled", "reason": "cargo lost"})
+    found = moments_of(spoiled, RULES, prices)
+    assert [(each.number, each.kind) for each in found] == [(1, "contact"), (2, "spoiled")]
+    assert found[1].stamp == pytest.approx(12.1)  # the third of 50 pieces is more than 5 %
+    assert found[1].cost == pytest.approx(prices.food_price)
+    assert costliest(found) is max(found, key=lambda each: each.cost or 0.0)
+    assert moments_of(evidence(events=()), RULES, prices) == []
+
+
+def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end() -> None:
+    prices, late = load_prices("costnav"), {"outcome": "timeout", "reason": "timeout"}
+    (on_its_way,) = moments_of(evidence(events=(), row=late), RULES, prices)
+    assert on_its_way.stamp == END
+    trace = evidence().trace.copy()
+    trace[trace[:, 0] > 6.0, 1] = 6.0
+    (stuck,) = moments_of(evidence(events=(), row=late, trace=trace), RULES, prices)
+    assert stuck.stamp == pytest.approx(4.0, abs=0.11)  # when it came to within 2 m of where it stayed
+    assert stuck.cost == pytest.approx(prices.delivery_fee.value)
+
+
+def test_needing_help_costs_the_fee_and_the_repair() -> None:
+    prices = load_prices("costnav")
+    hit = evidence(row={"outcome": "physical_assistance", "reason": "impulse", "collision_impulse_ns": 180.0})
+    both = moments_of(hit, RULES, prices)
+    assert [each.kind for each in both] == ["contact", "physical_assistance"]
+    money = costs_of(hit.row, prices)
+    assert both[1].cost == pytest.approx(money["service_compensation"] + money["repair"])
+    assert both[1].person == 1  # the last contact used up what was left
+    assert "needed help" in paragraph(hit, seconds_before(hit, both[1], 5.0))
+
+
+def test_who_is_absent_at_first_is_met_all_the_same(tmp_path: Path) -> None:
+    crowd = arrays()["crowd"]
+    crowd[STAMPS < 6.05, 1] = np.inf
+    crowd[:, 0] = np.nan
+    told = evidence(crowd=crowd)
+    seconds = seconds_before(told, moment_at(), 5.0)
+    assert seconds.person == 1
+    assert "was 2.7 m away at first and 0.00 m at the least" in paragraph(told, seconds)
+    draw_seconds(told, seconds, None, [tmp_path / "a.png"])
+    assert (tmp_path / "a.png").stat().st_size > 10_000

@@ -1,0 +1,95 @@
+"""The words say what the record shows."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from harness.explain.brains import Weighed
+from harness.explain.seconds import seconds_before
+from harness.explain.words import deciding_critics, paragraph, rejected_by, shares_of
+from harness.metrics.decisions import CRITIC_COLUMNS
+from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore
+from navstack.types import Twist2D
+
+from .made_up import CRITICS, END, STAMPS, decision, evidence, moment_at
+
+
+def test_the_words_say_what_the_record_shows() -> None:
+    given = evidence()
+    words = paragraph(given, seconds_before(given, moment_at(), 5.0))
+    for said in (
+        "Event 1, 8.0 s, 20.00 USD: it hit person 1 with 80 N s",
+        "the robot came with 1.00 m/s, the person with 0.50 m/s: the robot moved into the person",
+        "drove 1.00 m/s and in the last second neither braked nor sped up",
+        "was 7.5 m away at first and 0.00 m at the least; the gap closed at up to 1.5 m/s",
+        "DWBLocalPlanner 101",
+        "illegal were 7 of 100 (BaseObstacle 7)",
+        "PathDist 83 %, BaseObstacle 17 %",
+        "What else it weighed is not in the recording",
+        "0.50 m from the truth on average",
+        "had the person without a gap for the last 2.9 s",
+        "no piece was lost",
+    ):
+        assert said in words, (said, words)
+
+
+def test_the_words_follow_other_records() -> None:
+    braking = evidence()
+    braking.trace[STAMPS > 7.05, 9] = 0.2
+    none = tuple(np.empty((0, 6)) for _ in STAMPS)
+    illegal = tuple(
+        decision(t, total_score=None, rejected=100, monitor_action="slowdown", health="lost")
+        for t in np.arange(0.0, END, 0.05)
+    )
+    told = dataclasses.replace(braking, tracks=none, decisions=illegal)
+    words = paragraph(told, seconds_before(told, moment_at(), 5.0))
+    for said in ("in the last second braked", "This stack tracked nothing that moves", "no trajectory was legal"):
+        assert said in words, words
+    assert "found nothing legal (BaseObstacle 7)" in words
+    assert "Collision monitor: slowdown in 101" in words
+    assert "it called itself lost" in words
+    nobody = dataclasses.replace(told, crowd=np.empty((len(STAMPS), 0, 2)), decisions=())
+    words = paragraph(nobody, seconds_before(nobody, moment_at(12.0, "spoiled"), 5.0))
+    assert "Nobody was within 10 m" in words
+    assert "Nothing in this stack decides" in words
+
+
+def alternative(kind: str, speed: float, path: float, obstacle: float) -> Alternative:
+    scores = (CriticScore("PathDist", path, path, 0), CriticScore("BaseObstacle", obstacle, obstacle, 0))
+    return Alternative(kind, Twist2D(speed), path + obstacle, scores)
+
+
+def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> None:
+    slower, second = alternative(SLOWER, 0.4, 1.1, 0.9), alternative(RUNNER_UP, 0.9, 1.3, 0.2)
+    assert list(deciding_critics(decision(0.0), slower).items()) == [
+        ("BaseObstacle", pytest.approx(0.7)),
+        ("PathDist", pytest.approx(0.1)),
+    ]
+    given = evidence()
+    stamp = given.decisions[140]["stamp_s"]
+    given = dataclasses.replace(given, weighed=(Weighed(stamp, (second, slower)),))
+    words = paragraph(given, seconds_before(given, moment_at(), 5.0))
+    assert "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle +0.7, Path" in words
+    assert "Second came 0.90 m/s" in words
+    only = dataclasses.replace(given, weighed=(Weighed(stamp, (second,)),))
+    assert "Nothing legal was at most half as fast" in paragraph(only, seconds_before(only, moment_at(), 5.0))
+
+
+def test_shares_and_rejections_come_largest_first() -> None:
+    row = decision(0.0, PathDist_weighted=-3.0, BaseObstacle_weighted=1.0, PathDist_rejected=9)
+    assert shares_of(row) == {"PathDist": 0.75, "BaseObstacle": 0.25}
+    assert list(rejected_by(row).items()) == [("PathDist", 9), ("BaseObstacle", 7)]
+
+
+def test_controllers_without_scores_or_samples_are_told_as_they_are() -> None:
+    plain = {f"{name}_{end}": None for name in CRITICS for end in CRITIC_COLUMNS}
+    for row, said in (
+        ({"samples": 1, "rejected": 0}, "RegulatedPurePursuitController chose 1.00 m/s, +0.00 rad/s. It"),
+        ({"samples": 1, "rejected": 1, "CollisionAhead_rejected": 1}, "found nothing legal (CollisionAhead 1)"),
+        ({"samples": 1, "rejected": 1, "status": "failed"}, "found nothing legal (its optimiser failed)"),
+        ({"samples": 1, "rejected": 1, "status": "failed"}, "Optimiser: failed in 101."),
+    ):
+        row = {**plain, "total_score": None, "decided_by": "RegulatedPurePursuitController", **row}
+        told = evidence(decisions=tuple(decision(stamp, **row) for stamp in np.arange(0.0, END, 0.05)))
+        assert said in paragraph(told, seconds_before(told, moment_at(), 5.0))

@@ -1,0 +1,152 @@
+"""The page of a suite tells what its runs hold, how much that is, and what is missing."""
+
+import importlib.util
+import json
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from harness.compare import Side, compare
+from harness.report.markdown import interval_text
+from harness.report.suite.document import FIGURES, page, write_results
+from harness.report.suite.results import MARGIN, Results, overview, read_results
+from harness.report.suite.tables import COLUMNS
+from harness.stored_run import load_run
+from harness.suite import Suite, cells, declare
+from harness.table_files import read_rows
+from harness.valuation import value
+
+ROOT = Path(__file__).parents[2]
+SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
+EPISODES = {"sidewalk-costnav-seed0-mine": 30, "sidewalk-costnav-seed0-other": 12, "sidewalk_1-costnav-seed0-mine": 20}
+
+
+@pytest.fixture
+def study(write_run: Callable[..., Path], tmp_path: Path) -> Path:
+    """A suite of six cells, of which one is complete, two have some deliveries, and three none."""
+    declare(tmp_path / "study", SUITE)
+    for name, episodes in EPISODES.items():
+        write_run(f"study/{name}", stacks=(name.rpartition("-")[2],), episodes=episodes)
+    return tmp_path / "study"
+
+
+def flat(text: str) -> str:
+    """A text without its line breaks and the padding of its tables."""
+    return " ".join(text.split())
+
+
+def test_the_page_says_how_much_there_is_and_what_is_missing(study: Path) -> None:
+    text = flat(page(read_results(study)))
+    assert "**Not complete: 62 of 180 declared deliveries are driven.** 2 of 6 cells have some of theirs" in text
+    assert "3 of 6 cells have none and are missing below: absent; other on sidewalk_1." in text
+    assert "| mine | 30 | 20 of 30 |" in text and "| other | 12 of 30 | – |" in text and "| absent | – | – |" in text
+    assert "| `absent` | not driven | not driven |" in text
+    (study / "stranger").mkdir()
+    shutil.copy(study / next(iter(EPISODES)) / "run.json", study / "stranger")
+    assert "not of this suite, and not shown: stranger" in flat(page(read_results(study)))
+
+
+def test_the_figures_are_those_of_the_runs(study: Path) -> None:
+    results = read_results(study)
+    run = load_run(str(study / "sidewalk-costnav-seed0-mine"))
+    other = load_run(str(study / "sidewalk-costnav-seed0-other"))
+    expected = value(run.stacks[0].rows, run.stacks[0], run.prices(), 0)
+    first = results.standings[0]
+    assert first.valuation is not None and first.valuation.economics == expected.economics
+    compared = compare(Side(run, run.stacks[0]), Side(other, other.stacks[0]), [MARGIN]).differences[MARGIN].paired
+    difference = results.differences[first.condition, "other"]
+    assert (difference.pairs, difference.paired, difference.p_holm) == (12, compared, compared.p)
+    text = flat(page(results))
+    assert f"{interval_text(expected.intervals[MARGIN], 2)}, n = 30" in text
+    assert interval_text(compared.difference, 2) in text
+    rows = overview(results)["rows"]
+    assert [(row["stack"], row["map"], row["episodes"], row["declared"]) for row in rows] == [
+        ("mine", "sidewalk", 30, 30),
+        ("other", "sidewalk", 12, 30),
+        ("mine", "sidewalk_1", 20, 30),
+    ]
+
+
+def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study: Path) -> None:
+    results = read_results(study)
+    written = write_results(results, study)
+    rows = read_rows(study / "table.parquet", COLUMNS)
+    keys = [(row["map"], row["stack"], row["quantity"]) for row in rows]
+    assert len(keys) == len(set(keys))
+    (margin,) = (row for row, key in zip(rows, keys, strict=True) if key == ("sidewalk", "other", MARGIN))
+    stored = results.standings[1].interval(MARGIN)
+    assert (margin["value"], margin["low"], margin["high"], margin["n"]) == (stored.value, stored.low, stored.high, 12)
+    assert {"sla", "capex_usd", "break_even_probability", "avg_jerk_mps3"} & {key[2] for key in keys} >= {"capex_usd"}
+    figures = {path: path.read_bytes() for path in written if path.parent.name == "figures"}
+    assert {path.name for path in figures} == {f"{name}.{kind}" for name in FIGURES for kind in ("png", "pdf")}
+    write_results(results, study)
+    assert {path: path.read_bytes() for path in figures} == figures
+
+
+def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:
+    declare(tmp_path, SUITE)
+    results = read_results(tmp_path)
+    assert len(write_results(results, tmp_path)) == 2 and not (tmp_path / "figures").exists()
+    text = flat(page(results))
+    assert "0 of 180" in text and "figures/" not in text and results.ranked == list(SUITE.stacks)
+
+
+@pytest.fixture
+def published() -> ModuleType:
+    """The program that writes README's table."""
+    specification = importlib.util.spec_from_file_location("published", ROOT / "benchmarks" / "published_study.py")
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_readme_follows_as_soon_as_every_cell_has_deliveries(
+    published: Any, study: Path, write_run: Callable[..., Path], tmp_path: Path
+) -> None:
+    root = tmp_path / "root"
+    (root / "docs").mkdir(parents=True)
+    before = f"# A\n\n{published.BEGIN}\n\nwhat was there\n\n{published.END}\n\nafter\n"
+    (root / "README.md").write_text(before, encoding="utf-8")
+
+    def publish() -> Results:
+        results = read_results(study)
+        published.publish(results, study, root)
+        return results
+
+    publish()
+    assert (root / "README.md").read_text(encoding="utf-8") == before
+    for cell in cells(SUITE):
+        if cell.name not in EPISODES:
+            write_run(f"study/{cell.name}", stacks=(cell.stack,), episodes=4)
+    write_results(read_results(study), study)
+    results = publish()
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    assert readme.startswith(f"# A\n\n{published.BEGIN}\n\n**What every stack earns**") and readme.endswith("after\n")
+    assert "what was there" not in readme and "so far 74 of 180 deliveries" in flat(readme)
+    assert interval_text(results.standings[0].interval(MARGIN), 2) in readme
+    picture = re.findall(r"\((docs/[^)]+png)\)", readme)
+    assert [(root / name).is_file() for name in picture] == [True]
+    assert all((root / "docs" / name).is_file() for name in re.findall(r"\((study/[^)]+)\)", page(results, "study")))
+    publish()
+    assert (root / "README.md").read_text(encoding="utf-8") == readme
+    with pytest.raises(ValueError, match="has no '<!-- study"):
+        published.filled("no marks", "x")
+
+
+def test_the_published_page_is_that_of_the_study_in_the_results(published: Any) -> None:
+    page_there = (published.STUDY / "index.md").read_text(encoding="utf-8")
+    in_docs = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    assert in_docs == page_there.replace("](figures/", "](study/"), "python benchmarks/published_study.py --render"
+    assert published.BEGIN in (ROOT / "README.md").read_text(encoding="utf-8")
+    for figure in (published.STUDY / "figures").glob("*.png"):
+        assert (ROOT / "docs" / "study" / figure.name).read_bytes() == figure.read_bytes(), figure.name
+    rows = json.loads((published.STUDY / "suite.json").read_text(encoding="utf-8"))["rows"]
+    assert sum(row["episodes"] + row["errors"] for row in rows) == sum(
+        len(read_rows(path, {"episode": "int64"})) for path in published.STUDY.glob("*/episodes.parquet")
+    )
