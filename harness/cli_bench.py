@@ -26,7 +26,8 @@ FLAME_DELIVERIES = 3
 
 # fmt: off
 @click.command(help=BENCH_HELP, short_help="Measure how fast everything is, and against what.")
-@click.option("--only", multiple=True, metavar="NAME", help="A name, a part of one, components or loops; repeatable.")
+@click.option("--only", multiple=True, metavar="NAME", help="A name, a part of one, components or loops; "
+              "several with commas between them, or repeated.")
 @click.option("--runs", type=click.IntRange(min=1), help="Readings per component and deliveries per closed loop; "
               "default: 40 and 10.")
 @click.option("--quick", is_flag=True, help="Few readings and the first 15 s of few deliveries: a look, no figures.")

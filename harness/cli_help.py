@@ -26,12 +26,14 @@ Examples:
 SUITE_HELP = """Drive a declared study: every stack in every world, density of people and seed; and print the overview.
 
 FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml does; it may be a name
-of params/suites.
+of params/suites. --out may name a folder that holds part of the suite: what is there is kept and added to. The folder's
+index.md shows what there is, with tables and figures.
 
 \b
 Examples:
   navbench suite example
   navbench suite my_suite.yaml --out results/my_suite
+  navbench suite my_suite.yaml --out results/my_suite --stack nav2-gps --episodes 100
   navbench suite --resume results/my_suite
 """
 ABLATE_HELP = """Drive one stack with one localizer after the other on the same missions, people and noise.
@@ -161,13 +163,15 @@ Examples:
 
 TUNE_HELP = """Tune a Nav2 parameter file for what its deliveries earn, and prove the result on missions it never saw.
 
-Every trial drives the same training missions; one that is worse than the best so far is dropped early. Original and
-result are then compared on test missions. The study folder has the tuned file with your comments, its difference, its
-lint, every trial, and the line that drives the test again. Ctrl-C keeps what is finished; --resume goes on.
+Every trial drives the same training missions; one that is worse than the best so far is dropped early. The best few
+meet again on further ones, and original and result are compared on test missions. The study folder has the tuned file
+with your comments, its lint, every trial, and the line that drives the test again. Ctrl-C keeps what is finished;
+--resume goes on.
 
 \b
 Examples:
   navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
+  navbench tune --stack nav2-stock --space dwb_critics --space local_layers --objective shared_margin --budget 2h
   navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
   navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
   navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s --sampler tpe

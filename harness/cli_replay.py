@@ -73,12 +73,20 @@ def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
 
 
 def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
+    from harness.liability import EVENT
     from harness.manifest import load_study
     from harness.report.delivery_animation import animate
 
     if path.suffix.lower() != ".gif" or path.is_dir() or not path.absolute().parent.is_dir():
         raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
     name = run.stacks[0].name
+    touching = sorted({event["episode"] for event in run.events if (event["stack"], event["type"]) == (name, EVENT)})
+    if episode not in touching and any(row["episode"] == episode for row in run.stacks[0].rows):
+        some = ", ".join(map(str, touching[:10])) or "none"
+        raise InputError(
+            f"{run.folder}: {name} touched nothing in episode {episode}, and --gif shows a contact; episodes with "
+            f"contacts: {some}"
+        )
     wanted = (task for task in load_study(run.folder).tasks() if (task.stack.name, task.episode) == (name, episode))
     task = next(wanted, None)
     if task is None:

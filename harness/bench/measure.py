@@ -16,7 +16,7 @@ from harness.bench.recorded import RECORDED_MS, SOURCE
 from harness.bench.timing import PROCESSOR, WALL, Spread, readings
 from harness.execution import Workers, available_cores
 from harness.study import EpisodeTask
-from navstack.errors import NavstackError, UnknownNameError
+from navstack.errors import InputError, NavstackError, UnknownNameError
 from navstack.types import FloatArray
 
 Row = dict[str, Any]
@@ -56,17 +56,29 @@ QUICK = Effort(runs=7, fewest=1, budget=0.5, deliveries=3, shared=4, rounds=1, s
 def chosen(only: Sequence[str]) -> list[str]:
     """The names that a user asked for, in their usual order: whole names, groups or parts of names; none: all.
 
+    Several may stand in one text with commas between them, unless the text with its commas is part of a name.
+
     Raises:
+        InputError: one is empty.
         UnknownNameError: one fits nothing.
     """
     wanted: set[str] = set()
     for given in only:
-        fitting = [given] if given in NAMES else [name for name in NAMES if given.casefold() in name.casefold()]
-        fitting = list(GROUPS.get(given, fitting))
-        if not fitting:
-            raise UnknownNameError("--only", given, (*GROUPS, *NAMES))
-        wanted.update(fitting)
+        for part in [given] if _fitting(given) else given.split(","):
+            if not part.strip():
+                raise InputError(f"--only '{given}' names nothing; give a name, a part of one, {' or '.join(GROUPS)}")
+            fitting = _fitting(part.strip())
+            if not fitting:
+                raise UnknownNameError("--only", part.strip(), (*GROUPS, *NAMES))
+            wanted.update(fitting)
     return [name for name in NAMES if not only or name in wanted]
+
+
+def _fitting(given: str) -> list[str]:
+    """What a group, a name or a part of one stands for; nothing for an empty text."""
+    if given in GROUPS or given in NAMES:
+        return list(GROUPS.get(given, (given,)))
+    return [name for name in NAMES if given.strip() and given.casefold() in name.casefold()]
 
 
 def measure(name: str, effort: Effort, folder: Path) -> list[Row]:

@@ -72,8 +72,9 @@ class Checker:
         child = place.section.sections.get(name, Section())
         kind = _type_of(self._catalog, plugins, name, child)
         if kind is None:
-            message = f"'{key}' names it, but its '{plugins.selector}' is missing"
-            self._error("missing-plugin", where, message, child.first_line())
+            if name not in place.section.values:  # else told as a value where a section belongs
+                message = f"'{key}' names it, but its '{plugins.selector}' is missing"
+                self._error("missing-plugin", where, message, child.first_line())
             return
         known = self._catalog.families.get(plugins.family, {})
         if kind not in known:
@@ -190,7 +191,7 @@ class Checker:
 
     def _unknown_value(self, place: "_Place", key: str, entry: Entry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""
-        if key in place.block.groups or key in self._critics(place):
+        if key in place.block.groups or key in self._critics(place) or key in place.all_listed:
             message = f"{entry.value!r} is not a section of keys; write its parameters below '{key}:', one a line"
             self._error("bad-value", f"{place.prefix}{key}", message, entry.line)
         else:
@@ -260,6 +261,11 @@ class _Place:
             return names_in(entries[0].value)
         plugins = self.block.plugins.get(key)
         return tuple(plugins.defaults) if plugins is not None and self.params else ()
+
+    @property
+    def all_listed(self) -> set[str]:
+        """The names in all of its lists, each of which wants a section."""
+        return {name for key in (*self.block.plugins, *self.block.named) for name in self.listed_names(key)}
 
     def line_of(self, key: str) -> int:
         """The line of a parameter; 0: the file leaves it out."""

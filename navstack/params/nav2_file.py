@@ -15,7 +15,7 @@ from navstack.params.nav2_bindings import Params
 from navstack.params.nav2_catalog import Catalog, PluginTable, node_block, node_params, plugin_type
 from navstack.params.nav2_check import Checker
 from navstack.params.nav2_filters import filter_notices
-from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
+from navstack.params.nav2_findings import Findings, Notice, Section, Visit, is_told, names_in
 from navstack.params.nav2_monitor import monitor_notices
 from navstack.params.nav2_nodes import (
     default_path,
@@ -220,6 +220,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))
     if allow_unknown:
         notices = [replace(notice, is_error=notice.is_error and notice.id == "bad-value") for notice in notices]
+    notices = [notice for notice in notices if notice.id != "bad-value" or not is_told(notice.message, notices)]
     ignored = [name for node, findings in found.items() if in_file(document, node) for name in findings.ignored]
     unique = tuple(dict.fromkeys(ignored))
     return Nav2File(path, document, parameters, visits, tuple(dict.fromkeys(notices)), unique, catalog)

@@ -1,10 +1,12 @@
 """What a check of a parameter file works on, and what it finds."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from navstack.params.nav2_bindings import Params
 from navstack.params.ros_yaml import Entry, Value
+
+UNKNOWN = "unknown-plugin"  # id of a notice
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +69,12 @@ class Findings:
     ignored: list[str] = field(default_factory=list)
     visits: list[Visit] = field(default_factory=list)
     renames: dict[str, str] = field(default_factory=dict)  # dotted name in the file -> today's dotted name
+
+
+def is_told(message: str, notices: Iterable[Notice]) -> bool:
+    """Whether what a controller says of its critics is of one that is refused as an unknown plugin already."""
+    refused = (notice.path.rpartition(".")[2] for notice in notices if notice.id == UNKNOWN and notice.is_error)
+    return any(f"critics: '{name}' is not available" in message for name in refused)
 
 
 def names_in(value: Value | None) -> tuple[str, ...]:

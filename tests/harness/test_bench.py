@@ -120,6 +120,11 @@ def test_names_are_chosen_whole_by_group_or_by_part() -> None:
     assert chosen(("dwb cycle",)) == ["DWB cycle, 480 x 480", "DWB cycle, 160 x 160"]
     assert chosen(("loops",)) == [*LOOPS, TWO_WORKERS]
     assert chosen(("components",)) == list(COMPONENTS)
+    assert chosen(("paper-gps, components",)) == [*COMPONENTS, "paper-gps"]
+    assert chosen(("cycle, 480",)) == ["DWB cycle, 480 x 480"]  # a comma of the name's own
+    for nothing in ("", " ", "paper-gps,"):
+        with pytest.raises(InputError, match="names nothing; give a name, a part of one, components or loops"):
+            chosen((nothing,))
     with pytest.raises(UnknownNameError, match="--only 'dbw'"):
         chosen(("dbw",))
 

@@ -92,9 +92,15 @@ def test_dwb_wants_a_list_of_critics_too(tmp_path):
 
 
 def test_an_unknown_critic_is_told_those_that_run_here(with_line):
-    notices = lint(inspect_nav2(with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]')))
-    unknown = next(notice for notice in notices if notice.id == "unknown-plugin")
+    path = with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]')
+    (unknown,) = (notice for notice in lint(inspect_nav2(path)) if notice.is_error)
+    assert unknown.id == "unknown-plugin"
     assert unknown.message.endswith("available: " + ", ".join(sorted(CRITICS))) and unknown.line == 5
+
+
+def test_an_unknown_critic_is_refused_among_unknown_plugins_that_are_let_pass(with_line):
+    file = inspect_nav2(with_line("vx_max: 0.5", '["CostCritic", "BogusCritic"]'), allow_unknown=True)
+    assert [notice.id for notice in lint(file) if notice.is_error] == ["bad-value"]
 
 
 @pytest.mark.parametrize("value", ["1.0e-6", "1.0e+6"])

@@ -69,6 +69,18 @@ def test_errors_raise_with_file_and_line_and_soften_on_request(inspect, tmp_path
     assert not file.errors
 
 
+@pytest.mark.parametrize(
+    ("node", "line", "said"),
+    [
+        ("controller_server", "FollowPath: 5", "FollowPath: 5 is not a section of keys; write its parameters below"),
+        ("controller_server", "controller_plugins: [Mine], Mine: true", "Mine: True is not a section of keys"),
+        ("planner_server", "planner_plugins: [GridBased], GridBased: a", "GridBased: 'a' is not a section of keys"),
+    ],
+)
+def test_a_value_where_a_section_belongs_is_told_as_such(inspect, node, line, said):
+    assert said in only_error(inspect(f"{node}: {{ros__parameters: {{{line}}}}}"))
+
+
 def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
     message = only_error(inspect(DWB.replace("DWBLocalPlanner", "DWBLocalPlaner")))
     assert "unknown plugin 'dwb_core::DWBLocalPlaner'; did you mean 'dwb_core::DWBLocalPlanner'?" in message

@@ -7,7 +7,7 @@ from navstack.errors import ParameterError
 from navstack.params import nav2_views
 from navstack.params.lint.subject import SHIM
 from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import Notice
+from navstack.params.nav2_findings import Notice, is_told
 
 # Errors and warnings by id; the rules have others.
 ERRORS = {
@@ -50,7 +50,9 @@ def reader_notices(nav2: Nav2File, others: Iterable[Notice] = ()) -> list[Notice
         known = [i for i, notice in enumerate(notices) if notice.message.partition(" (")[0] in message]
         for i in known:
             notices[i] = replace(notices[i], is_error=True)
-        if not known and not any(other.message.partition("; ")[0] in message for other in others):
+        if known or is_told(message, notices):
+            continue
+        if not any(other.message.partition("; ")[0] in message for other in others):
             notices.append(Notice("unusable", "", message, is_error=True))
     return notices
 
