@@ -60,7 +60,8 @@ class Rules:
         """
         if truth.tilt > self.max_tilt:
             return Verdict(Outcome.PHYSICAL_ASSISTANCE, "orientation")
-        if sum(contact.impulse for contact in truth.counted_contacts) >= self.impulse_health:
+        counted = truth.counted_contacts
+        if counted and sum(contact.impulse for contact in counted) >= self.impulse_health:
             return Verdict(Outcome.PHYSICAL_ASSISTANCE, "impulse")
         if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
             return self._arrival(truth.cargo)

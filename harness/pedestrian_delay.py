@@ -36,6 +36,8 @@ class PedestrianDelay:
 
     def record(self, truth: Truth) -> None:
         """Let the twin walk through the tick that led to ``truth``."""
+        if self._people.errands is None:
+            return
         if self._twin is None:
             self._set_out(truth)
             return

@@ -4,7 +4,6 @@ import os
 import tempfile
 from pathlib import Path
 
-from navstack.costmap.field_cache import cache_folder
 from navstack.errors import InputError, UnknownNameError
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -44,6 +43,8 @@ def keep_compiled_code() -> None:
     """Let numba keep compiled code in a folder of its own where the program's own folder cannot be written."""
     if "NUMBA_CACHE_DIR" in os.environ or os.access(_PACKAGE, os.W_OK):
         return
+    from navstack.costmap.field_cache import cache_folder  # it takes numpy, which is a third of the time of --help
+
     for folder in (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"):
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -130,7 +130,7 @@ class RunFolder:
                     self.records = finished_in_tables(path, tables)
                     if not self.is_complete:
                         self._unpack()
-                if not self.is_complete or (path / JOURNAL).exists():
+                if not (self._has_tables and self.is_complete) or (path / JOURNAL).exists():
                     if (path / JOURNAL).exists():
                         check_regular(path / JOURNAL, MOST_JOURNAL)
                     self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))

@@ -85,7 +85,8 @@ class NearObstacles:
     def _renew(self, x: float, y: float) -> None:
         wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
         self._center, self._clearance = (x, y), min(nearest, self.ACTIVE_RADIUS)
-        for number in [number for number in self._active if number not in set(wanted)]:
+        kept = set(wanted)
+        for number in [number for number in self._active if number not in kept]:
             body = self._active.pop(number)
             del self.touchable[body]
             bullet.removeBody(body, physicsClientId=self._client)

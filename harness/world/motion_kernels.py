@@ -64,7 +64,7 @@ def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
 
 
 @njit(cache=True)
-def base_state(position, orientation, velocity, spin, offset, before, tick):
+def base_state(position, orientation, velocity, spin, offset, yaw_before, vx_before, vy_before, tick):
     """The fields of :class:`~harness.world.body_state.BodyState`, as tuples come from the physics.
 
     Args:
@@ -73,7 +73,9 @@ def base_state(position, orientation, velocity, spin, offset, before, tick):
         velocity: [m/s].
         spin: [rad/s].
         offset: [m] of the base origin from the centre of mass, body frame.
-        before: the state some time ago; the acceleration is the mean since then.
+        yaw_before: [rad] some time ago; the acceleration is the mean since then.
+        vx_before: [m/s] at that time, forward.
+        vy_before: [m/s] to the left.
         tick: [s] that time.
     """
     (px, py, pz), (qx, qy, qz, qw) = position, orientation
@@ -81,8 +83,8 @@ def base_state(position, orientation, velocity, spin, offset, before, tick):
     x, y, yaw, vx, vy, tilt = base_motion(
         px, py, pz, qx, qy, qz, qw, ux, uy, uz, wx, wy, wz, offset[0], offset[1], offset[2]
     )
-    turn = yaw - before.yaw
+    turn = yaw - yaw_before
     cos, sin = math.cos(turn), math.sin(turn)
-    ax = (vx - (cos * before.vx + sin * before.vy)) / tick
-    ay = (vy - (-sin * before.vx + cos * before.vy)) / tick
+    ax = (vx - (cos * vx_before + sin * vy_before)) / tick
+    ay = (vy - (-sin * vx_before + cos * vy_before)) / tick
     return x, y, yaw, vx, vy, wz, ax, ay, tilt

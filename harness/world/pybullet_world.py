@@ -30,8 +30,9 @@ from navstack.types import FloatArray, Observation, Pose2D, Twist2D
 
 _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
 # Beyond these the loads of the wheels are measured.
-_LEVEL_SINE = 0.002  # [-] of half the tilt: 0.23 degrees
-_LEVEL_SPIN = 0.02  # [rad/s] of rolling and pitching
+_LEVEL_SINE_SQUARED = 0.002 * 0.002  # [-] of half the tilt: 0.23 degrees
+_LEVEL_SPIN_SQUARED = 0.02 * 0.02  # [rad2/s2] of rolling and pitching: 0.02 rad/s
+_MAP_FRAME = bullet.WORLD_FRAME
 _SLACK = 1e-6  # [m] by which rounding must not make a place clear
 
 
@@ -104,7 +105,7 @@ class PyBulletWorld(World):
         self._read_robot()
         self._bucket[3:6] = point_velocity(*self._orientation, *self._velocity, *self._spin, *self._bucket[:3])
         self._clear_around, self._clear_squared = self._position[:2], 0.0  # [m], [m2] where nothing is within reach
-        self._state = self._base_state(None)
+        self._state = self._base_state(BodyState())._replace(ax=0.0, ay=0.0)
         self._truth = self._make_truth()
         self._sensors.reset(self._state, generators)
         return self._sensors.measure(self._state, self._crowd.states, 0.0)
@@ -188,7 +189,7 @@ class PyBulletWorld(World):
         bullet.stepSimulation(self._client)
         self._steps += 1
         self._read_robot()
-        if before or at_step or self._is_tilted:
+        if near or at_step or self._is_tilted:
             self._read_contacts(before, at_step)
         else:
             self._footing = ON_LEVEL_GROUND
@@ -221,23 +222,19 @@ class PyBulletWorld(World):
             *motion, footing.left_load, footing.right_load, speed, yaw_rate, self._constants
         )
         self._work += power * self._dt
-        world_frame = bullet.WORLD_FRAME
-        bullet.applyExternalForce(body, -1, force, position, world_frame, client)  # faster than by keywords
-        bullet.applyExternalTorque(body, -1, torque, world_frame, client)
+        bullet.applyExternalForce(body, -1, force, position, _MAP_FRAME, client)  # faster than by keywords
+        bullet.applyExternalTorque(body, -1, torque, _MAP_FRAME, client)
         if footing.scrapes:
             body_motion = Motion(position, self._velocity, self._spin)
             for place, force in footing.friction(body_motion, self._robot.body_friction, self._robot.mass / self._dt):
-                bullet.applyExternalForce(body, -1, force, place, world_frame, client)
+                bullet.applyExternalForce(body, -1, force, place, _MAP_FRAME, client)
 
     def _read_robot(self) -> None:
         body, client = self._body, self._client
         self._position, self._orientation = bullet.getBasePositionAndOrientation(body, client)
         self._velocity, self._spin = bullet.getBaseVelocity(body, client)
-
-    @property
-    def _is_tilted(self) -> bool:
         (qx, qy, _, _), (wx, wy, _) = self._orientation, self._spin
-        return qx * qx + qy * qy > _LEVEL_SINE * _LEVEL_SINE or wx * wx + wy * wy > _LEVEL_SPIN * _LEVEL_SPIN
+        self._is_tilted = qx * qx + qy * qy > _LEVEL_SINE_SQUARED or wx * wx + wy * wy > _LEVEL_SPIN_SQUARED
 
     def _read_contacts(self, before: Motion | None, at_step: bool) -> None:
         """Note what the robot touched in the last step, and what it stands on.
@@ -271,13 +268,11 @@ class PyBulletWorld(World):
             points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
         return points
 
-    def _base_state(self, before: BodyState | None) -> BodyState:
-        now = base_state(
-            *(self._position, self._orientation, self._velocity, self._spin, self._base_offset),
-            before or BodyState(),
-            self._steps_per_tick * self._dt,
-        )
-        return BodyState(*now) if before else BodyState(*now)._replace(ax=0.0, ay=0.0)
+    def _base_state(self, before: BodyState) -> BodyState:
+        """The state now; its acceleration is the mean since ``before``, a tick ago."""
+        motion = self._position, self._orientation, self._velocity, self._spin, self._base_offset
+        tick = self._steps_per_tick * self._dt
+        return BodyState._make(base_state(*motion, before.yaw, before.vx, before.vy, tick))
 
     def _make_truth(self) -> Truth:
         state = self._state

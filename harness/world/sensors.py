@@ -37,17 +37,16 @@ class SensorParams:
 class _Channel:
     """A sensor, when it measures, and its messages that are still under way."""
 
-    def __init__(self, field: str, generator: str, sensor: Sensor, rate: float, latency: float) -> None:
+    def __init__(self, generator: str, sensor: Sensor, rate: float, latency: float) -> None:
         """Connect a sensor.
 
         Args:
-            field: of the observation, which it fills.
             generator: name of its generator.
             sensor: what measures.
             rate: [Hz].
             latency: [s] from measurement to delivery.
         """
-        self.field, self.generator = field, generator
+        self.generator = generator
         self._sensor, self._clock, self._latency = sensor, Clock(rate), latency
         self._under_way: deque[tuple[float, Measurement]] = deque()  # when [s] what is delivered
 
@@ -87,11 +86,11 @@ class SensorSuite:
         lidar, odometry, imu, gps = params.lidar, params.odometry, params.imu, params.gps
         receiver = GpsReceiver(gps, sky_of(scene) if gps.depends_on_sky else None)
         caster = Lidar(lidar, scene.geometry, pedestrian_radius, scene.obstacles)
-        self._channels = (
-            _Channel("odometry", "odometry", WheelOdometry(odometry), odometry.rate, odometry.latency),
-            _Channel("imu", "imu", InertialUnit(imu), imu.rate, imu.latency),
-            _Channel("gps", "gps", receiver, gps.rate, gps.latency),
-            _Channel("scan", "lidar", caster, lidar.rate, lidar.latency),
+        self._channels = (  # in the order of an observation's fields
+            _Channel("odometry", WheelOdometry(odometry), odometry.rate, odometry.latency),
+            _Channel("imu", InertialUnit(imu), imu.rate, imu.latency),
+            _Channel("gps", receiver, gps.rate, gps.latency),
+            _Channel("lidar", caster, lidar.rate, lidar.latency),
         )
 
     def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
@@ -106,8 +105,7 @@ class SensorSuite:
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> Observation:
         """What has arrived by ``stamp`` [s] since the last call; see :meth:`Sensor.measure`."""
-        arrived = {channel.field: channel.deliver(body, pedestrians, stamp) for channel in self._channels}
-        return Observation(stamp, **arrived)  # type: ignore[arg-type]
+        return Observation(stamp, *[channel.deliver(body, pedestrians, stamp) for channel in self._channels])  # type: ignore[arg-type]
 
 
 def sky_of(scene: Scene) -> Sky:

@@ -87,7 +87,8 @@ class WheelOdometry(Sensor):
             angular *= 1.0 + self._slip * _traction(abs(body.ay))
         distance = linear * distance + params.linear_noise * math.sqrt(abs(distance)) * noise[0]
         turn = angular * turn + yaw_noise
-        self._pose = compose(self._pose, Pose2D(*along_arc(distance, turn), turn))
+        x, y = along_arc(distance, turn)
+        self._pose = compose(self._pose, Pose2D(x, y, turn))
         twist = Twist2D(
             linear * body.vx + params.velocity_std * noise[3],
             0.0,

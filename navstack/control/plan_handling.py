@@ -37,20 +37,21 @@ class PlanWindow:
         Raises:
             InvalidPathError: the plan is empty, or none of it is near the robot.
         """
-        if len(plan) == 0:
+        poses = plan.poses
+        if len(poses) == 0:
             raise InvalidPathError("the plan has no poses; ask the planner for another one")
-        half_window = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0
+        half_window = max(costmap.data.shape) * costmap.resolution / 2.0
         behind = min(half_window, self._prune_distance) if self._prune_plan else half_window
         ahead = min(half_window, self._forward_distance) if self._shorten else half_window
-        begin, end = window_bounds(plan.poses, self._begin, pose.x, pose.y, behind, ahead, self._forward_distance)
+        begin, end = window_bounds(poses, self._begin, pose.x, pose.y, behind, ahead, self._forward_distance)
         if self._prune_plan:
             self._begin = begin
         if begin == end:
             raise InvalidPathError(
-                f"none of the plan's {len(plan)} poses lies within {behind:.2f} m of the robot at "
+                f"none of the plan's {len(poses)} poses lies within {behind:.2f} m of the robot at "
                 f"({pose.x:.2f}, {pose.y:.2f}); plan again from where it is"
             )
-        near: FloatArray = plan.poses[begin:end]
+        near: FloatArray = poses[begin:end]
         return near
 
 

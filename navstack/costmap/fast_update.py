@@ -1,7 +1,7 @@
 """The quick way to update a costmap of the usual layers: map, keepout masks and obstacles by maximum, inflation.
 
 The map is inflated once as a whole, with the masks that come before the inflation. An update copies what it needs of
-that and stamps the inflation kernel on the few cells that only the scans know to be occupied. The result is that of
+that and raises the costs around the few cells that only the scans know to be occupied. The result is that of
 writing all layers over the whole costmap, hence equal to that of :mod:`~navstack.costmap.full_update` wherever the
 latter's bounds reach.
 """
@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from navstack.costmap import inflation_kernels
+from navstack.costmap.cell_inflation import CellInflation
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import InflationKernel
 from navstack.costmap.obstacle_cells import ObstacleCells
@@ -22,7 +23,7 @@ _MOST = 0.7  # of the window: if that much is to be written, all is
 
 
 class FastUpdate:
-    """Keeps the master equal to the inflated map with the obstacles' kernels stamped on.
+    """Keeps the master equal to the inflated map with the obstacles inflated.
 
     The master of a rolling window is a part of a longer array. As the window moves, the part moves along it: what the
     window keeps stays where it is in memory, and the cells that come in take the places of those that go out.
@@ -31,7 +32,7 @@ class FastUpdate:
         obstacles: the obstacle layers.
         shown: the inflated costs of the map (height, width), raised to the masks that come after the inflation, with
             ``margin`` more cells on each side.
-        kernel: what to stamp.
+        kernel: the costs around an obstacle.
         master: the costmap to write.
         window: where it lies; cell (0, 0) of its lattice is the map's first.
         rolling: the window moves.
@@ -53,7 +54,7 @@ class FastUpdate:
         self._shown = shown.view()
         self._shown.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
-        self._kernel = kernel
+        self._inflation = CellInflation(kernel)
         self._master = master
         self._window = window
         self._rolling = rolling
@@ -124,7 +125,8 @@ class FastUpdate:
         inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, box, boxes)
         for obstacles in self._obstacles:
             if obstacles.count > 0:
-                obstacles.stamp(self._kernel, self._window, boxes, target)
+                for part in stale:
+                    self._inflation.apply(target, self._window, obstacles.cells, obstacles.count, part)
 
     def _take_stale(self) -> list[Box]:
         """The boxes of lattice cells to write, which are then up to date."""
@@ -132,7 +134,7 @@ class FastUpdate:
         for obstacles in self._obstacles:
             changed = obstacles.take_changed()
             if changed is not None:
-                stale.append(_around(changed, self._kernel.radius, self._window.bounds))
+                stale.append(_around(changed, self._inflation.radius, self._window.bounds))
         if self._all_is_stale:
             self._all_is_stale, stale = False, [self._window.bounds]
         return [box for box in stale if box[0] < box[1] and box[2] < box[3]]

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from navstack.costmap.cell_kernels import LISTED, CellArray
+from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import ByteArray, IntArray
 
@@ -13,7 +13,6 @@ BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
 _UNKNOWN = np.uint8(NO_INFORMATION)
 _INSCRIBED = np.uint8(INSCRIBED_INFLATED_OBSTACLE)
-_LISTED = np.uint8(LISTED)
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
 
 
@@ -177,73 +176,3 @@ def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, win
                 to[into + j] = flat[out + j]
             for j in range(_u(end - x0), _u(xn - x0)):
                 to[at + j] = cost
-
-
-@njit(cache=True)
-def find_runs(
-    cells: CellArray, count: int, present: ByteArray, window: IntArray, box: IntArray, runs: CellArray
-) -> int:
-    """Obstacle cells as ``cell_kernels`` lists them, as runs for :func:`stamp`, counted from the window's corner.
-
-    Only cells in the lattice box x0, xn, y0, yn (ends exclusive) make runs.
-
-    Returns:
-        How many runs there are.
-    """
-    height, width = present.shape
-    corner_x, corner_y = window[0] % width, window[1] % height  # where ``present`` holds the window's first cell
-    number = 0
-    for i in range(_u(count)):
-        x, y = cells[i, 0], cells[i, 1]
-        if x < box[0] or x >= box[1] or y < box[2] or y >= box[3]:
-            continue
-        column, row = x - window[0], y - window[1]
-        line = present[row + corner_y - (height if row + corner_y >= height else 0)]
-        first = column - column % RUN
-        pattern, leader = 0, x
-        for j in range(min(RUN, width - first)):
-            at = first + j + corner_x
-            if line[_u(at - (width if at >= width else 0))] != _LISTED:
-                continue
-            pattern |= 1 << j
-            other = window[0] + first + j
-            if box[0] <= other < leader:
-                leader = other
-        if leader == x:  # the first cell of the run speaks for all
-            runs[number, 0], runs[number, 1], runs[number, 2] = first, row, pattern
-            number += 1
-    return number
-
-
-@njit(cache=True)
-def stamp_cells(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
-    boxes: IntArray,
-    kernels: ByteArray,
-    radius: int,
-    target: ByteArray,
-    runs: CellArray,
-) -> None:
-    """Raise the window's costs in lattice boxes (k, 4) x0, xn, y0, yn to the kernels of the cells that reach there.
-
-    Args:
-        cells: as ``cell_kernels`` lists them.
-        count: how many.
-        present: their states.
-        window: x, y of the first cell, width and height.
-        boxes: ends exclusive, all in the window.
-        kernels: see :func:`stamp`.
-        radius: see :func:`stamp`.
-        target: costs (height, width) of the window.
-        runs: (n, 3) room, n at least ``count``.
-    """
-    reach = np.empty(4, dtype=np.int64)
-    left, low = window[0], window[1]
-    for k in range(boxes.shape[0]):
-        x0, xn, y0, yn = boxes[k, 0], boxes[k, 1], boxes[k, 2], boxes[k, 3]
-        reach[0], reach[1], reach[2], reach[3] = x0 - radius, xn + radius, y0 - radius, yn + radius
-        number = find_runs(cells, count, present, window, reach, runs)
-        stamp(target, runs, number, kernels, radius, x0 - left, xn - left, y0 - low, yn - low)

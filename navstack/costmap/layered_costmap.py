@@ -29,6 +29,7 @@ from navstack.costmap.layers import (
 from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.costmap.sparse_update import SparseUpdate
 from navstack.costmap.window import make_window
 from navstack.errors import MapError
 from navstack.geometry import footprint_radii, pad_footprint
@@ -67,7 +68,7 @@ class LayeredCostmap:
             keepout: cells of the map that the robot must not enter, (height, width): the mask of keepout filters that
                 have none in ``masks``; where no keepout filter is listed, the static layer makes them lethal.
             masks: the masks of filters by their names.
-            prefer_fast: False: use :class:`FullUpdate` even where the layers allow :class:`FastUpdate`.
+            prefer_fast: False: use :class:`FullUpdate` even where the layers allow a quicker way.
 
         Raises:
             MapError: a static layer is wanted and no map given, the map is rotated, or the mask does not fit it.
@@ -97,8 +98,7 @@ class LayeredCostmap:
             if isinstance(layer, ObstacleLayerParams)
         ]
         self._projector = ScanProjector()
-        parts = self._fast_parts() if prefer_fast else None
-        self._updater: FastUpdate | FullUpdate = self._full_update() if parts is None else self._fast_update(parts)
+        self._updater = self._make_updater(prefer_fast)
 
     @property
     def is_fast(self) -> bool:
@@ -113,7 +113,7 @@ class LayeredCostmap:
     @property
     def region(self) -> tuple[int, int, int, int] | None:
         """Cells x0, xn, y0, yn (ends exclusive) within which the last update wrote; None where it knows no bounds."""
-        return self._updater.region if isinstance(self._updater, FullUpdate) else None
+        return None if isinstance(self._updater, FastUpdate) else self._updater.region
 
     def update(self, robot_pose: Pose2D, scan: LaserScan | None, stamp: float) -> None:
         """Take in a scan taken at ``robot_pose`` (map frame), if there is one, and write the master anew.
@@ -197,6 +197,17 @@ class LayeredCostmap:
                 raise MapError("the costmap has a static layer, but no map was given; give one or remove the layer")
             return None
         return resampled(static_costs(static, self.params, keepout), static.resolution, self._window.resolution)
+
+    def _make_updater(self, prefer_fast: bool) -> FastUpdate | SparseUpdate | FullUpdate:
+        """The quickest way that leads to the same costmap."""
+        parts = self._fast_parts() if prefer_fast else None
+        if parts is not None:
+            return self._fast_update(parts)
+        inflation = self._layers.bare_inflation() if prefer_fast else None
+        if inflation is not None and self._fill == FREE_SPACE:
+            obstacles = [ObstacleCells(layer, sources, self._window) for layer, sources in self._buffers]
+            return SparseUpdate(obstacles, self._inflation(inflation), self.master, self._window)
+        return self._full_update()
 
     def _fast_parts(self) -> FastParts | None:
         """What the quick way needs, if it leads to the same costmap: no unknown cells, no mask beyond the map."""

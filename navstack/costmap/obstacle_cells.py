@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from navstack.costmap import cell_kernels, inflation_kernels
+from navstack.costmap import cell_kernels
 from navstack.costmap.beam_kernels import LineArray
+from navstack.costmap.bounds_kernels import touch_all
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import LETHAL_OBSTACLE
-from navstack.costmap.inflation import InflationKernel
-from navstack.costmap.layers import each_observation
+from navstack.costmap.layers import each_observation, touch_observations
 from navstack.costmap.observations import ObservationBuffer
 from navstack.costmap.window import Box, Window
 from navstack.params.costmap import ObstacleLayerParams
@@ -57,7 +57,6 @@ class ObstacleCells:
         self.cells: CellArray = np.empty((1024, 2), dtype=np.int32)  # (x, y); the first ``count`` count
         self.count = 0
         self._box = window.box  # of the window that the cells lie in
-        self._runs: CellArray = np.empty((1024, 3), dtype=np.int32)
         self._lines: LineArray = np.empty((512, 8), dtype=np.int32)
         self._present: ByteArray = np.zeros((window.size_y, window.size_x), dtype=np.uint8)
         self._changed: IntArray = np.array(_NOTHING, dtype=np.int64)
@@ -82,6 +81,12 @@ class ObstacleCells:
             )
         else:
             self.count = cell_kernels.drop_doubted(self.cells, self.count, self._present, window.box, self._changed)
+
+    def touch(self, window: Window, footprint: FloatArray, bounds: FloatArray) -> None:
+        """Grow bounds (4,) [m] to what the next update touches, as Nav2 sees it."""
+        touch_observations(self._sources, window, bounds)
+        if self._params.footprint_clearing_enabled:
+            touch_all(bounds, footprint)
 
     def take_changed(self) -> Box | None:
         """The box of cells that came or went since the last call, if any did."""
@@ -109,25 +114,6 @@ class ObstacleCells:
             self.count = cell_kernels.drop_box(
                 self.cells, self.count, self._present, self._box, box, drop_inside, self._changed
             )
-
-    def stamp(self, kernel: InflationKernel, window: Window, boxes: IntArray, target: ByteArray) -> None:
-        """Raise costs in lattice boxes (k, 4) x0, xn, y0, yn to the kernels of the cells.
-
-        The boxes' ends are exclusive; all lie in the window, whose costs ``target`` are.
-        """
-        if self.count > len(self._runs):
-            self._runs = np.empty((len(self.cells), 3), dtype=np.int32)
-        inflation_kernels.stamp_cells(
-            self.cells,
-            self.count,
-            self._present,
-            window.box,
-            boxes,
-            kernel.patterns,
-            kernel.radius,
-            target,
-            self._runs,
-        )
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""

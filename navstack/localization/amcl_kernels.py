@@ -13,105 +13,177 @@ from numba import njit
 from navstack.localization.likelihood_field import CodeArray
 from navstack.types import BoolArray, FloatArray, IntArray
 
+CellArray = npt.NDArray[np.uint32]  # flat indices
+
+GROUP = 128  # particles that are taken together: what is kept of them stays in the nearest cache
+BEAMS = 8  # a multiple of 4 that are added up at a time
+
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones
 
 
 @njit(cache=True, inline="always")
-def _end_cells(
-    pose: FloatArray,
-    ends_x: FloatArray,
-    ends_y: FloatArray,
-    reach: float,
-    height: int,
-    width: int,
-    cells: npt.NDArray[np.uint32],
-) -> None:
-    """The flat index of the cell in which each beam ends; what is off the map ends in its border.
+def _take_group(poses: FloatArray, begin: int, group: FloatArray, reach: float, right: float, top: float) -> bool:
+    """Put x, y, cosine and sine of the particles from ``begin`` on into the rows of ``group`` (4, GROUP).
 
-    ``reach`` is the greatest distance of an end: where it stays on the map, so do all.
+    Returns:
+        Whether no end of a beam, ``reach`` away at most, lies beyond ``right``, ``top`` or 0.
     """
-    x, y = pose[0], pose[1]
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    right, top = width - 1.0, height - 1.0
-    columns = np.int32(width)
-    if reach < x < right - reach and reach < y < top - reach:
-        for i in range(len(ends_x)):
-            column = x + cos * ends_x[i] - sin * ends_y[i]
-            row = y + sin * ends_x[i] + cos * ends_y[i]
-            cells[i] = np.int32(row) * columns + np.int32(column)
-        return
-    for i in range(len(ends_x)):
-        column = min(max(x + cos * ends_x[i] - sin * ends_y[i], 0.0), right)
-        row = min(max(y + sin * ends_x[i] + cos * ends_y[i], 0.0), top)
-        cells[i] = np.int32(row) * columns + np.int32(column)
+    inside = True
+    for j in range(min(GROUP, len(poses) - begin)):
+        x, y, yaw = poses[begin + j, 0], poses[begin + j, 1], poses[begin + j, 2]
+        group[0, j], group[1, j], group[2, j], group[3, j] = x, y, math.cos(yaw), math.sin(yaw)
+        inside = inside and reach < x < right - reach and reach < y < top - reach
+    return inside
 
 
 @njit(cache=True, inline="always")
-def _reach(ends_x: FloatArray, ends_y: FloatArray) -> float:
+def _end_cells(
+    group: FloatArray, size: int, ends: FloatArray, i: int, inside: bool, shape: tuple[int, int], cells: CellArray
+) -> None:
+    """The flat index of the cell in which beam ``i`` ends, for each particle; what is off the map is in its border."""
+    xs, ys, coss, sins = group[0], group[1], group[2], group[3]
+    right, top, columns = shape[1] - 1.0, shape[0] - 1.0, np.int32(shape[1])
+    end_x, end_y = ends[i, 0], ends[i, 1]
+    if inside:
+        for j in range(_u(size)):
+            column = xs[j] + coss[j] * end_x - sins[j] * end_y
+            row = ys[j] + sins[j] * end_x + coss[j] * end_y
+            cells[j] = np.int32(row) * columns + np.int32(column)
+        return
+    for j in range(_u(size)):
+        column = min(max(xs[j] + coss[j] * end_x - sins[j] * end_y, 0.0), right)
+        row = min(max(ys[j] + sins[j] * end_x + coss[j] * end_y, 0.0), top)
+        cells[j] = np.int32(row) * columns + np.int32(column)
+
+
+@njit(cache=True, inline="always")
+def _reach(ends: FloatArray) -> float:
     """The greatest distance of an end, and a little more."""
     squared = 0.0
-    for i in range(len(ends_x)):
-        squared = max(squared, ends_x[i] * ends_x[i] + ends_y[i] * ends_y[i])
+    for i in range(len(ends)):
+        squared = max(squared, ends[i, 0] * ends[i, 0] + ends[i, 1] * ends[i, 1])
     return math.sqrt(squared) + 1.0
 
 
 @njit(cache=True)
+def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
+    """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place; returns whether one is NaN."""
+    has_nan = False
+    for i in range(len(ranges)):
+        has_nan = has_nan or math.isnan(ranges[i])
+        if ranges[i] <= shortest:
+            ranges[i] = longest
+    return has_nan
+
+
+@njit(cache=True)
+def beam_ends(
+    ranges: FloatArray, directions: FloatArray, range_max: float, sensor_x: float, sensor_y: float
+) -> FloatArray:
+    """Where the beams that returned end (m, 2), in the frame of the sensor's position.
+
+    Args:
+        ranges: (n,) [m]; ``range_max`` and more: no return.
+        directions: (2, n) cosines and sines of the bearings.
+        range_max: [m].
+        sensor_x: [m].
+        sensor_y: [m].
+    """
+    ends = np.empty((len(ranges), 2))
+    count = 0
+    for i in range(len(ranges)):
+        if ranges[i] < range_max:
+            ends[count, 0] = sensor_x + ranges[i] * directions[0, i]
+            ends[count, 1] = sensor_y + ranges[i] * directions[1, i]
+            count += 1
+    return ends[:count]
+
+
+@njit(cache=True)
 def sum_over_beams(
-    codes: CodeArray, values: FloatArray, poses: FloatArray, ends_x: FloatArray, ends_y: FloatArray, first: float
+    codes: CodeArray, values: FloatArray, poses: FloatArray, ends: FloatArray, first: float
 ) -> FloatArray:
     """``first`` plus the sum over the beams of the value of where each ends, for every particle.
+
+    A group of particles looks at a few beams, then at the next ones: of one beam they look at cells that lie together.
 
     Args:
         codes: (H, W) of a likelihood field.
         values: of each code.
         poses: (N, 3) particles in cells.
-        ends_x: (n,) ends of the beams in the base frame, in cells.
-        ends_y: (n,).
+        ends: (n, 2) of the beams in the base frame, in cells.
         first: what an empty sum is.
 
     Returns:
-        (N,). The sum runs in four lanes, beam i in lane i modulo 4, because one addition waits for the one before.
+        (N,). The sum runs in four lanes, beam i in lane i modulo 4 (those of the last incomplete four in lane 0),
+        because one addition waits for the one before.
     """
-    height, width = codes.shape
-    flat = codes.reshape(-1)
-    n = len(ends_x)
-    cells, reach = np.empty(n, np.uint32), _reach(ends_x, ends_y)
+    shape, flat = codes.shape, codes.reshape(-1)
+    reach, right, top = _reach(ends), codes.shape[1] - 1.0, codes.shape[0] - 1.0
+    group, cells, lanes = np.empty((4, GROUP)), np.empty((BEAMS, GROUP), np.uint32), np.empty((GROUP, 4))
     sums = np.empty(len(poses))
-    for j in range(len(poses)):
-        _end_cells(poses[j], ends_x, ends_y, reach, height, width, cells)
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for i in range(0, n - 3, 4):
-            a += values[_u(flat[cells[i]])]
-            b += values[_u(flat[cells[i + 1]])]
-            c += values[_u(flat[cells[i + 2]])]
-            d += values[_u(flat[cells[i + 3]])]
-        for i in range(n - n % 4, n):
-            a += values[_u(flat[cells[i]])]
-        sums[j] = first + ((a + b) + (c + d))
+    for begin in range(0, len(poses), GROUP):
+        size = min(GROUP, len(poses) - begin)
+        inside = _take_group(poses, begin, group, reach, right, top)
+        lanes[:] = 0.0
+        for i in range(0, len(ends), BEAMS):
+            count = min(BEAMS, len(ends) - i)
+            for k in range(count):
+                _end_cells(group, size, ends, i + k, inside, shape, cells[k])
+            if count == BEAMS:
+                _add_all(flat, values, cells, size, lanes)
+            else:
+                _add_last(flat, values, cells, size, count, lanes)
+        for j in range(size):
+            sums[begin + j] = first + ((lanes[j, 0] + lanes[j, 1]) + (lanes[j, 2] + lanes[j, 3]))
     return sums
 
 
+@njit(cache=True, inline="always")
+def _add_all(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, lanes: FloatArray) -> None:
+    """Add the values of ``BEAMS`` beams to the lanes (GROUP, 4) of each particle; nothing is stored in between."""
+    at, step = cells.reshape(-1), _u(GROUP)
+    for j in range(_u(size)):
+        a, b, c, d = lanes[j, 0], lanes[j, 1], lanes[j, 2], lanes[j, 3]
+        for k in range(_u(BEAMS // 4)):
+            first = k * (_u(4) * step) + j
+            a += values[_u(flat[at[first]])]
+            b += values[_u(flat[at[first + step]])]
+            c += values[_u(flat[at[first + _u(2) * step]])]
+            d += values[_u(flat[at[first + _u(3) * step]])]
+        lanes[j, 0], lanes[j, 1], lanes[j, 2], lanes[j, 3] = a, b, c, d
+
+
+@njit(cache=True, inline="always")
+def _add_last(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, count: int, lanes: FloatArray) -> None:
+    """As :func:`_add_all` with the last, fewer beams."""
+    for k in range(count):
+        lane = k % 4 if k < count - count % 4 else 0
+        for j in range(_u(size)):
+            lanes[j, lane] += values[_u(flat[cells[k, j]])]
+
+
 @njit(cache=True)
-def count_agreeing(
-    codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends_x: FloatArray, ends_y: FloatArray
-) -> IntArray:
+def count_agreeing(codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends: FloatArray) -> IntArray:
     """For how many particles each beam (n,) ends where the map agrees.
 
     Args:
         codes: (H, W) of a likelihood field.
         agrees: whether each code does.
         poses: (N, 3) particles in cells.
-        ends_x: (n,) ends of the beams in the base frame, in cells.
-        ends_y: (n,).
+        ends: (n, 2) of the beams in the base frame, in cells.
     """
-    height, width = codes.shape
-    flat = codes.reshape(-1)
-    cells, reach = np.empty(len(ends_x), np.uint32), _reach(ends_x, ends_y)
-    counts = np.zeros(len(ends_x), np.int64)
-    for j in range(len(poses)):
-        _end_cells(poses[j], ends_x, ends_y, reach, height, width, cells)
-        for i in range(len(ends_x)):
-            counts[i] += agrees[_u(flat[cells[i]])]
+    shape, flat = codes.shape, codes.reshape(-1)
+    reach, right, top = _reach(ends), codes.shape[1] - 1.0, codes.shape[0] - 1.0
+    group, cells = np.empty((4, GROUP)), np.empty(GROUP, np.uint32)
+    counts = np.zeros(len(ends), np.int64)
+    for begin in range(0, len(poses), GROUP):
+        size = min(GROUP, len(poses) - begin)
+        inside = _take_group(poses, begin, group, reach, right, top)
+        for i in range(len(ends)):
+            _end_cells(group, size, ends, i, inside, shape, cells)
+            for j in range(_u(size)):
+                counts[i] += agrees[_u(flat[cells[j]])]
     return counts
 
 

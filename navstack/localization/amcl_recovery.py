@@ -49,5 +49,4 @@ class ScanGuide:
         ends = self._model.beams(scan).ends() / self._coarse.resolution
         ends = ends[:: max(len(ends) // COARSE_BEAMS, 1)]
         values = np.exp(-((self._coarse.distances / COARSE_SIGMA) ** 2) / 2.0)
-        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        return sum_over_beams(self._coarse.codes, values, self._coarse.to_cells(poses), x, y, 0.0)
+        return sum_over_beams(self._coarse.codes, values, self._coarse.to_cells(poses), np.ascontiguousarray(ends), 0.0)

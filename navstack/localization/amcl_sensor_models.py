@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
-from navstack.localization.amcl_kernels import cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.amcl_kernels import (
+    beam_ends,
+    cast_rays,
+    count_agreeing,
+    screen_ranges,
+    sum_over_beams,
+)
 from navstack.localization.likelihood_field import LikelihoodField, squared_distances
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, LaserScan, Pose2D
@@ -21,14 +27,13 @@ class Beams(NamedTuple):
 
     ranges: FloatArray  # (n,) [m]; at least range_max: no return; never NaN
     bearings: FloatArray  # (n,) [rad] in the base frame
+    directions: FloatArray  # (2, n) their cosines and sines
     range_max: float  # [m]
     sensor: Pose2D  # in the base frame
 
     def ends(self) -> FloatArray:
         """Where the beams that returned end (m, 2), in [m] of the base frame."""
-        returned = self.ranges < self.range_max
-        ranges, bearings = self.ranges[returned], self.bearings[returned]
-        return np.column_stack((self.sensor.x + ranges * np.cos(bearings), self.sensor.y + ranges * np.sin(bearings)))
+        return beam_ends(self.ranges, self.directions, self.range_max, self.sensor.x, self.sensor.y)
 
 
 class Match(NamedTuple):
@@ -43,6 +48,8 @@ class SensorModel(ABC):
 
     def __init__(self, params: AmclParams) -> None:
         self._params = params
+        self._key: tuple[float, ...] = ()  # of the bearings below, which seldom change
+        self._bearings, self._directions = np.empty(0), np.empty((2, 0))
 
     @abstractmethod
     def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:
@@ -68,13 +75,22 @@ class SensorModel(ABC):
         longest = min(scan.range_max, given.laser_max_range) if given.laser_max_range > 0.0 else scan.range_max
         shortest = max(scan.range_min, given.laser_min_range) if given.laser_min_range > 0.0 else scan.range_min
         step = self._step(len(scan.ranges))
-        ranges = scan.ranges[::step]
-        bearings = np.arange(len(ranges), dtype=np.float64) * (scan.angle_increment * step)
-        bearings += scan.sensor_pose.yaw + scan.angle_min
-        known = ~np.isnan(ranges)
-        ranges, bearings = ranges[known], bearings[known]
-        ranges[ranges <= shortest] = longest
-        return Beams(ranges, bearings, longest, scan.sensor_pose)
+        ranges = np.array(scan.ranges[::step], dtype=np.float64)
+        bearings, directions = self._look(scan, step, len(ranges))
+        if screen_ranges(ranges, shortest, longest):
+            known = ~np.isnan(ranges)
+            ranges, bearings, directions = ranges[known], bearings[known], directions[:, known]
+        return Beams(ranges, bearings, directions, longest, scan.sensor_pose)
+
+    def _look(self, scan: LaserScan, step: int, count: int) -> tuple[FloatArray, FloatArray]:
+        """Bearings (n,) [rad] in the base frame and their cosines and sines (2, n), for every so many beams."""
+        key = (scan.angle_min, scan.angle_increment, scan.sensor_pose.yaw, step, count)
+        if key != self._key:
+            self._key = key
+            self._bearings = np.arange(count, dtype=np.float64) * (scan.angle_increment * step)
+            self._bearings += scan.sensor_pose.yaw + scan.angle_min
+            self._directions = np.stack((np.cos(self._bearings), np.sin(self._bearings)))
+        return self._bearings, self._directions
 
 
 class LikelihoodFieldModel(SensorModel):
@@ -100,8 +116,7 @@ class LikelihoodFieldModel(SensorModel):
         """``first`` plus the sum of the terms of all ends (n, 2) [cells], for particles (N, 3) in cells."""
         if range_max != self._range_max:  # it seldom changes
             self._range_max, self._values = range_max, self._terms(range_max)
-        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        return sum_over_beams(self._field.codes, self._values, cells, x, y, first)
+        return sum_over_beams(self._field.codes, self._values, cells, ends, first)
 
     def _terms(self, range_max: float) -> FloatArray:
         """What a return adds to the sum, for each code of the field."""
@@ -142,8 +157,7 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
         given = self._params
         agrees = self._field.distances < given.beam_skip_distance
         agrees[self._field.outside] = False
-        x, y = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        counts = count_agreeing(self._field.codes, agrees, cells, x, y)
+        counts = count_agreeing(self._field.codes, agrees, cells, ends)
         count = counts / len(cells) > given.beam_skip_threshold
         skipped = given.max_beams - int(count.sum())  # beams without return are among them, as in Nav2
         return ends if skipped >= given.max_beams * given.beam_skip_error_threshold else ends[count]

@@ -1,6 +1,6 @@
 """Hot loops that repair NavFn's potential where the costmap has changed; conventions as in navfn_kernels."""
 
-# mypy: disable-error-code="arg-type, assignment, return-value"
+# mypy: disable-error-code="arg-type, assignment, call-overload, return-value"
 # as in the other kernels: mypy takes 32-bit numbers for mistakes
 
 import math
@@ -12,14 +12,15 @@ from navstack.planning.navfn_kernels import BLOCK_SIZE, COST_OBSTACLE, POT_HIGH,
 from navstack.types import ByteArray, Float32Array, FloatArray
 
 SETTLED = 2  # a dirty block that has not been written since it was last rolled back
+UNSETTLED = np.uint64(0x0101010101010101)  # eight dirty blocks that have been
 
 
 @njit(cache=True)
-def differ(one: ByteArray, other: ByteArray, begin: int, end: int) -> bool:
-    """Whether two arrays differ in a range; compiles to vector instructions."""
-    found = np.uint8(0)
-    for n in range(np.uint64(begin), np.uint64(end)):
-        found |= one[n] ^ other[n]
+def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
+    """Whether two arrays differ in BLOCK_SIZE places; loops of fixed length over bytes become vector instructions."""
+    found, first = np.uint8(0), np.uint64(begin)
+    for j in range(np.uint64(BLOCK_SIZE)):
+        found = np.uint8(found | np.uint8(one[first + j] ^ other[first + j]))
     return bool(found != 0)
 
 
@@ -44,8 +45,8 @@ def take_in_changes(
     level = POT_HIGH
     for y in range(y0, yn):
         for x in range(x0, xn, BLOCK_SIZE):
-            begin, end = y * width + x, y * width + min(x + BLOCK_SIZE, xn)
-            if not differ(costs, known, begin, end):
+            begin, end = y * width + max(x0, min(x, xn - BLOCK_SIZE)), y * width + min(x + BLOCK_SIZE, xn)
+            if end - begin == BLOCK_SIZE and not differ(costs, known, begin):
                 continue
             for n in range(begin, end):
                 if costs[n] == known[n] or (only_cheaper and crossing[costs[n]] > crossing[known[n]]):
@@ -79,28 +80,52 @@ def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, lev
     Returns:
         How many these are; those that ``edge`` has no room for are left out.
     """
-    lowest = level - COST_OBSTACLE  # a cell costs less to cross
+    lowest = np.float32(level - COST_OBSTACLE)  # a cell costs less to cross
     words = dirty.view(np.uint64)
     count = 0
-    for w in range(words.size):
-        if words[w] == 0:
+    for w in range(np.uint64(words.size)):
+        if words[w] == 0 or not (words[w] & UNSETTLED or reaches(tops, 8 * w, lowest)):
             continue
         for i in range(8 * w, 8 * w + 8):
             if dirty[i] == 0 or (dirty[i] == SETTLED and tops[i] < lowest):
                 continue
             if dirty[i] != SETTLED or tops[i] >= level:
-                top = np.float32(0.0)
-                for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
-                    if potential[n] >= level:
-                        potential[n] = POT_HIGH
-                    elif potential[n] > top:
-                        top = potential[n]
-                tops[i] = top
+                cut_block(potential, i, level, tops)
                 dirty[i] = SETTLED
             if tops[i] >= lowest and count < edge.size:
                 edge[count] = i
                 count += 1
     return count
+
+
+@njit(cache=True, inline="always")
+def reaches(tops: Float32Array, first: int, lowest: float) -> bool:
+    """Whether one of eight tops is at least ``lowest``."""
+    found = np.uint8(0)
+    for i in range(np.uint64(8)):
+        found = np.uint8(found | np.uint8(tops[np.uint64(first) + i] >= lowest))
+    return bool(found != 0)
+
+
+@njit(cache=True)
+def cut_block(potential: Float32Array, block: int, level: float, tops: Float32Array) -> None:
+    """Set the potentials of ``level`` and above in a block to POT_HIGH; ``tops`` takes the highest of the others, or 0.
+
+    Potentials are not negative: as whole numbers their bits have the same order, of which a highest one is found by
+    vector instructions.
+    """
+    bits, top, limit, first = potential.view(np.int32), np.int32(0), np.float32(level), np.uint64(block * BLOCK_SIZE)
+    if (block + 1) * BLOCK_SIZE <= potential.size:
+        for j in range(np.uint64(BLOCK_SIZE)):
+            stays = potential[first + j] < limit
+            top = max(top, np.int32(bits[first + j] if stays else 0))
+            potential[first + j] = potential[first + j] if stays else POT_HIGH
+    else:
+        for n in range(first, np.uint64(potential.size)):
+            stays = potential[n] < limit
+            top = max(top, np.int32(bits[n] if stays else 0))
+            potential[n] = potential[n] if stays else POT_HIGH
+    tops.view(np.int32)[block] = top
 
 
 @njit(cache=True)
@@ -118,14 +143,40 @@ def seed_edge(
     It ends where the next block might not fit into the buffer any more.
     """
     lowest = level - COST_OBSTACLE
+    flags = np.empty(BLOCK_SIZE, dtype=np.uint8)
+    words = flags.view(np.uint64)
     count = 0
     for i in edge:
-        for n in range(i * BLOCK_SIZE, min(potential.size, (i + 1) * BLOCK_SIZE)):
-            if lowest <= potential[n] < level:
-                count = push_unreached(potential, costs, gain, width, n, buffer, count)
+        begin = np.uint64(i * BLOCK_SIZE)
+        flag_edge(potential, begin, width, level, flags)
+        for w in range(words.size):
+            if words[w] == 0:
+                continue
+            for j in range(8 * w, 8 * w + 8):
+                n = begin + np.uint64(j)
+                if flags[j] and n < potential.size and lowest <= potential[n] < level:
+                    count = push_unreached(potential, costs, gain, width, n, buffer, count)
         if count > buffer.size - 4 * BLOCK_SIZE:
             break
     return count
+
+
+@njit(cache=True)
+def flag_edge(potential: Float32Array, begin: int, width: int, level: float, flags: ByteArray) -> None:
+    """Flag the cells of a block just below ``level`` beside which a cell is unreached, by vector instructions.
+
+    In blocks that reach into the map's first or last row all are flagged.
+    """
+    row, one = np.uint64(width), np.uint64(1)
+    if begin < row or begin + np.uint64(BLOCK_SIZE) + row > potential.size:
+        flags[:] = 1
+        return
+    lowest, below = np.float32(level - COST_OBSTACLE), np.float32(level)
+    for j in range(np.uint64(BLOCK_SIZE)):
+        n = begin + j
+        beside = (potential[n - one] == POT_HIGH) | (potential[n + one] == POT_HIGH)
+        above = (potential[n - row] == POT_HIGH) | (potential[n + row] == POT_HIGH)
+        flags[j] = (potential[n] >= lowest) & (potential[n] < below) & (beside | above)
 
 
 @njit(cache=True)

@@ -55,19 +55,18 @@ def take_corners(potential: Float32Array, width: int, n: int, held: int, corners
 
     ``corners`` are those of cell ``held`` until now: a cell beside it has two in common with it.
     """
+    beside = 0  # bit of the corners' numbers by which the two cells' differ; 0: nothing in common
     if n == held + 1 or n == held - 1:
-        new = 1 if n > held else 0  # the column to take; the other one has been this one
-        for i in (new, new + 2):
-            corners[i ^ 1, 0], corners[i ^ 1, 1] = corners[i, 0], corners[i, 1]
-            take_corner(potential, width, n, i, corners)
+        beside = 1
     elif n == held + width or n == held - width:
-        new = 2 if n > held else 0  # the same with rows
-        for i in (new, new + 1):
-            corners[i ^ 2, 0], corners[i ^ 2, 1] = corners[i, 0], corners[i, 1]
-            take_corner(potential, width, n, i, corners)
-    else:
-        for i in range(4):
-            take_corner(potential, width, n, i, corners)
+        beside = 2
+    new = beside if n > held else 0
+    for i in range(4):  # one place in which to take a corner: each is compiled once more
+        if beside != 0 and i & beside != new:
+            continue
+        if beside != 0:  # the other one of the pair has been this one
+            corners[i ^ beside, 0], corners[i ^ beside, 1] = corners[i, 0], corners[i, 1]
+        take_corner(potential, width, n, i, corners)
 
 
 @njit(cache=True, inline="always")

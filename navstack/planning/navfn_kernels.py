@@ -15,6 +15,7 @@ import numpy.typing as npt
 from numba import njit
 
 from navstack.costmap.costmap import NO_INFORMATION
+from navstack.planning.prefetch import prefetch
 from navstack.types import ByteArray, Float32Array
 
 Buffers = npt.NDArray[np.uint32]  # cell numbers
@@ -27,6 +28,7 @@ COST_HIGHEST = 253.0  # cost of crossing the dearest cell that is no obstacle, a
 LEAST_OBSTACLE = 253  # costmap value from which on a cell is an obstacle
 PRIORITY_STEP = np.float32(100.0)  # 2 * COST_NEUTRAL, by which the threshold rises
 BUFFER_SIZE = 10000  # PRIORITYBUFSIZE of navfn.hpp: what does not fit is dropped, as upstream
+FETCHED_AHEAD = 16  # cells whose visit is prepared while others are visited: 0.86 of the wave's time; 8: 0.89
 BLOCK_SHIFT = np.uint64(6)
 BLOCK_SIZE = 64  # 1 << BLOCK_SHIFT; cells are marked dirty in blocks of this many
 NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
@@ -163,6 +165,14 @@ def push_neighbours(
     return push(potential, buffer, count, n + row, potential[n + row], new + gain[costs[n + row]])
 
 
+@njit(cache=True, inline="always")
+def fetch_cell(potential: Float32Array, costs: ByteArray, n: int, row: int) -> None:
+    """Prefetch what a visit of cell ``n`` reads; the neighbours along x are beside it in memory."""
+    for m in (n, n - row, n + row):
+        prefetch(potential, m)
+        prefetch(costs, m)
+
+
 @njit(cache=True)
 def run_wave(
     potential: Float32Array,
@@ -199,6 +209,8 @@ def run_wave(
         unmark(potential, current, n_current)
         for i in range(n_current):
             n = np.uint64(current[np.uint64(i)])
+            if i + FETCHED_AHEAD < n_current:
+                fetch_cell(potential, costs, np.uint64(current[np.uint64(i + FETCHED_AHEAD)]), row)
             left, right, up, down = potential[n - one], potential[n + one], potential[n - row], potential[n + row]
             new = planar_wave(abs(left), abs(right), abs(up), abs(down), crossing[costs[n]])
             if new >= abs(potential[n]):

@@ -20,8 +20,13 @@ NOWHERE = -1  # a target that is never reached: the wave goes on until nothing i
 
 
 def flat_costs(costmap: Costmap) -> ByteArray:
-    """The costs (height * width,) of a costmap, a view where it is C-contiguous."""
-    return np.ascontiguousarray(costmap.data).reshape(-1)
+    """The costs (height * width,) of a costmap, a view where it is C-contiguous.
+
+    It cannot be written to, whatever the costmap, so that numba compiles the kernels for one kind of arrays.
+    """
+    flat = np.ascontiguousarray(costmap.data).reshape(-1).view()
+    flat.flags.writeable = False
+    return flat
 
 
 class PotentialField:

@@ -1,11 +1,10 @@
 """Keeps commands within speed and acceleration limits: nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy)."""
 
-from collections.abc import Sequence
-
 from navstack.params.safety import VelocitySmootherParams
 from navstack.types import Twist2D
 
 Axes = tuple[float, float, float]  # linear x, linear y, angular z
+Pair = tuple[float, float]
 
 _STANDSTILL = Twist2D()
 
@@ -68,26 +67,29 @@ class VelocitySmoother:
 
         Per axis the deceleration limits the change where the speed falls or changes its sign.
         """
-        changes, limits = [], []
-        for now, asked, (low, high, speeding_up, slowing_down) in zip(current, command, self._bounds, strict=True):
-            wanted = min(max(asked, low), high)
-            changes.append(wanted - now)
-            limits.append(speeding_up if abs(wanted) >= abs(now) and now * wanted >= 0.0 else slowing_down)
-        scale = _common_scale(changes, limits) if self._params.scale_velocities else 1.0
-        x, y, theta = (
-            now + min(max(scale * change, -limit), limit)
-            for now, change, limit in zip(current, changes, limits, strict=True)
+        (bx, by, bt), (ax, ay, at), (wx, wy, wt) = self._bounds, current, command
+        change_x, limit_x = _change(ax, wx, *bx)
+        change_y, limit_y = _change(ay, wy, *by)
+        change_t, limit_t = _change(at, wt, *bt)
+        if self._params.scale_velocities:
+            scale = min(_scale(change_x, limit_x), _scale(change_y, limit_y), _scale(change_t, limit_t))
+            change_x, change_y, change_t = scale * change_x, scale * change_y, scale * change_t
+        return (
+            ax + min(max(change_x, -limit_x), limit_x),
+            ay + min(max(change_y, -limit_y), limit_y),
+            at + min(max(change_t, -limit_t), limit_t),
         )
-        return x, y, theta
 
 
-def _common_scale(changes: Sequence[float], limits: Sequence[float]) -> float:
-    """Share of the wanted change that the most limited axis can follow (``findEtaConstraint``)."""
-    scale = 1.0
-    for change, limit in zip(changes, limits, strict=True):
-        if abs(change) > limit > 0.0:
-            scale = min(scale, limit / abs(change))
-    return scale
+def _change(now: float, asked: float, low: float, high: float, speeding_up: float, slowing_down: float) -> Pair:
+    """The change that is wanted of one axis, and the largest of one cycle."""
+    wanted = min(max(asked, low), high)
+    return wanted - now, speeding_up if abs(wanted) >= abs(now) and now * wanted >= 0.0 else slowing_down
+
+
+def _scale(change: float, limit: float) -> float:
+    """Share of the wanted change that an axis can follow (``findEtaConstraint``)."""
+    return limit / abs(change) if abs(change) > limit > 0.0 else 1.0
 
 
 def _axes(twist: Twist2D) -> Axes:

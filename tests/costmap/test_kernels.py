@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from navstack.costmap import beam_kernels, cell_kernels, inflation_kernels, kernels
+from navstack.costmap.cell_inflation import CellInflation
 from navstack.costmap.inflation import make_kernel
-from navstack.costmap.window import shift
+from navstack.costmap.window import Window, shift
 from navstack.params.costmap import InflationLayerParams
 
 
@@ -125,6 +126,30 @@ def test_stamped_runs_equal_their_cells_maximum(radius: float) -> None:
     np.testing.assert_array_equal(target, expected)
 
 
+@pytest.mark.parametrize("radius", [0.0, 0.1, 1.5, 3.4, 13.0])
+def test_costs_around_cells_equal_their_kernels_maximum(radius: float) -> None:
+    rng = np.random.default_rng(8)
+    kernel = make_kernel(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=0.5), 0.05, 0.1)
+    reach, inflation = kernel.radius, CellInflation(kernel)
+    window = Window(0.0, 0.0, 0.05, 150, 120)
+    window.centre_on(20.0, -3.0)
+    corner, beyond = np.array((window.cell_x, window.cell_y)), 300 + reach
+    for line in range(4):
+        cells = (corner + rng.integers(-80, 200, (40, 2))).astype(np.int32)
+        cells[:20, line % 2] = cells[0, line % 2]  # some stand in a line
+        x0, y0, xn, yn = (int(v) for v in (*rng.integers(0, 60, 2), *rng.integers(60, 121, 2)))
+        target = rng.integers(0, 40, (120, 150)).astype(np.uint8)
+        padded = np.pad(np.zeros_like(target), beyond)
+        for x, y in (cells - corner + beyond)[:35]:
+            part = padded[y - reach : y + reach + 1, x - reach : x + reach + 1]
+            np.maximum(part, kernel.costs, out=part)
+        expected, inner = target.copy(), np.s_[y0:yn, x0:xn]
+        expected[inner] = np.maximum(target, padded[beyond:-beyond, beyond:-beyond])[inner]
+        box = (x0 + window.cell_x, xn + window.cell_x, y0 + window.cell_y, yn + window.cell_y)
+        inflation.apply(target, window, cells, 35, box)
+        np.testing.assert_array_equal(target, expected)
+
+
 def test_scans_are_projected_as_by_hand() -> None:
     ranges = np.array((0.05, 1.0, math.nan, math.inf, 7.9, 8.0, 3.0))
     angles = np.linspace(-2.0, 2.0, 7)
@@ -149,7 +174,7 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     beam_kernels.sort_by_bearing(points, ox, oy, starts, ordered)
     assert sorted(map(tuple, ordered)) == sorted(map(tuple, points))
     dense = np.full((50, 60), 254, dtype=np.uint8)
-    kernels.clear_rays(dense, points, ox, oy, origin, resolution, limits, np.array((0.0, 0.0, 0.0, 0.0)))
+    kernels.clear_rays(dense, points, ox, oy, origin, resolution, limits)
     cells = np.array([(300 + x, -200 + y) for y in range(50) for x in range(60)], dtype=np.int32)
     present = np.ones((50, 60), dtype=np.uint8)
     lines = np.empty((40, 8), dtype=np.int32)

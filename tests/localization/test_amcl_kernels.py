@@ -8,7 +8,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from navstack.localization.amcl_kernels import cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.amcl_kernels import GROUP, beam_ends, cast_rays, count_agreeing, sum_over_beams
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import BIN_ANGLE, BIN_LENGTH, count_bins, label_clusters, resample, sample_limit
 from navstack.localization.likelihood_field import LikelihoodField, squared_distances
@@ -38,36 +38,45 @@ def end_cells(pose, ends_x, ends_y, shape):
     return [int(row) for row in rows], [int(column) for column in columns]
 
 
-@pytest.fixture
-def looked_up():
-    """Codes, particles in cells, and ends of beams, some of them off the map."""
+@pytest.fixture(params=[1.0, 0.1], ids=["some off the map", "all on the map"])
+def looked_up(request):
+    """Codes, more particles than are taken together, in cells, and ends of beams."""
     rng = np.random.default_rng(1)
     codes = rng.integers(0, 50, size=(40, 60)).astype(np.uint16)
-    poses = np.column_stack((rng.uniform(0, 60, 30), rng.uniform(0, 40, 30), rng.uniform(-7, 7, 30)))
-    return codes, poses, rng.uniform(-30, 30, 37), rng.uniform(-30, 30, 37)
+    off = rng.uniform(-0.5, 0.5, (GROUP + 30, 2)) * (60, 40)
+    poses = np.column_stack(((30, 20) + request.param * off, rng.uniform(-7, 7, GROUP + 30)))
+    return codes, poses, request.param * rng.uniform(-30, 30, (37, 2))
 
 
-@pytest.mark.parametrize("beams", [0, 1, 3, 4, 37])
+@pytest.mark.parametrize("beams", [0, 1, 3, 4, 8, 37])
 def test_sum_over_beams(looked_up, beams):
-    codes, poses, x, y = looked_up
-    x, y = x[:beams], y[:beams]
+    codes, poses, ends = looked_up
+    ends = ends[:beams]
     values = np.random.default_rng(2).random(50)
     twin = []
     for pose in poses:
-        found = values[codes[end_cells(pose, x, y, codes.shape)]]
+        found = values[codes[end_cells(pose, *ends.T, codes.shape)]]
         lanes = [0.0] * 4
         whole = beams - beams % 4
         for i, value in enumerate(found):
             lanes[i % 4 if i < whole else 0] += value
         twin.append(1.0 + ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])))
-    assert np.array_equal(sum_over_beams(codes, values, poses, x, y, 1.0), twin)
+    assert np.array_equal(sum_over_beams(codes, values, poses, ends, 1.0), twin)
 
 
 def test_count_agreeing(looked_up):
-    codes, poses, x, y = looked_up
+    codes, poses, ends = looked_up
     agrees = np.random.default_rng(2).random(50) < 0.4
-    twin = sum(agrees[codes[end_cells(pose, x, y, codes.shape)]].astype(int) for pose in poses)
-    assert np.array_equal(count_agreeing(codes, agrees, poses, x, y), twin)
+    twin = sum(agrees[codes[end_cells(pose, *ends.T, codes.shape)]].astype(int) for pose in poses)
+    assert np.array_equal(count_agreeing(codes, agrees, poses, ends), twin)
+
+
+def test_beam_ends_are_those_of_the_returns():
+    rng = np.random.default_rng(3)
+    ranges, bearings = np.append(rng.uniform(0.0, 40.0, 50), (math.inf, 30.0)), rng.uniform(-4.0, 4.0, 52)
+    directions, returned = np.stack((np.cos(bearings), np.sin(bearings))), ranges < 30.0
+    twin = (0.2, -0.1) + ranges[returned, None] * directions.T[returned]
+    assert np.array_equal(beam_ends(ranges, directions, 30.0, 0.2, -0.1), twin)
 
 
 def bresenham(is_free, x, y, angle, reach):

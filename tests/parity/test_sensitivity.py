@@ -124,7 +124,7 @@ CONSTANTS = (
     Constant(FIELD_MODEL, "+ {} / range_max", "given.z_rand", *WEIGHTS),
     Constant(
         "navstack/localization/likelihood_field.py",
-        "cells[:, 0] = (poses[:, 0] - self.origin.x) / self.resolution + {} ",
+        "_scaled(poses, self.origin.x, self.origin.y, self.resolution, {})",
         1.5,
         *WEIGHTS,
     ),

@@ -6,9 +6,10 @@ import pytest
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOccupiedError, NoPathFoundError
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams
+from navstack.planning.incremental_kernels import roll_back, seed_edge, take_in_changes
 from navstack.planning.incremental_navfn import IncrementalNavfn
 from navstack.planning.navfn import NavfnPlanner
-from navstack.planning.navfn_kernels import cost_tables
+from navstack.planning.navfn_kernels import BLOCK_SIZE, POT_HIGH, cost_tables, set_border
 from navstack.types import Pose2D
 
 RESOLUTION = 0.1
@@ -182,3 +183,63 @@ def test_what_the_field_cannot_answer_goes_to_navfn():
     costmap.data[:, 150] = 254
     with pytest.raises(NoPathFoundError):
         IncrementalNavfn(IncrementalNavfnParams()).plan(start, GOAL, costmap)
+
+
+def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
+    rng = np.random.default_rng(9)
+    height, width, level = 37, 53, 900.0  # the last block is not a whole one
+    crossing, gain = cost_tables(True)
+    for share in (0.0, 0.2, 0.6):
+        costs = rng.choice(np.array((0, 90, 254), dtype=np.uint8), height * width, p=(0.6, 0.3, 0.1))
+        hills = (
+            20.0 * np.add.outer(np.arange(height), np.arange(width)) + rng.uniform(0, 200, (height, width))
+        ).ravel()
+        potential = np.where(rng.random(height * width) < share, POT_HIGH, hills).astype(np.float32)
+        dirty = np.zeros(-(-(potential.size // BLOCK_SIZE + 1) // 8) * 8, dtype=np.uint8)
+        dirty[: potential.size // BLOCK_SIZE + 1] = 1
+        tops, edge, buffer = np.zeros(dirty.size, np.float32), *np.empty((2, 5000), dtype=np.uint32)
+        for cut in (level + 400.0, level, level):  # blocks that have settled, and none to forget
+            blocks = roll_back(potential, dirty, tops, cut, edge)
+        expected = np.where(potential >= level, POT_HIGH, potential)
+        np.testing.assert_array_equal(potential, expected)
+        highest = [max((p for p in part if p < level), default=0.0) for part in _blocks(expected)]
+        np.testing.assert_array_equal(tops[: len(highest)], highest)
+        np.testing.assert_array_equal(edge[:blocks], [i for i, top in enumerate(highest) if top >= level - 254.0])
+        set_border(potential, width, -POT_HIGH)
+        twin, waiting = potential.copy(), []
+        for n in range(width, potential.size - width):
+            for m in (n - 1, n + 1, n - width, n + width):
+                if level - 254.0 <= twin[n] < level and twin[m] == POT_HIGH and costs[m] < 253:
+                    twin[m] = -POT_HIGH
+                    waiting.append(m)
+        count = seed_edge(potential, edge[:blocks], costs, gain, width, level, buffer)
+        assert len(waiting) > 20
+        np.testing.assert_array_equal(buffer[:count], waiting)
+        np.testing.assert_array_equal(potential, twin)
+
+
+def _blocks(values):
+    return [values[i : i + BLOCK_SIZE] for i in range(0, len(values), BLOCK_SIZE)]
+
+
+@pytest.mark.parametrize("columns", [(1, 40), (3, 67), (5, 199)])
+def test_changes_in_a_window_are_taken_in(columns):
+    rng = np.random.default_rng(10)
+    height, width = 30, 200
+    crossing, _ = cost_tables(True)
+    for only_cheaper in (False, True):
+        known = rng.choice(np.array((0, 60, 254), dtype=np.uint8), height * width)
+        costs, potential = known.copy(), rng.uniform(0, 5000, height * width).astype(np.float32)
+        changed = rng.choice(height * width, 40, replace=False)
+        costs[changed] = rng.choice(np.array((0, 60, 254), dtype=np.uint8), 40)
+        expected, level = known.copy(), POT_HIGH
+        for n in range(height * width):
+            y, x = divmod(n, width)
+            inside = columns[0] <= x < columns[1] and 2 <= y < 28
+            dearer = crossing[costs[n]] > crossing[known[n]]
+            if inside and costs[n] != known[n] and not (only_cheaper and dearer):
+                expected[n] = costs[n]
+                level = min(level, *potential[[n, n - 1, n + 1, n - width, n + width]])
+        found = take_in_changes(potential, costs, known, crossing, width, (*columns, 2, 28), only_cheaper)
+        assert found == level
+        np.testing.assert_array_equal(known, expected)

@@ -169,7 +169,7 @@ def test_kernels_for_tuples_equal_those_for_numbers(robot):
         assert (*force, *torque, same) == (*wrench_, power)
 
         before = BodyState(0.0, 0.0, *rng.normal(size=3).tolist())
-        state = BodyState(*base_state(position, q, velocity, spin, offset, before, 0.02))
+        state = BodyState(*base_state(position, q, velocity, spin, offset, before.yaw, before.vx, before.vy, 0.02))
         motion = base_motion(*position, *q, *velocity, *spin, *offset)
         assert (state.x, state.y, state.yaw, state.vx, state.vy, state.tilt) == motion
         assert state.yaw_rate == spin[2]

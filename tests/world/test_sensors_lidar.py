@@ -63,7 +63,10 @@ def test_squares_ahead_are_the_largest_free_ones(density, shape):
     padded = np.ones((4 * rows, 4 * columns), dtype=np.bool_)
     padded[: shape[0], : shape[1]] = occupied
     blocked = padded.reshape(rows, 4, columns, 4).any(axis=(1, 3))
-    squares = clearance_field(occupied)[-1].reshape(4, rows + 2, columns + 2)[:, 1:-1, 1:-1]
+    tiles_up, tiles_right = -(-(rows + 2) // 8), -(-(columns + 2) // 8)
+    tiles = clearance_field(occupied)[-1].reshape(4, tiles_up, tiles_right, 8, 8)
+    squares = tiles.transpose(0, 1, 3, 2, 4).reshape(4, 8 * tiles_up, 8 * tiles_right)
+    squares = squares[:, 1 : rows + 1, 1 : columns + 1]
     for quadrant, (x, y) in enumerate(((1, 1), (-1, 1), (1, -1), (-1, -1))):
         ahead, found = blocked[::y, ::x], squares[quadrant, ::y, ::x]
         for row, column in np.ndindex(rows, columns):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from navstack.control.dwb.bound_kernels import Grid, promising
 from navstack.control.dwb.end_kernels import end_poses
 from navstack.control.dwb.end_score import (
     CELL_COST,
@@ -19,8 +20,6 @@ from navstack.control.dwb.velocity_samples import combine, project_velocity
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
 from navstack.types import ByteArray, Float32Array, FloatArray, IntArray
-
-Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
 
 BORDER = 1e-6  # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
 
@@ -72,16 +71,21 @@ def best_command(
     seeds = cells_of_points(densify(plan, grid[2]), costs, grid[0], grid[1], grid[2])
     goals, are_known = goal_cells(robot, kinds, numbers, plan, seeds, goal_x, goal_y, costs, grid)
     best, total = -1, np.float32(math.inf)
-    if len(commands) > 0 and are_known:
-        steps = step_counts(commands, times[1], times[2], times[3])
-        ends = end_poses(robot, commands, steps, limits, times[1])
-        cells = np.empty((len(kinds), 2, len(commands)), dtype=np.int32)
-        raw = score_ends(commands, ends, kinds, numbers, goals, costs, grid, cells)
-        best, total = choose(
-            robot, commands, steps, limits, times[1], kinds, scales, raw, cells, seeds, costs, grid, guess
-        )
+    if len(commands) == 0 or not are_known:
+        return best, total
+    asked = np.array((min(max(guess, 0), len(commands) - 1),))
+    for _ in range(2):  # the guess alone, then all that may be as good
+        some = commands[asked]
+        steps = step_counts(some, times[1], times[2], times[3])
+        ends = end_poses(robot, some, steps, limits, times[1])
+        cells = np.empty((len(kinds), 2, len(some)), dtype=np.int32)
+        raw = score_ends(some, ends, kinds, numbers, goals, costs, grid, cells)
+        first = int(np.searchsorted(asked, guess))
+        best, total = choose(robot, some, steps, limits, times[1], kinds, scales, raw, cells, seeds, costs, grid, first)
         if best >= 0:
-            command[:], scores[:] = commands[best], raw[:, best]
+            command[:], scores[:] = some[best], raw[:, best]
+            best = asked[best]
+        asked = promising(robot, commands, times[1], limits, kinds, numbers, scales, goals, grid, total)
     return best, total
 
 

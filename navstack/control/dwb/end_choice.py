@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from navstack.control.dwb.choice_kernels import Grid, best_command
+from navstack.control.dwb.bound_kernels import Grid
+from navstack.control.dwb.choice_kernels import best_command
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.decision import Choice, Explanation
 from navstack.control.dwb.end_score import NOTHING

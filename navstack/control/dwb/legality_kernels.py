@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from navstack.control.dwb.choice_kernels import Grid, signs_of
+from navstack.control.dwb.bound_kernels import Grid
+from navstack.control.dwb.choice_kernels import signs_of
 from navstack.control.dwb.end_kernels import BUFFER_SIZE, TILE, YAW, X, Y, by_falling_steps, start_tile, step_tile
 from navstack.control.dwb.end_score import CELL_COST, GOAL_DISTANCE, PATH_DISTANCE, SIGNS
 from navstack.control.dwb.kernels import OFF_MAP, cell_index, step_counts

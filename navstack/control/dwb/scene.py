@@ -10,9 +10,6 @@ from navstack.control.plan_handling import plan_cells
 from navstack.costmap.costmap import Costmap
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
 
-_NO_CELLS: CellArray = np.empty((0, 0), dtype=np.int32)
-_NONE: BoolArray = np.empty(0, dtype=np.bool_)
-
 
 @dataclass(slots=True, eq=False)
 class Scene:
@@ -25,8 +22,8 @@ class Scene:
     plan: FloatArray  # (N, 3) the plan near the robot
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
-    cells: CellArray = field(default_factory=lambda: _NO_CELLS)  # (K, T) flat cell index of each pose; -1 off the map
-    leaves_map: BoolArray = field(default_factory=lambda: _NONE)  # (K,) some pose is off the map
+    cells: CellArray = field(init=False)  # (K, T) flat cell index of each pose, -1 off the map; once they were located
+    leaves_map: BoolArray = field(init=False)  # (K,) some pose is off the map; likewise
     _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for
 
     @property

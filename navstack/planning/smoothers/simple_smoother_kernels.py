@@ -11,6 +11,14 @@ from navstack.types import ByteArray, FloatArray, IntArray
 SAME_PLACE = 1e-4  # [m] along each axis
 SAME_HEADING = 1e-4  # [rad]
 
+_u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones
+
+
+@njit(cache=True, inline="always")
+def means_contact(cost: int) -> bool:
+    """Whether the robot's centre must not be in a cell of this cost."""
+    return cost >= INSCRIBED_INFLATED_OBSTACLE and cost != NO_INFORMATION
+
 
 @njit(cache=True)
 def is_obstacle(costs: ByteArray, fx: float, fy: float) -> bool:
@@ -18,8 +26,71 @@ def is_obstacle(costs: ByteArray, fx: float, fy: float) -> bool:
     height, width = costs.shape
     if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
         return False
-    cost = costs[int(fy), int(fx)]
-    return bool(cost >= INSCRIBED_INFLATED_OBSTACLE and cost != NO_INFORMATION)
+    return bool(means_contact(costs[int(fy), int(fx)]))
+
+
+@njit(cache=True)
+def meets_obstacle(
+    places: FloatArray, costs: ByteArray, origin_x: float, origin_y: float, resolution: float, cells: IntArray
+) -> bool:
+    """Whether :func:`is_obstacle` holds at one of the places (2, N) [m] but the ends.
+
+    ``cells`` (N,) is room: their numbers, worked out first, so that this compiles to vector instructions.
+    """
+    height, width = costs.shape
+    flat, x, y = costs.reshape(-1), places[0], places[1]
+    for i in range(_u(len(cells))):
+        fx, fy = (x[i] - origin_x) / resolution, (y[i] - origin_y) / resolution
+        is_inside = (fx >= 0.0) & (fy >= 0.0) & (fx < width) & (fy < height)
+        cells[i] = np.int64(fy) * width + np.int64(fx) if is_inside else -1
+    for i in range(1, len(cells) - 1):
+        if cells[i] >= 0 and means_contact(flat[_u(cells[i])]):
+            return True
+    return False
+
+
+@njit(cache=True, inline="always")
+def _relax_one(
+    given: FloatArray, old: FloatArray, new: FloatArray, i: int, x: float, y: float, weights: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """Move place ``i`` after the one before has come to (x, y); returns where to, and how far along x and y."""
+    at, beyond = _u(i), _u(i + 1)
+    old_x, old_y = old[0, at], old[1, at]
+    x = old_x + (weights[0] * (given[0, at] - old_x) + weights[1] * (old[0, beyond] + x - 2.0 * old_x))
+    y = old_y + (weights[0] * (given[1, at] - old_y) + weights[1] * (old[1, beyond] + y - 2.0 * old_y))
+    new[0, at], new[1, at] = x, y
+    return x, y, abs(x - old_x), abs(y - old_y)
+
+
+@njit(cache=True)
+def sweep_twice(
+    given: FloatArray, old: FloatArray, once: FloatArray, twice: FloatArray, weights: tuple[float, float]
+) -> tuple[float, float]:
+    """Two iterations on places (2, N); the second follows the first two places behind.
+
+    Each place waits for the one before; of the two iterations one computes while the other waits.
+
+    Args:
+        given: places to stay near.
+        old: places before.
+        once: those after one iteration; the ends are in place, here and in the next.
+        twice: those after two.
+        weights: of the given place and of the neighbours.
+
+    Returns:
+        How far all places move together in each iteration, along x and y.
+    """
+    count = old.shape[1]
+    x, y, change = old[0, 0], old[1, 0], 0.0
+    next_x, next_y, next_change = x, y, 0.0
+    for i in range(1, count + 1):
+        if i < count - 1:
+            x, y, dx, dy = _relax_one(given, old, once, i, x, y, weights)
+            change = change + dx + dy
+        if i > 2:
+            next_x, next_y, dx, dy = _relax_one(given, once, twice, i - 2, next_x, next_y, weights)
+            next_change = next_change + dx + dy
+    return change, next_change
 
 
 @njit(cache=True)
@@ -40,28 +111,23 @@ def relax(
         Whether they came to rest before ``max_its`` iterations and without meeting an obstacle; if not, the poses are
         those before the iteration that failed.
     """
-    count = len(poses)
-    given_x, given_y = poses[:, 0].copy(), poses[:, 1].copy()
-    moving_x, moving_y = given_x.copy(), given_y.copy()
-    change = tolerance
-    iterations = 0
-    while change >= tolerance:
-        iterations += 1
-        if iterations >= max_its:
-            return False
-        change = 0.0
-        last_x, last_y = moving_x[0], moving_y[0]
-        for i in range(1, count - 1):
-            x, y = moving_x[i], moving_y[i]
-            last_x = x + (w_data * (given_x[i] - x) + w_smooth * (moving_x[i + 1] + last_x - 2.0 * x))
-            last_y = y + (w_data * (given_y[i] - y) + w_smooth * (moving_y[i + 1] + last_y - 2.0 * y))
-            change = change + abs(last_x - x) + abs(last_y - y)
-            moving_x[i], moving_y[i] = last_x, last_y
-            if is_obstacle(costs, (last_x - origin_x) / resolution, (last_y - origin_y) / resolution):
-                return False
-        poses[:, 0] = moving_x
-        poses[:, 1] = moving_y
-    return True
+    given = np.ascontiguousarray(poses[:, :2].T)
+    last, once, twice = given.copy(), given.copy(), given.copy()
+    cells = np.empty(len(poses), dtype=np.int64)
+    iterations, at_rest, failed = 0, False, False
+    while not (at_rest or failed):
+        changes = sweep_twice(given, last, once, twice, (w_data, w_smooth))
+        for change, places in zip(changes, (once, twice)):  # noqa: B905 - numba knows no strict
+            iterations += 1
+            failed = iterations >= max_its or meets_obstacle(places, costs, origin_x, origin_y, resolution, cells)
+            if failed:
+                break
+            poses[:, 0], poses[:, 1] = places[0], places[1]
+            at_rest = not change >= tolerance
+            if at_rest:
+                break
+        last, twice = twice, last
+    return at_rest
 
 
 @njit(cache=True)

@@ -17,22 +17,17 @@ class _CommandTrend:
 
     def __init__(self) -> None:
         self._sign = 0.0
-        self._positive_only = self._negative_only = False
+        self.forbidden = 0  # signs: 1 for the negative, 2 for the positive one, 3 for both
 
     def update(self, velocity: float) -> bool:
         """Hear a command; answer whether the sign has just flipped."""
         if velocity == 0.0:
             return False
         flipped = velocity * self._sign < 0.0
-        self._positive_only |= flipped and velocity > 0.0
-        self._negative_only |= flipped and velocity < 0.0
+        if flipped:
+            self.forbidden |= 1 if velocity > 0.0 else 2
         self._sign = math.copysign(1.0, velocity)
         return flipped
-
-    @property
-    def forbidden(self) -> int:
-        """The forbidden signs: 1 for the negative, 2 for the positive one, 3 for both."""
-        return self._positive_only + 2 * self._negative_only
 
 
 class OscillationCritic(Critic):
@@ -81,7 +76,7 @@ class OscillationCritic(Critic):
             flipped |= theta.update(command.angular_z)
         if flipped:
             self._imposed_pose, self._imposed_at = scene.pose, scene.stamp
-        if any(trend.forbidden for trend in self._trends) and self._has_got_somewhere(scene):
+        if (x.forbidden or y.forbidden or theta.forbidden) and self._has_got_somewhere(scene):
             self.reset()
 
     def _has_got_somewhere(self, scene: Scene) -> bool:
