@@ -35,4 +35,4 @@ def _nothing(array: Any, index: Any) -> None:
     """What stands for it where numba is switched off."""
 
 
-prefetch: Any = _nothing if config.DISABLE_JIT else intrinsic(_prefetch)
+prefetch: Any = _nothing if config.DISABLE_JIT else intrinsic(_prefetch)  # type: ignore[attr-defined]
