@@ -21,9 +21,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from check_amcl import drive
 from scipy import ndimage
 
-from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
+from harness.setup import nav2_of, scene_of
 from harness.statistics import wilson_interval
 from harness.study import EpisodeTask, make_study
 from harness.world.body_state import BodyState
@@ -55,21 +56,7 @@ class Case:
 
 def poses_of(task: EpisodeTask) -> FloatArray:
     """Time [s] and true pose of the robot (N, 4) at every tick of a delivery."""
-    generators = task.generators()
-    mission, rules = mission_of(task, generators["mission"]), rules_of(task.rules)
-    world = build_world(task)
-    brain = build_brain(task, world)
-    observation = world.reset(mission, generators)
-    brain.reset(
-        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
-    )
-    poses = []
-    while rules.judge(world.truth, mission.goal) is None:
-        truth = world.truth
-        poses.append((truth.stamp, *truth.pose.as_array()))
-        observation = world.step(brain.tick(observation))
-    world.close_episode()
-    return np.array(poses)
+    return np.array([(observation.stamp, *truth.as_array()) for observation, truth, _ in drive(task)])
 
 
 def outlined(grid: OccupancyGrid) -> OccupancyGrid:
