@@ -25,13 +25,15 @@ def parse_settings(texts: Sequence[str], declaration: Declaration) -> dict[str, 
     """Values of free parameters from ``KEY=VALUE`` texts.
 
     Raises:
-        InputError: a text of another form, a key that is not free, or a value beyond its range.
+        InputError: a text of another form, a key that is not free or comes twice, or a value beyond its range.
     """
     settings: dict[str, Any] = {}
     for text in texts:
         key, equals, value = text.partition("=")
         if not equals:
             raise InputError(f"--set '{text}' is not KEY=VALUE, e.g. world.people.speed=1.2")
+        if key in settings:
+            raise InputError(f"--set {key} is given twice; give each parameter one value")
         free = declaration.require_free(key)
         settings[key] = plain(load_text(value, f"--set {key}"))
         if not free.allows(settings[key]):

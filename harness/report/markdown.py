@@ -21,7 +21,7 @@ def interval_text(interval: Interval, decimals: int, is_signed: bool = False) ->
     """A value with its interval; without bounds where there are too few data to say."""
     if interval.value is None:
         return "--"
-    form = f"{'+' if is_signed else ''}.{decimals}f"
+    form = f"{'+' if is_signed else ''}z.{decimals}f"
     if interval.low is None or interval.high is None:
         return f"{interval.value:{form}}"
     return f"{interval.value:{form}} [{interval.low:{form}}, {interval.high:{form}}]"
@@ -29,7 +29,7 @@ def interval_text(interval: Interval, decimals: int, is_signed: bool = False) ->
 
 def number_text(value: float | None, decimals: int) -> str:
     """A number; dashes where there is none."""
-    return "--" if value is None else f"{value:.{decimals}f}"
+    return "--" if value is None else f"{value:z.{decimals}f}"
 
 
 def p_text(p: float | None) -> str:

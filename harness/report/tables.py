@@ -146,7 +146,7 @@ def number_text(value: float | None, row: Row) -> str:
     """A value with its row's decimals."""
     if value is None:
         return row.absent
-    return f"{round(value, row.decimals) + 0.0:,.{row.decimals}f}"  # + 0.0: no minus sign before a rounded zero
+    return f"{value:z,.{row.decimals}f}"
 
 
 def span_text(interval: Interval | None, row: Row) -> str:

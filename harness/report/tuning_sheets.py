@@ -273,7 +273,7 @@ def bounds(interval: Interval, decimals: int = 2) -> str:
 
 def number_text(number: float, decimals: int = 2, sign: str = "") -> str:
     """A number to so many decimals; ``sign`` "+" shows that of positive ones, too."""
-    return f"{round(number, decimals) + 0.0:{sign}.{decimals}f}"  # + 0.0: no minus sign before a rounded zero
+    return f"{number:{sign}z.{decimals}f}"
 
 
 def p_text(p: float, difference: Interval | None = None) -> str:

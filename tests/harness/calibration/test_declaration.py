@@ -94,6 +94,11 @@ def test_an_unknown_parameter_cannot_be_set():
         parse_settings(["world.people.sped=1"], DECLARATION)
 
 
+def test_a_parameter_cannot_be_set_twice():
+    with pytest.raises(InputError, match="world.people.speed is given twice"):
+        parse_settings(["world.people.speed=1.2", "world.people.speed=1.3"], DECLARATION)
+
+
 def test_settings_are_read():
     texts = ["world.people.speed=1.2", "robot.bucket=[0.0, 0.0, 0.33]", "world.contacts.per=point"]
     expected = {"world.people.speed": 1.2, "robot.bucket": [0.0, 0.0, 0.33], "world.contacts.per": "point"}

@@ -1,0 +1,23 @@
+"""Numbers of Markdown tables."""
+
+import pytest
+
+from harness.report.markdown import interval_text, number_text
+from harness.statistics import Interval
+
+
+@pytest.mark.parametrize(("value", "expected"), [(None, "--"), (1.256, "1.26"), (-0.5, "-0.50"), (-0.001, "0.00")])
+def test_numbers_have_their_decimals_and_no_negative_zero(value: float | None, expected: str) -> None:
+    assert number_text(value, 2) == expected
+
+
+@pytest.mark.parametrize(
+    ("interval", "expected"),
+    [
+        (Interval(None, None, None, 0), "--"),
+        (Interval(0.5, None, None, 1), "+0.50"),
+        (Interval(-0.001, -0.25, 0.5, 9), "+0.00 [-0.25, +0.50]"),
+    ],
+)
+def test_intervals_show_what_they_have(interval: Interval, expected: str) -> None:
+    assert interval_text(interval, 2, is_signed=True) == expected
