@@ -5,9 +5,9 @@ Usage: python benchmarks/tuning_study.py critics|weights [--space NAME ...] [--o
            [--budget TIME] [--beside NAME] [--seed S] [--workers N] [--world NAME] [--name NAME]
 
 ``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file, and holds the result
-against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC. All drive with
-``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives every trial to the end, under a name of its own;
-``--beside critics`` then sets the tuned file of that study beside this one's, on the same test missions.
+against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC, solved by its numba twin. All
+drive with ``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives every trial to the end, under a name of its
+own; ``--beside critics`` then sets the tuned file of that study beside this one's, on the same test missions.
 
 ``results/baseline/tuning/NAME`` gets what is kept: ``proof.md`` (what all do on the test missions, and the paired
 differences), the report's tables, the tuned file and its difference, the trials, and ``study.tar.xz`` with everything
@@ -20,6 +20,7 @@ import contextlib
 import dataclasses
 import json
 import os
+import re
 import shutil
 import sys
 import tarfile
@@ -47,6 +48,7 @@ from navstack.params.strict import dump_dataclass, read_text
 from navstack.types import FloatArray
 
 EXACT, INCREMENTAL = "nav2_navfn_planner::NavfnPlanner", "navstack::IncrementalNavfn"
+CASADI, TWIN = "solver: casadi", "solver: numba"
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 KEPT, DRIVEN = Path("results/baseline/tuning"), Path("results/tuning")
 ARCHIVE, PERIOD = "study.tar.xz", 600.0  # [s] between writings
@@ -72,7 +74,7 @@ QUESTIONS = {
 
 
 def incremental(name: str, localizer: str, folder: Path) -> Path:
-    """Write a shipped stack with the incremental planner into a folder; returns its stack file.
+    """Write a shipped stack with the incremental planner, and the MPC's quick solver, into a folder; its stack file.
 
     Raises:
         NavstackError: the stack has no planner to exchange.
@@ -90,7 +92,8 @@ def incremental(name: str, localizer: str, folder: Path) -> Path:
         sensors=Path(stack.sensors).stem,
         robot=Path(stack.robot).stem,
     )
-    (folder / written.nav2_file).write_text(text.replace(EXACT, INCREMENTAL), encoding="utf-8")
+    changed = text.replace(EXACT, INCREMENTAL).replace(CASADI, TWIN)
+    (folder / written.nav2_file).write_text(changed, encoding="utf-8")
     (folder / f"{name}.yaml").write_text(dump_dataclass(written), encoding="utf-8")
     return folder / f"{name}.yaml"
 
@@ -231,7 +234,8 @@ def keep(driven: Path, folder: Path, text: str) -> None:
     for path in ((driven / "study").resolve(), driven / "study"):
         report = report.replace(str(path), str(folder))
     lines = [line for line in report.splitlines() if not line.startswith(("![", "*"))]
-    (folder / "report.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    text_only = re.sub(r"\n{3,}", "\n\n", "\n".join(lines))
+    (folder / "report.md").write_text(f"{text_only}\n", encoding="utf-8")
     (folder / "proof.md").write_text(text, encoding="utf-8")
 
 
