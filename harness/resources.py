@@ -53,3 +53,8 @@ def keep_compiled_code() -> None:
         if os.access(folder, os.W_OK):
             os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
             return
+
+
+def compiled_code() -> Path:
+    """The folder of compiled code, or one of those beside the sources, where numba keeps it by itself."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or _PACKAGE / "__pycache__")

@@ -197,15 +197,15 @@ def _descend(field, y, x):
 
 @njit(cache=True)
 def _shortcut(free, cells):
-    corners = np.empty_like(cells)
-    corners[0] = cells[0]
-    number, anchor = 1, 0
+    corners = np.empty((len(cells), 2), np.int64)
+    corners[0, 0], corners[0, 1] = cells[0, 0], cells[0, 1]
+    number, anchor, last = 1, 0, len(cells) - 1
     for k in range(2, len(cells)):
         if not line_of_sight(free, cells[anchor, 0], cells[anchor, 1], cells[k, 0], cells[k, 1]):
             anchor = k - 1
-            corners[number] = cells[anchor]
+            corners[number, 0], corners[number, 1] = cells[anchor, 0], cells[anchor, 1]
             number += 1
-    corners[number] = cells[-1]
+    corners[number, 0], corners[number, 1] = cells[last, 0], cells[last, 1]
     return corners[: number + 1].copy()
 
 
@@ -216,7 +216,7 @@ def _trace(corners):
     for k in range(len(corners) - 1):
         total += abs(corners[k + 1, 0] - corners[k, 0]) + abs(corners[k + 1, 1] - corners[k, 1])
     cells = np.empty((total, 2), np.int64)
-    y, x = corners[0]
+    y, x = corners[0, 0], corners[0, 1]
     cells[0, 0], cells[0, 1] = y, x
     number = 1
     for k in range(len(corners) - 1):

@@ -229,15 +229,16 @@ def polygon_columns(
     """
     count = polygon.shape[0]
     cells = np.empty((count, 2), dtype=np.int64)
+    first, last = size_x, -1
     for i in range(count):
         cells[i, 0], cells[i, 1] = to_cell(
             polygon[i, 0], polygon[i, 1], origin[0], origin[1], resolution, size_x, size_y
         )
         if cells[i, 0] < 0:
             return 0, -1
-    first, last = cells[:, 0].min(), cells[:, 0].max()
-    lowest[first : last + 1] = size_y
-    highest[first : last + 1] = -1
+        first, last = min(first, cells[i, 0]), max(last, cells[i, 0])
+    for column in range(first, last + 1):
+        lowest[column], highest[column] = size_y, -1
     for i in range(count):
         j = (i + 1) % count
         x, y, dx, dy, steps = ray(cells[i, 0], cells[i, 1], cells[j, 0], cells[j, 1], math.inf, 0.0)

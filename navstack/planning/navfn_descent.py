@@ -15,13 +15,13 @@ EXHAUSTED = -2  # the buffer is too short for the path
 STEP = np.float32(0.5)  # [cells] pathStep
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def length(x: float, y: float) -> float:
     """C's hypotf: the length of a vector of float32."""
     return np.float32(math.sqrt(np.float64(x) * np.float64(x) + np.float64(y) * np.float64(y)))
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]:
     """Unit vector of steepest descent in a reached cell; (0, 0) where there is none (gradCell)."""
     dx = dy = np.float32(0.0)
@@ -42,14 +42,14 @@ def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]
     return np.float32(norm * dx), np.float32(norm * dy)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def take_corner(potential: Float32Array, width: int, n: int, i: int, corners: Float32Array) -> None:
     """The gradient of cell ``n`` plus the offset of corner ``i`` (right, above, both), into its row of ``corners``."""
     n += (i & 1) + width * (i >> 1)
     corners[i, 0], corners[i, 1] = gradient(potential, width, n)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def take_corners(potential: Float32Array, width: int, n: int, held: int, corners: Float32Array) -> None:
     """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both.
 
@@ -61,7 +61,7 @@ def take_corners(potential: Float32Array, width: int, n: int, held: int, corners
     elif n == held + width or n == held - width:
         beside = 2
     new = beside if n > held else 0
-    for i in range(4):  # one place in which to take a corner: each is compiled once more
+    for i in range(4):
         if beside != 0 and i & beside != new:
             continue
         if beside != 0:  # the other one of the pair has been this one
@@ -69,7 +69,7 @@ def take_corners(potential: Float32Array, width: int, n: int, held: int, corners
         take_corner(potential, width, n, i, corners)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
     """Gradient at the offset (dx, dy) from a cell, bilinear between the ``corners`` of :func:`take_corners`."""
     rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
@@ -80,7 +80,7 @@ def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[
     return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(rest_y * y1 + np.float32(dy * y2))
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def all_reached(potential: Float32Array, width: int, n: int) -> bool:
     """Whether a cell and its eight neighbours have a potential."""
     for row in (n - width, n, n + width):
@@ -105,7 +105,7 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     return best
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
     """Half a cell down the gradient from cell ``n`` and offset (dx, dy); cell -1 where the gradient is zero."""
     x, y = interpolated_gradient(corners, dx, dy)
@@ -125,7 +125,7 @@ def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> 
     return n, dx, dy
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def step(
     potential: Float32Array,
     width: int,
@@ -164,7 +164,8 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
     n, dx, dy = start, np.float32(0.0), np.float32(0.0)
     lowest, lowest_n, lowest_i = np.inf, start, 0
     grid_until, stalled_i, i = 0, -1, 0
-    held, corners = -1, np.empty((4, 2), dtype=np.float32)  # most steps stay in their cell
+    held = np.int64(-1)  # of a literal's type, numba would compile step once more
+    corners = np.empty((4, 2), dtype=np.float32)  # most steps stay in their cell
     while i < len(path):
         nearest = n + round_half_away(dx) + width * round_half_away(dy)
         value = potential[max(0, min(potential.size - 1, nearest))]

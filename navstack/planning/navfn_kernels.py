@@ -202,7 +202,7 @@ def run_wave(
     Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
     current, following, overflow = buffers[0], buffers[1], buffers[2]
-    n_following, n_overflow = 0, 0
+    n_following = n_overflow = np.int64(0)  # numba would compile what they are given to once more for a literal 0
     target_x, target_y = target % width, target // width
     one, row = np.uint64(1), np.uint64(width)
     while n_current > 0:
@@ -226,11 +226,11 @@ def run_wave(
             else:
                 n_overflow = push_neighbours(potential, costs, gain, overflow, n_overflow, n, row, new)
         current, following = following, current
-        n_current, n_following = n_following, 0
+        n_current, n_following = n_following, np.int64(0)
         if n_current == 0:
             threshold = np.float32(threshold + PRIORITY_STEP)
             current, overflow = overflow, current
-            n_current, n_overflow = n_overflow, 0
+            n_current, n_overflow = n_overflow, np.int64(0)
         if target >= 0 and abs(potential[target]) < POT_HIGH and abs(potential[target]) + margin <= threshold:
             break
     unmark(potential, current, n_current)

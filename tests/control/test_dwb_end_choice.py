@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from navstack.control.controller import Surroundings
-from navstack.control.dwb import choice_kernels
+from navstack.control.dwb import end_score_kernels
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.decision import Choice, Explanation, score_all
 from navstack.control.dwb.dwb_controller import DwbController
@@ -20,6 +20,7 @@ from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstaclePara
 from navstack.types import Pose2D, RobotState, Twist2D
 
 STANDARD = ("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist")
+OUTLINES = tuple("ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD)
 PARAMS = DwbParams(
     critics=STANDARD,
     min_vel_x=-0.3,
@@ -35,6 +36,7 @@ PARAMS = DwbParams(
     vtheta_samples=10,
     linear_granularity=0.05,
     BaseObstacle=ObstacleParams(scale=0.02),
+    ObstacleFootprint=ObstacleParams(scale=3.0),
     GoalAlign=AlignParams(scale=24.0, forward_point_distance=0.1),
     PathAlign=AlignParams(scale=32.0, forward_point_distance=0.1),
     PathDist=DistParams(scale=32.0),
@@ -71,6 +73,10 @@ VARIANTS = {
     "no obstacles": replace(PARAMS, critics=("GoalDist", "PathAlign", "PathDist", "Oscillation")),
     "alignment only": replace(PARAMS, critics=("PathAlign", "GoalAlign")),
     "obstacles only": replace(PARAMS, critics=("BaseObstacle",)),
+    "outlines": replace(PARAMS, critics=OUTLINES),
+    "outlines and the way": replace(PARAMS, critics=("ObstacleFootprint", "PathAlign")),
+    "outlines and centres": replace(PARAMS, critics=("GoalDist", "BaseObstacle", "ObstacleFootprint")),
+    "outlines only": replace(PARAMS, critics=("ObstacleFootprint",)),
     "wide turns": replace(PARAMS, angular_granularity=0.3, linear_granularity=0.4),
 }
 
@@ -90,7 +96,8 @@ def test_it_is_the_choice_of_all_scores_on_random_scenes(name: str) -> None:
         assert choice == expected or (choice is None)
         if choice is not None:
             scores = score_all(generator, critics, scene)
-            assert chooser.explain(scene) == Explanation.of(scores, critics, choice.index)
+            told = None if "ObstacleFootprint" in critics else Explanation.of(scores, critics, choice.index)
+            assert chooser.explain(scene) == told
         if choice is None:
             assert math.isinf(expected.total) or len(scene.path_cells) == 0 or "GoalAlign" in critics
         made += choice is not None
@@ -180,7 +187,7 @@ def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
     for k in range(50):  # the grid's origin makes nose k lie exactly on a border
         grid = (0.1 * math.cos(yaw[k]) - 1.0, 0.1 * math.sin(yaw[k]) - 1.0, 0.05)
         cells = np.empty((2, 50), dtype=np.int32)
-        choice_kernels.locate(ends, 0.1, 60, 60, grid, cells)
+        end_score_kernels.locate(ends, 0.1, 60, 60, grid, cells)
         expected = np.stack((0.1 * np.cos(yaw) - grid[0], 0.1 * np.sin(yaw) - grid[1])) / 0.05
         np.testing.assert_array_equal(cells, np.floor(expected))
 
@@ -195,6 +202,7 @@ def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
         {"PathDist": DistParams(aggregation_type="sum")},
         {"PathDist": DistParams(scale=-1.0)},
         {"BaseObstacle": ObstacleParams(sum_scores=True)},
+        {"critics": OUTLINES, "ObstacleFootprint": ObstacleParams(sum_scores=True)},
     ],
 )
 def test_where_the_ends_do_not_tell_everything_it_does_not_choose(change: dict) -> None:

@@ -90,7 +90,7 @@ class Decision:
         critics: Mapping[str, Critic],
         scene: Scene,
         choice: Choice | None,
-        explain: Callable[[Scene], Explanation],
+        explain: Callable[[Scene], Explanation | None],
     ) -> None:
         """Take a choice, or make it.
 
@@ -99,7 +99,7 @@ class Decision:
             critics: prepared for the scene.
             scene: what they saw.
             choice: already known; None: it is made from the scores of all trajectories.
-            explain: tells of a known choice what those scores would tell.
+            explain: tells of a known choice what those scores would tell, if it can.
         """
         self._generator = generator
         self._critics = critics
@@ -133,9 +133,8 @@ class Decision:
     @property
     def explanation(self) -> Explanation:
         """What there is to tell critic by critic."""
-        if self._scores is None:
-            return self._explain(self._scene)
-        return Explanation.of(self._scores, self._critics, self.choice.index)
+        told = self._explain(self._scene) if self._scores is None else None
+        return told or Explanation.of(self.scores, self._critics, self.choice.index)
 
     def record(self) -> DecisionRecord:
         """The decision in short."""

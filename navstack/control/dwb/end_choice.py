@@ -8,7 +8,7 @@ from navstack.control.dwb.bound_kernels import Grid
 from navstack.control.dwb.choice_kernels import best_command
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.decision import Choice, Explanation
-from navstack.control.dwb.end_score import NOTHING
+from navstack.control.dwb.end_score import NOTHING, OUTLINE_COST
 from navstack.control.dwb.legality_kernels import count_rejections
 from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.dwb.scene import Scene
@@ -51,6 +51,7 @@ class EndChoice:
             scene.goal.y,
             scene.costmap.data,
             grid,
+            scene.footprint,
             self._last,
             self._command,
             self._raw,
@@ -60,8 +61,13 @@ class EndChoice:
         self._last = index
         return Choice(int(index), float(total), Twist2D(*self._command.tolist()))
 
-    def explain(self, scene: Scene) -> Explanation:
-        """What the scores of all trajectories would tell of the last choice, which was made in this ``scene``."""
+    def explain(self, scene: Scene) -> Explanation | None:
+        """What the scores of all trajectories would tell of the last choice, which was made in this ``scene``.
+
+        None: it takes those scores to tell.
+        """
+        if OUTLINE_COST in self._kinds:
+            return None
         generator = self._generator
         robot, grid = _numbers_of(scene)
         counts = count_rejections(

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-# Kinds of scores, and what the number that goes with them means. Those from CELL_COST on look at a cell.
+# Kinds of scores, and what the number that goes with them means. Those from CELL_COST to GOAL_ALIGNMENT look at a cell.
 NOTHING = 0  # 0 for every trajectory
 SIGNS = 1  # 0, or illegal for a sign of the command; the number has bit 2 i for axis i's negative, 2 i + 1 for positive
 CELL_COST = 2  # the cost under the last pose; illegal if any pose is off the map or in an obstacle
@@ -10,6 +10,7 @@ PATH_DISTANCE = 3  # [cells] from the last pose to the plan; illegal if any pose
 GOAL_DISTANCE = 4  # [cells] from the last pose to the plan's end; illegal if any pose is off the map
 PATH_ALIGNMENT = 5  # [cells] from the point ``number`` [m] ahead of the last pose to the plan
 GOAL_ALIGNMENT = 6  # the same to the plan's end, moved ``number`` [m] ahead along the bearing of the goal
+OUTLINE_COST = 7  # the greatest cost under the outline at the last pose; illegal if any pose's meets an obstacle
 
 
 class EndScore(NamedTuple):

@@ -7,9 +7,9 @@ import numpy.typing as npt
 from numba import njit
 
 from navstack.control.dwb.bound_kernels import Grid
-from navstack.control.dwb.choice_kernels import signs_of
 from navstack.control.dwb.end_kernels import BUFFER_SIZE, TILE, YAW, X, Y, by_falling_steps, start_tile, step_tile
 from navstack.control.dwb.end_score import CELL_COST, GOAL_DISTANCE, PATH_DISTANCE, SIGNS
+from navstack.control.dwb.end_score_kernels import signs_of
 from navstack.control.dwb.kernels import OFF_MAP, cell_index, step_counts
 from navstack.control.dwb.velocity_samples import combine
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
@@ -35,7 +35,8 @@ def count_rejections(
 ) -> IntArray:
     """Trajectories (C + 1,) that each critic is the first to reject, and those that none does.
 
-    The arguments are those of :func:`~navstack.control.dwb.choice_kernels.best_command`; the plan is on the map.
+    The arguments are those of :func:`~navstack.control.dwb.choice_kernels.best_command`; the plan is on the map, and no
+    critic looks at outlines.
     """
     commands = combine(robot[3:], axes, counts, speeds, times[0])
     steps = step_counts(commands, times[1], times[2], times[3])

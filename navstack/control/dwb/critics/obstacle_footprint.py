@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.end_score import OUTLINE_COST, EndScore
 from navstack.control.dwb.kernels import CellArray
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
@@ -18,7 +19,7 @@ from navstack.types import ByteArray, FloatArray, IntArray
 class ObstacleFootprintCritic(Critic):
     """After ``obstacle_footprint.cpp``: illegal wherever the outline meets a lethal or unknown cell or leaves the map.
 
-    Much dearer than BaseObstacle: it walks every outline of every pose.
+    Dearer than BaseObstacle: it walks the outline of every pose of all trajectories that may win.
     """
 
     def __init__(self, params: ObstacleParams, dwb: DwbParams) -> None:
@@ -46,6 +47,10 @@ class ObstacleFootprintCritic(Critic):
             self._sum_scores,
         )
         return result
+
+    def end_score(self, scene: Scene) -> EndScore | None:
+        """The cost under the last outline."""
+        return None if self._sum_scores else EndScore(OUTLINE_COST)
 
 
 @njit(cache=True)

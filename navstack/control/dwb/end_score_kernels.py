@@ -1,0 +1,129 @@
+"""What critics score where trajectories end: inner loops of :mod:`.choice_kernels`."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from navstack.control.dwb.bound_kernels import Grid
+from navstack.control.dwb.end_score import CELL_COST, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST, SIGNS
+from navstack.control.dwb.kernels import CellArray
+from navstack.control.plan_handling import cells_of_points, densify
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.types import ByteArray, FloatArray, IntArray
+
+BORDER = 1e-6  # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
+
+
+@njit(cache=True)
+def goal_cells(
+    robot: FloatArray,
+    kinds: IntArray,
+    numbers: FloatArray,
+    plan: FloatArray,
+    seeds: IntArray,
+    goal_x: float,
+    goal_y: float,
+    costs: ByteArray,
+    grid: Grid,
+) -> tuple[IntArray, bool]:
+    """The cell (C, 2) as (mx, my) that each critic measures from, unless it needs none; whether all are on the map."""
+    goals = np.zeros((len(kinds), 2), dtype=np.int64)
+    bearing = math.atan2(goal_y - robot[1], goal_x - robot[0])
+    for c in range(len(kinds)):
+        if kinds[c] == GOAL_DISTANCE and len(seeds) > 0:
+            goals[c, 0], goals[c, 1] = seeds[-1, 0], seeds[-1, 1]
+        elif kinds[c] == GOAL_ALIGNMENT:
+            moved = plan.copy()
+            moved[-1, 0] += numbers[c] * math.cos(bearing)
+            moved[-1, 1] += numbers[c] * math.sin(bearing)
+            cells = cells_of_points(densify(moved, grid[2]), costs, grid[0], grid[1], grid[2])
+            if len(cells) == 0:
+                return goals, False
+            goals[c, 0], goals[c, 1] = cells[-1, 0], cells[-1, 1]
+    return goals, len(seeds) > 0
+
+
+@njit(cache=True)
+def score_ends(
+    commands: FloatArray,
+    ends: FloatArray,
+    kinds: IntArray,
+    numbers: FloatArray,
+    goals: IntArray,
+    costs: ByteArray,
+    grid: Grid,
+    cells: CellArray,
+) -> FloatArray:
+    """Raw scores (C, K) of the ends, 0 for distances to the plan and outlines; inf: the end is illegal.
+
+    The cells (C, 2, K) that critics look at are written, those of equal points once.
+    """
+    raw = np.zeros((len(kinds), len(commands)))
+    for c in range(len(kinds)):
+        if kinds[c] == SIGNS:
+            signs = int(numbers[c])
+            for k in range(len(commands)):
+                if signs_of(commands[k, 0], commands[k, 1], commands[k, 2]) & signs:
+                    raw[c, k] = math.inf
+        if kinds[c] < CELL_COST or kinds[c] == OUTLINE_COST:
+            continue
+        known = -1
+        for other in range(c):
+            if CELL_COST <= kinds[other] < OUTLINE_COST and numbers[other] == numbers[c]:
+                known = other
+        if known >= 0:
+            for k in range(len(commands)):
+                cells[c, 0, k], cells[c, 1, k] = cells[known, 0, k], cells[known, 1, k]
+        else:
+            locate(ends, numbers[c], costs.shape[1], costs.shape[0], grid, cells[c])
+        score_cells(kinds[c], cells[c], goals[c], costs, raw[c])
+    return raw
+
+
+@njit(cache=True)
+def signs_of(vx: float, vy: float, yaw_rate: float) -> int:
+    """The signs of a command, as the bits of :data:`.end_score.SIGNS`."""
+    forwards = (vx < 0.0) + 2 * (vx > 0.0)
+    sideways = (vy < 0.0) + 2 * (vy > 0.0)
+    turning = (yaw_rate < 0.0) + 2 * (yaw_rate > 0.0)
+    return forwards + 4 * sideways + 16 * turning
+
+
+@njit(cache=True)
+def score_cells(kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, raw: FloatArray) -> None:
+    """Write the scores (K,) of the cells (2, K): their cost, their distance to ``goal``, or 0 for one to the plan."""
+    mx, my = cells[0], cells[1]
+    goal_x, goal_y = np.int32(goal[0]), np.int32(goal[1])
+    for k in range(len(raw)):
+        score = 0.0
+        if mx[k] < 0:
+            score = math.inf
+        elif kind == CELL_COST:
+            cost = costs[my[k], mx[k]]
+            score = float(cost) if cost < INSCRIBED_INFLATED_OBSTACLE else math.inf
+        elif kind == GOAL_DISTANCE or kind == GOAL_ALIGNMENT:
+            score = float(abs(mx[k] - goal_x) + abs(my[k] - goal_y))
+        raw[k] = score
+
+
+@njit(cache=True)
+def locate(ends: FloatArray, ahead: float, width: int, height: int, grid: Grid, cells: CellArray) -> None:
+    """Write the cells (2, K) of the points ``ahead`` [m] of the ends; -1 off the map.
+
+    Next to a cell's border the ends' sine and cosine are made exact first.
+    """
+    for _ in range(2):
+        near_border = 0
+        for k in range(ends.shape[1]):
+            fx = (ends[0, k] + ahead * ends[4, k] - grid[0]) / grid[2]
+            fy = (ends[1, k] + ahead * ends[3, k] - grid[1]) / grid[2]
+            rest_x, rest_y = fx - math.floor(fx), fy - math.floor(fy)
+            near_border += min(rest_x, rest_y) < BORDER or max(rest_x, rest_y) > 1.0 - BORDER
+            inside = fx >= 0.0 and fy >= 0.0 and fx < width and fy < height
+            cells[0, k] = np.int32(fx) if inside else np.int32(-1)
+            cells[1, k] = np.int32(fy) if inside else np.int32(-1)
+        if near_border == 0 or ahead == 0.0:
+            break
+        for k in range(ends.shape[1]):
+            ends[3, k], ends[4, k] = math.sin(ends[2, k]), math.cos(ends[2, k])
