@@ -34,7 +34,7 @@ DONE, LOCK = "navbench-compiled.txt", "navbench-saving.lock"  # in the folder of
 LEAST = 8  # kernels that are worth the start of processes
 MOST_PROCESSES = 8  # the longest module takes as long as all others do with this many
 TIME_LIMIT = 300.0  # [s] for the kernels of a module
-SECONDS = 0.8  # [s] of processor time that a kernel takes, on average
+SECONDS = 1.1  # [s] of processor time that a kernel takes, on average
 
 _SAVE, _LOAD = IndexDataCacheFile.save, IndexDataCacheFile.load
 
