@@ -34,7 +34,6 @@ def check(study: Study) -> list[str]:
         for number, stack in enumerate(study.stacks)
     ]
     read_input(study, tasks)
-    compile_ahead(study.stacks)
     for task in tasks:
         stack = task.stack
         build_brain(task, build_world(task))
@@ -45,6 +44,7 @@ def check(study: Study) -> list[str]:
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
             notes += filter_notes(nav2, stack)
             notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
+    compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
 
 
