@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.report.figures import SUFFIXES, save_figure
-from harness.report.tuning_sheets import bounds, number_text, step_title
+from harness.report.tuning_sheets import bounds, number_text
 from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.history import Best
@@ -18,8 +18,8 @@ from harness.tuning.objective import is_money
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, StudyResult
 from harness.tuning.space import Parameter
-from harness.tuning.trial_table import TrialTable, is_ordered, trial_table
-from harness.tuning.waterfall import Waterfall
+from harness.tuning.trial_table import TrialTable, trial_table
+from harness.tuning.waterfall import Step, Waterfall
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +33,7 @@ OLD, LINE, FAINT = "#9a9a9a", "#222222", "#b8b8b8"
 LEAST_RANGE = 0.2  # [USD/run] that an axis of money shows
 EDGE = 0.04  # share of a range that is free on both sides
 FEW_DECADES = 100.0  # ratio of a logarithmic range's ends below which its decades are too few for ticks
+LONGEST = 24  # characters of a step's name that fit beside its bar
 OUTLIERS = 0.05  # share of the trials, the worst ones, that an axis may leave below
 
 
@@ -58,7 +59,7 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
         draw = partial(_slices, table=table, study=study, name=name)
         paths += save_figure(folder / "slices", 0.5 + CELL_INCH * rows, draw)
     if explanation.waterfall is not None:
-        height = FRAME_INCH + BAR_INCH * (len(explanation.waterfall.steps) + 2)
+        height = FRAME_INCH + 1.4 * BAR_INCH * (len(explanation.waterfall.steps) + 2)  # a label may have two lines
         paths += save_figure(folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall))
     if explanation.components:
         shown = [each for each in explanation.components if _is_shown(each)]
@@ -111,8 +112,6 @@ def _scale(parameter: Parameter, cell: "Axes") -> None:
     from matplotlib.ticker import LogLocator, NullFormatter
 
     low, high = parameter.low, parameter.high
-    if parameter.choices:
-        low, high = (float(end) for end in (min(parameter.choices), max(parameter.choices)))  # type: ignore[type-var]
     if not parameter.is_log:
         gap = EDGE * (high - low or 1.0)
         cell.set_xlim(low - gap, high + gap)
@@ -155,12 +154,12 @@ def _slices(axes: "Axes", table: TrialTable, study: StudyResult, name: str) -> N
             cell.axis("off")
             continue
         parameter = table.parameters[number]
-        if is_ordered(parameter):
-            x = np.array([float(trial.point[parameter.name]) for trial in table.trials])
-            _scale(parameter, cell)
-        else:
+        if parameter.choices:
             x = table.places[:, number] * (len(parameter.choices) - 1)
             cell.set_xticks(range(len(parameter.choices)), _choices(parameter), fontsize=6)
+        else:
+            x = np.array([float(trial.point[parameter.name]) for trial in table.trials])
+            _scale(parameter, cell)
         cell.plot(x[~complete], table.objective[~complete], "x", color=FAINT, markersize=2.5, markeredgewidth=0.7)
         cell.plot(x[complete], table.objective[complete], "o", color=NEW, markersize=2.5)
         cell.plot(x[0], table.objective[0], "s", color=LINE, markersize=4.5, label="original")
@@ -181,12 +180,28 @@ def _choices(parameter: Parameter) -> list[str]:
     """What stands below choices; of lists, the first of which is the original, their numbers."""
     if is_list(parameter.original):
         return ["original", *(f"other {number}" for number in range(1, len(parameter.choices)))]
-    return [str(choice) for choice in parameter.choices]
+    return [_short(choice) for choice in parameter.choices]
+
+
+def _short(value: object) -> str:
+    """A value where there is little room."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{value:.3g}".replace("e+0", "e") if is_number else str(value)
+
+
+def _step_label(step: Step) -> str:
+    """What stands beside a step: one parameter with its values, or how many there are."""
+    names = step.player.names
+    if len(names) > 1:
+        return f"{step.player.title} ({len(names)})" if len(step.player.title) < LONGEST else f"{len(names)} together"
+    if is_list(step.before[0]):
+        return names[0]
+    return f"{names[0]}\n{_short(step.before[0])} -> {_short(step.after[0])}"
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:
     """From the old margin on the left in steps to the new one; whiskers are the steps' own intervals."""
-    labels = ["original file", *(step_title(step) for step in found.steps), "tuned file"]
+    labels = ["original file", *map(_step_label, found.steps), "tuned file"]
     reached = found.original
     for place, step in enumerate(found.steps, start=1):
         gain = step.gain.value or 0.0
