@@ -1,13 +1,12 @@
 """What is looked at before a study begins: bad input, and what the user should know."""
 
 import dataclasses
-from collections.abc import Sequence
 from pathlib import Path
 
 from harness.compile_ahead import compile_ahead
 from harness.setup import build_brain, build_world, mission_of, nav2_of, prices_of, robot_of, rules_of, scene_of
 from harness.stack import Stack
-from harness.study import EpisodeTask, Study
+from harness.study import Study
 from harness.world import glass, sky
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -29,13 +28,11 @@ def check(study: Study) -> list[str]:
         InputError: something that the user gave cannot be used.
     """
     notes: list[str] = []
-    tasks = [
-        dataclasses.replace(study.template, stack=stack, stack_number=number)
-        for number, stack in enumerate(study.stacks)
-    ]
-    read_input(study, tasks)
-    for task in tasks:
-        stack = task.stack
+    prices_of(study.template.prices)
+    rules_of(study.template.rules)
+    for number, stack in enumerate(study.stacks):
+        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        mission_of(task, task.generators()["mission"])
         build_brain(task, build_world(task))
         notes += sensor_notes(stack, scene_of(task.map_name))
         if stack.nav2_file:
@@ -46,23 +43,6 @@ def check(study: Study) -> list[str]:
             notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
     compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
-
-
-def read_input(study: Study, tasks: Sequence[EpisodeTask]) -> None:
-    """Find what is wrong with files, start and goal before anything takes long.
-
-    Raises:
-        InputError: something cannot be used.
-    """
-    prices_of(study.template.prices)
-    rules_of(study.template.rules)
-    for task in tasks:
-        scene_of(task.map_name)
-        robot_of(task.stack.robot)
-        load_dataclass(SensorParams, Path(task.stack.sensors))
-        if task.stack.nav2_file:
-            nav2_of(task)
-        mission_of(task, task.generators()["mission"])
 
 
 def sensor_notes(stack: Stack, scene: Scene) -> list[str]:

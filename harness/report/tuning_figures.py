@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.report.figures import SUFFIXES, save_figure
-from harness.report.tuning_sheets import bounds, number_text
+from harness.report.tuning_sheets import bounds, number_text, value_text
 from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.history import Best
@@ -180,13 +180,7 @@ def _choices(parameter: Parameter) -> list[str]:
     """What stands below choices; of lists, the first of which is the original, their numbers."""
     if is_list(parameter.original):
         return ["original", *(f"other {number}" for number in range(1, len(parameter.choices)))]
-    return [_short(choice) for choice in parameter.choices]
-
-
-def _short(value: object) -> str:
-    """A value where there is little room."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{value:.3g}".replace("e+0", "e") if is_number else str(value)
+    return [value_text(choice) for choice in parameter.choices]
 
 
 def _step_label(step: Step) -> str:
@@ -196,7 +190,7 @@ def _step_label(step: Step) -> str:
         return f"{step.player.title} ({len(names)})" if len(step.player.title) < LONGEST else f"{len(names)} together"
     if is_list(step.before[0]):
         return names[0]
-    return f"{names[0]}\n{_short(step.before[0])} -> {_short(step.after[0])}"
+    return f"{names[0]}\n{value_text(step.before[0])} -> {value_text(step.after[0])}"
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:

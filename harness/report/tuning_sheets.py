@@ -15,6 +15,7 @@ from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 from harness.tuning.waterfall import Player, Step
 
 NOTHING = "--"
+LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +255,10 @@ def step_title(step: Step) -> str:
 
 def value_text(value: object) -> str:
     """A parameter's value as a reader wants it."""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    is_long = isinstance(value, int) and abs(value) >= LONG
+    return f"{value:.4g}".replace("e+0", "e") if is_long else str(value)
 
 
 def span(interval: Interval, decimals: int = 2) -> str:

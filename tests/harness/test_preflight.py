@@ -1,14 +1,18 @@
 """What the user is told before a study begins."""
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
+from harness import preflight
 from harness.preflight import sensor_notes
 from harness.stack import load_stack
+from harness.study import make_study
 from harness.world.extrude import extrude
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.errors import NavstackError
 
 
 @pytest.mark.parametrize("preset", ["rtk_urban", "consumer_gps"])
@@ -19,3 +23,17 @@ def test_errors_that_buildings_make_are_missed_on_a_map_without_them(preset: str
     (note,) = sensor_notes(stack, flat)
     assert all(words in note for words in ("hides satellites", "of glass", preset))
     assert sensor_notes(load_stack("nav2-gps", sensors="rtk_good"), flat) == []
+
+
+def test_bad_input_is_found_before_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[object] = []
+    monkeypatch.setattr(preflight, "compile_ahead", compiled.append)
+    stock = Path(load_stack("nav2-stock").nav2_file).read_text()
+    vast = tmp_path / "vast.yaml"
+    vast.write_text(stock.replace("width: 6", "width: 1000000").replace("height: 6", "height: 1000000"))
+    with pytest.raises(NavstackError, match="costmap"):
+        preflight.check(make_study(stacks=[str(vast)], episodes=1, seed=0, workers=1))
+    assert not compiled
+    study = make_study(stacks=["parked"], episodes=1, seed=0, workers=1)
+    preflight.check(study)
+    assert compiled == [study.stacks]
