@@ -41,7 +41,7 @@ from harness.setup import (
 from harness.study import EpisodeTask
 from harness.truth import CountedContact, Partner, Truth
 from harness.world.world import World
-from navstack.types import Belief
+from navstack.types import Belief, Twist2D
 
 MakeBrain = Callable[[EpisodeTask, World], Brain]
 
@@ -81,19 +81,21 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Deliv
         mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
     )
     kinds = frozenset(obstacle.kind for obstacle in scene.obstacles)
-    log = DeliveryLog(world.truth, kinds, _body(task), task.keep_trace)
+    log = DeliveryLog(world.truth, kinds, _body(task))
     delay = PedestrianDelay(world.people, world.truth, *world.tick)
     decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
     replay = ReplayLog() if task.keep_trace else NoReplayLog()
+    command = Twist2D()
     while (verdict := rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
         decisions.record(brain)
-        received, observation = observation, world.step(command)
-        log.record(world.truth, brain.belief, command)
-        replay.record(world.truth, received, brain)
+        replay.record(world.truth, observation, brain, command)
+        observation = world.step(command)
+        log.record(world.truth, brain.belief)
         delay.record(world.truth)
 
     truth = world.close_episode()
+    replay.finish(truth, brain, command)
     wall = time.perf_counter() - ready
     where = {"stack": task.stack.name, "episode": task.episode}
     measured = {**log.measurements(truth), "pedestrian_delay_s": delay.total(truth)}
@@ -109,7 +111,7 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Deliv
             **_latency("planner", "planner_calls", brain.latencies.planner),
             **_latency("controller", "controller_cycles", brain.latencies.controller),
         },
-        recording={**log.recording(), **replay.recording()} if task.keep_trace else None,
+        recording=replay.recording() if task.keep_trace else None,
         decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
     )
 

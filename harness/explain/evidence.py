@@ -38,7 +38,7 @@ class Evidence:
 
     row: Row  # of episodes.parquet
     events: tuple[Row, ...]  # of events.parquet, in order of time
-    trace: FloatArray  # (T, 11) harness.metrics.delivery_log.TRACE_COLUMNS
+    trace: FloatArray  # (T, 11) harness.metrics.replay_log.TRACE_COLUMNS
     crowd: FloatArray  # (T, n, 2) [m]
     pieces_lost: FloatArray  # (T,)
     tracks: tuple[FloatArray, ...]  # T arrays (k, 6): id, x, y [m], vx, vy [m/s], radius [m], map frame as believed

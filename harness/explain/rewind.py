@@ -63,7 +63,7 @@ def rewind(run: StoredRun, evidence: Evidence, settings: Sequence[str], moment: 
     rewound = drive_changed(task_of(run, evidence.row["episode"]), settings, moment)
     assert rewound.delivery.recording is not None
     trace = rewound.delivery.recording["trace"]
-    before = evidence.trace[evidence.stamps <= rewound.take_over.stamp]
+    before = evidence.trace[evidence.stamps < rewound.take_over.stamp - 1e-6]
     if not np.array_equal(trace[: len(before)], before, equal_nan=True):
         raise InputError(
             f"{run.folder}: episode {evidence.row['episode']} does not drive here as it did before the moment: other "

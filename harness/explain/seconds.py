@@ -31,8 +31,11 @@ class Seconds:
     robot: FloatArray  # (m, 3) true pose: x, y [m], yaw [rad]
     speed: FloatArray  # (m,) [m/s] true, ahead
     command: FloatArray  # (m, 2) [m/s], [rad/s] to the wheels
-    position_error: FloatArray  # (m,) [m] of the belief; NaN: nobody localizes
+    position_error: FloatArray  # (m,) [m] of the belief at the last decision; NaN: nobody decides
     heading_error: FloatArray  # (m,) [rad]
+    decided_at: FloatArray  # (k,) [s] of the decisions relative to the moment
+    decided_off: FloatArray  # (k,) [m] that the believed position was off then; instants of the trace come with the
+    # fixes of a GPS, so that their mean would be too good
     person: int | None  # who was touched, else the nearest; None: nobody was near
     people: FloatArray  # (m, n, 2) [m]
     distance: FloatArray  # (m,) [m] between robot and that person; NaN: there is none, or it is absent
@@ -89,7 +92,9 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
     distance = np.full(len(inside), np.nan) if person is None else distances[:, person]
     tracks = _true_tracks(evidence, inside)
     decisions = tuple(row for row in evidence.decisions if since - 1e-6 <= row["stamp_s"] <= moment.stamp + 1e-6)
-    error = _errors(evidence, trace[:, 0])
+    decided, errors = _errors(evidence)
+    error = errors[np.maximum(np.searchsorted(decided, trace[:, 0] + 1e-6) - 1, 0)]
+    within = (decided >= since - 1e-6) & (decided <= moment.stamp + 1e-6)
     return Seconds(
         moment=moment,
         since=since,
@@ -99,6 +104,8 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
         command=trace[:, 9:11],
         position_error=error[:, 0],
         heading_error=error[:, 1],
+        decided_at=decided[within] - moment.stamp,
+        decided_off=errors[within, 0],
         person=person,
         people=people,
         distance=distance,
@@ -140,23 +147,22 @@ def _nearest(distances: FloatArray) -> int | None:
     return int(known.min(axis=0).argmin())
 
 
-def _errors(evidence: Evidence, stamps: FloatArray) -> FloatArray:
-    """Errors (m, 2) of believed position [m] and heading [rad] by these times, at the last decision before each.
+def _errors(evidence: Evidence) -> tuple[FloatArray, FloatArray]:
+    """When was decided (k,) [s], and how far believed position [m] and heading [rad] were off then (k, 2).
 
-    A belief is compared with the true pose of its own time, which lies between two rows of the trace.
+    A belief is compared with the true pose of its own time, which lies between two rows of the trace. Where nobody
+    decides there is one entry, of NaN.
     """
     rows = evidence.decisions
     if not rows:
-        return np.full((len(stamps), 2), np.nan)
+        return np.full(1, np.nan), np.full((1, 2), np.nan)
     keys = ("stamp_s", "believed_x_m", "believed_y_m", "believed_yaw_rad")
     believed = np.array([[row[key] for key in keys] for row in rows])
     trace = evidence.trace
     yaw = np.interp(believed[:, 0], trace[:, 0], np.unwrap(trace[:, 3]))
     x, y = (np.interp(believed[:, 0], trace[:, 0], trace[:, column]) for column in (1, 2))
     off = np.hypot(believed[:, 1] - x, believed[:, 2] - y)
-    turned = np.abs(wrapped(believed[:, 3] - yaw))
-    last = np.maximum(np.searchsorted(believed[:, 0], stamps + 1e-6) - 1, 0)
-    return np.column_stack((off, turned))[last]
+    return believed[:, 0], np.column_stack((off, np.abs(wrapped(believed[:, 3] - yaw))))
 
 
 def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]:

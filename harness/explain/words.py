@@ -197,13 +197,13 @@ def gaps_to(row: Row, other: Alternative) -> dict[str, float]:
 
 def _believed(seconds: Seconds) -> str:
     """How far the belief was off."""
-    error, turned = seconds.position_error, np.degrees(seconds.heading_error)
-    if np.isnan(error).all():
+    if np.isnan(seconds.decided_off).all():
         return ""
+    mean, last, turned = np.nanmean(seconds.decided_off), seconds.position_error[-1], np.degrees(seconds.heading_error)
     health = {row["health"] for row in seconds.decisions} - {"tracking", None}
     said = f" (it called itself {' and '.join(sorted(health))})" if health else ""
     return (
-        f"It believed itself {np.nanmean(error):.2f} m from the truth on average{said}, {error[-1]:.2f} m and "
+        f"It believed itself {mean:.2f} m from the truth on average{said}, {last:.2f} m and "
         f"{turned[-1]:.1f} deg in the end."
     )
 

@@ -3,7 +3,6 @@
 import math
 from array import array
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -19,45 +18,36 @@ from harness.metrics.motion import (
     wrapped,
 )
 from harness.truth import Partner, Truth
-from navstack.types import Belief, FloatArray, Pose2D, Twist2D
+from navstack.types import Belief, FloatArray, Pose2D
 
 JOULES_PER_KWH = 3.6e6
-TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
-TRACE_COLUMNS = (
-    *("stamp_s", "x_m", "y_m", "yaw_rad", "linear_x_mps", "angular_z_radps"),
-    *("believed_x_m", "believed_y_m", "believed_yaw_rad", "command_linear_x_mps", "command_angular_z_radps"),
-)
 STATE_SIZE = 6  # stamp, x, y, yaw, forward speed, yaw rate
 BELIEF_SIZE = 3  # x, y, yaw
-NOWHERE = Belief(Pose2D(math.nan, math.nan, math.nan))
+NOWHERE = Belief(Pose2D(math.nan, math.nan, math.nan))  # of who does not localize
 
 
 class DeliveryLog:
     """Takes in a delivery tick by tick."""
 
-    def __init__(self, truth: Truth, kinds: frozenset[str], body: Body, keep_trace: bool = False) -> None:
+    def __init__(self, truth: Truth, kinds: frozenset[str], body: Body) -> None:
         """Start with the state in which the brain first sees the world.
 
         Args:
             truth: that state.
             kinds: of obstacles in this world; contacts with others are undefined, not 0.
             body: how people meet the robot.
-            keep_trace: whether :meth:`recording` is wanted.
         """
         self._kinds = kinds
-        self._keep_trace = keep_trace
         self._states = array("d")  # STATE_SIZE per tick, the state at the start first
         self._beliefs = array("d")  # BELIEF_SIZE per tick, of the pose before it
         self._encounters = Encounters(body)
         self._max_tilt = 0.0  # [rad]
-        self._rows: list[tuple[float, ...]] = []  # of TRACE_COLUMNS
-        self._crowd: list[FloatArray] = []  # (n, 2) positions of people at the same stamps
         pose, twist = truth.pose, truth.twist
         self._states.extend((truth.stamp, pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
         self._stamp = truth.stamp  # [s] of the last state
 
-    def record(self, truth: Truth, belief: Belief | None, command: Twist2D) -> None:
-        """Take in the state after a step, and what was believed (None: nobody localizes) and commanded before it."""
+    def record(self, truth: Truth, belief: Belief | None) -> None:
+        """Take in the state after a step, and what was believed before it (None: nobody localizes)."""
         pose, twist, stamp = truth.pose, truth.twist, truth.stamp
         x, y, yaw, forward, yaw_rate = pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z
         believed = belief.pose if belief is not None else NOWHERE.pose
@@ -65,25 +55,8 @@ class DeliveryLog:
         self._encounters.add((stamp - self._stamp, x, y, yaw, forward, twist.linear_y, yaw_rate), truth.pedestrians)
         if truth.tilt > self._max_tilt:
             self._max_tilt = truth.tilt
-        if self._keep_trace and stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
-            self._trace(truth, belief or NOWHERE, command)
         self._states.extend((stamp, x, y, yaw, forward, yaw_rate))
         self._stamp = stamp
-
-    def _trace(self, truth: Truth, belief: Belief, command: Twist2D) -> None:
-        pose, believed = truth.pose, belief.pose
-        self._rows.append(
-            (
-                truth.stamp,
-                *(pose.x, pose.y, pose.yaw, truth.twist.linear_x, truth.twist.angular_z),
-                *(believed.x, believed.y, believed.yaw, command.linear_x, command.angular_z),
-            )
-        )
-        self._crowd.append(truth.pedestrians[:, :2].copy())
-
-    def recording(self) -> dict[str, Any]:
-        """The trajectory as arrays: ``trace`` (T, 11) and ``crowd`` (T, n, 2)."""
-        return {"trace": np.array(self._rows), "trace_columns": np.array(TRACE_COLUMNS), "crowd": np.array(self._crowd)}
 
     def measurements(self, truth: Truth) -> Row:
         """The measured part of the episode's row, from the final truth; keys carry their units."""

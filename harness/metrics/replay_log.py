@@ -1,4 +1,4 @@
-"""What the robot saw and meant to do, tick by tick: kept beside the trajectory so that a delivery can be looked at."""
+"""What a delivery looked like, and what the robot saw and meant to do: kept so that it can be looked at."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -7,10 +7,15 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from harness.metrics.delivery_log import NOWHERE, TRACE_PERIOD
+from harness.metrics.delivery_log import NOWHERE
 from harness.truth import Truth
 from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
 
+TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
+TRACE_COLUMNS = (
+    *("stamp_s", "x_m", "y_m", "yaw_rad", "linear_x_mps", "angular_z_radps"),
+    *("believed_x_m", "believed_y_m", "believed_yaw_rad", "command_linear_x_mps", "command_angular_z_radps"),
+)
 PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
 NO_RETURN = 65535  # a beam's range where nothing came back
 FARTHEST_MM = 65534  # [mm] of a range
@@ -34,9 +39,15 @@ class Planning(Protocol):
 
 
 class ReplayLog:
-    """Keeps what a replay shows beside :meth:`harness.metrics.DeliveryLog.recording`, row by row with its trace."""
+    """Keeps what a replay shows.
+
+    All entries of a row belong to one moment: the true state, what the robot believed and saw in it, and what it
+    commanded then.
+    """
 
     def __init__(self) -> None:
+        self._trace: list[tuple[float, ...]] = []  # of TRACE_COLUMNS
+        self._crowd: list[FloatArray] = []  # (n, 2) positions of people
         self._rows: list[tuple[float, ...]] = []  # pieces lost, motion energy, odometry (5), covariance (3)
         self._tracks: list[tuple[float, ...]] = []
         self._track_counts: list[int] = []  # tracks per row
@@ -48,8 +59,17 @@ class ReplayLog:
         self._plan: Path | None = None  # the last
         self._odometry = NOT_MOVED
 
-    def record(self, truth: Truth, observation: Observation, brain: Planning) -> None:
-        """Take in the state after a step, and what the brain received and made of it before that step."""
+    def record(self, truth: Truth, observation: Observation, brain: Planning, command: Twist2D) -> None:
+        """Take in a state, what the brain received in it and made of it, and what it commands."""
+        self._receive(observation, brain)
+        if truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
+            self._keep(truth, brain, command)
+
+    def finish(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
+        """Take in the final state; the brain has not seen it, so belief and command are those of the tick before."""
+        self._keep(truth, brain, command)
+
+    def _receive(self, observation: Observation, brain: Planning) -> None:
         if observation.odometry is not None:
             self._odometry = observation.odometry
         if observation.scan is not None:
@@ -60,11 +80,18 @@ class ReplayLog:
             self._plan = brain.plan
             self._plan_stamps.append(observation.stamp)
             self._plans.append(_simplified(self._plan))
-        if truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:  # as DeliveryLog does
-            self._keep(truth, brain)
 
-    def _keep(self, truth: Truth, brain: Planning) -> None:
+    def _keep(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
         odometry, belief = self._odometry, brain.belief or NOWHERE
+        pose, twist, believed = truth.pose, truth.twist, belief.pose
+        self._trace.append(
+            (
+                truth.stamp,
+                *(pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z),
+                *(believed.x, believed.y, believed.yaw, command.linear_x, command.angular_z),
+            )
+        )
+        self._crowd.append(truth.pedestrians[:, :2].copy())
         pose, twist, covariance = odometry.pose, odometry.twist, belief.covariance
         self._rows.append(
             (
@@ -79,8 +106,9 @@ class ReplayLog:
         self._tracks += [(track.id, track.x, track.y, track.vx, track.vy, track.radius) for track in tracks]
 
     def recording(self) -> dict[str, Any]:
-        """Arrays of T rows, S scans, P plans and K tracks.
+        """Arrays of T rows, S scans, P plans and K tracks, and of n people.
 
+        ``trace`` (T, 11) of ``trace_columns``, every :data:`TRACE_PERIOD` and at the end; ``crowd`` (T, n, 2) [m];
         ``pieces_lost`` (T,); ``motion_energy_j`` (T,) [J]; ``odometry`` (T, 5): x, y [m], yaw [rad] in the odom frame,
         vx [m/s], wz [rad/s]; ``belief_covariance`` (T, 3): xx, xy, yy [m2]; ``track_count`` (T,) and ``tracks``
         (K, 6): id, x, y [m], vx, vy [m/s], radius [m] in the map frame; ``scan_stamp`` (S,) [s], ``scan_mm``
@@ -90,6 +118,9 @@ class ReplayLog:
         """
         rows = np.array(self._rows).reshape(-1, 10)
         return {
+            "trace": np.array(self._trace),
+            "trace_columns": np.array(TRACE_COLUMNS),
+            "crowd": np.array(self._crowd),
             "pieces_lost": rows[:, 0].astype(np.int32),
             "motion_energy_j": rows[:, 1],
             "odometry": rows[:, 2:7],
@@ -108,7 +139,10 @@ class ReplayLog:
 class NoReplayLog(ReplayLog):
     """Asks for nothing and keeps nothing."""
 
-    def record(self, truth: Truth, observation: Observation, brain: Planning) -> None:
+    def record(self, truth: Truth, observation: Observation, brain: Planning, command: Twist2D) -> None:
+        """See the base class."""
+
+    def finish(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
         """See the base class."""
 
 

@@ -187,7 +187,7 @@ def drive(people: list[tuple[float, ...]], belief: Belief | None) -> dict[str, f
     """Two seconds at 1 m/s along x in ticks of 0.1 s."""
     log = DeliveryLog(truth(0.0, 0.0, 1.0, people), frozenset({"mailbox"}), BODY)
     for k in range(1, 21):
-        log.record(truth(0.1 * k, 0.1 * k, 1.0, people), belief, Twist2D(1.0))
+        log.record(truth(0.1 * k, 0.1 * k, 1.0, people), belief)
     return log.measurements(truth(2.0, 2.0, 1.0, people))
 
 

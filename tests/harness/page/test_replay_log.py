@@ -35,6 +35,7 @@ def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery
     arrays = delivery.recording
     assert arrays is not None
     rows = len(arrays["trace"])
+    assert (arrays["trace"][0, 0], arrays["trace"][-1, 0]) == (0.0, delivery.row["duration_s"])
     assert rows == pytest.approx(delivery.row["duration_s"] * 10, abs=2)
     for name in ("pieces_lost", "motion_energy_j", "odometry", "belief_covariance", "track_count"):
         assert len(arrays[name]) == rows
@@ -44,6 +45,14 @@ def test_every_row_of_the_trace_has_what_was_seen(deliveries: dict[str, Delivery
     assert arrays["track_count"].sum() == len(arrays["tracks"])
     driven = np.hypot(*np.diff(arrays["odometry"][:, :2], axis=0).T).sum()
     assert driven == pytest.approx(delivery.row["distance_m"], rel=0.1)
+
+
+def test_belief_and_truth_of_a_row_are_of_one_moment(deliveries: dict[str, Delivery]) -> None:
+    delivery = deliveries["full"]
+    assert delivery.recording is not None
+    trace = delivery.recording["trace"]
+    off = np.hypot(*(trace[:, 6:8] - trace[:, 1:3]).T)
+    assert 0.0 < off.mean() < 1.3 * delivery.row["localization_error_mean_m"]
 
 
 def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Delivery]) -> None:
