@@ -157,12 +157,20 @@ def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
 def _plans(arrays: Mapping[str, Any]) -> Iterator[Message]:
     for stamp, plan in plans_of(arrays):
         header = _header("map", stamp)
-        headings = np.arctan2(*np.diff(plan, axis=0, append=plan[-1:]).T[::-1]) if len(plan) else []
+        headings = _headings(plan)
         poses = [
             {"header": header, "pose": _pose(Pose2D(x, y, float(yaw)))}
             for (x, y), yaw in zip(plan.tolist(), headings, strict=True)
         ]
         yield "/plan", "nav_msgs/msg/Path", stamp, {"header": header, "poses": poses}
+
+
+def _headings(plan: FloatArray) -> FloatArray:
+    """Headings (N,) [rad] from each point (N, 2) to the next; the last one keeps the heading in which it is reached."""
+    if len(plan) < 2:
+        return np.zeros(len(plan))
+    steps = np.diff(plan, axis=0)
+    return np.asarray(np.arctan2(*np.vstack((steps, steps[-1:])).T[::-1]))
 
 
 def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from harness.metrics import Row
+from harness.metrics import PRICED_PROPERTY, Row
 from harness.report.page.entries import Entry
 from navstack.types import FloatArray
 
@@ -38,12 +38,15 @@ def recording_of(entry: Entry, episode: int) -> Path:
 
 def delivery_list(entries: Sequence[Entry]) -> Json:
     """All deliveries, column by column."""
-    columns: dict[str, list[Any]] = {name: [] for name in ("entry", "episode", "outcome", "reason", *MONEY, *FACTS)}
+    columns: dict[str, list[Any]] = {
+        name: [] for name in ("entry", "episode", "outcome", "reason", "property", *MONEY, *FACTS)
+    }
     for number, entry in enumerate(entries):
         rows = entry.stack.rows
         columns["entry"] += [number] * len(rows)
         for name in ("episode", "outcome", "reason"):
             columns[name] += [row[name] for row in rows]
+        columns["property"] += [sum(row[f"{kind}_contacts"] or 0 for kind in PRICED_PROPERTY) for row in rows]
         for name, key in FACTS.items():
             columns[name] += [rounded(row[key]) for row in rows]
         for name, term in MONEY.items():

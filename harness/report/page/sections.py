@@ -1,7 +1,7 @@
 """The figures of a page as plain values: headline, tables, waterfall, outcomes, profit, break-even, comparisons."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ DRAWS = 2000  # resamples of a profit curve
 MOST_DRAWN = 4_000_000  # resampled missions in memory
 CURVE_POINTS = 150
 BINS = 28  # of the break-even distribution
-EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first only
+EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
 TERMS = (
     ("service_compensation", "refunds"),
     ("pedestrian_safety", "injuries"),
@@ -209,10 +209,18 @@ def break_even_histogram(means: FloatArray, capex: float) -> Json:
 
 def comparisons(entries: Sequence[Entry]) -> list[Json]:
     """Stacks on the missions that they have in common; pairs without one are left out."""
-    pairs: Iterable[tuple[Entry, Entry]] = itertools.combinations(entries, 2)
-    if len(entries) > EVERY_PAIR_UP_TO:
-        pairs = ((entries[0], other) for other in entries[1:])
+    pairs = itertools.combinations(entries, 2) if len(entries) <= EVERY_PAIR_UP_TO else _against_first(entries)
     return [_comparison(first, second) for first, second in pairs if _meet(first, second)]
+
+
+def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
+    """Each entry with the first that drove its missions: on a page of several maps each map has a first one."""
+    pairs = []
+    for number, entry in enumerate(entries):
+        first = next((each for each in entries[:number] if _meet(each, entry)), None)
+        if first is not None:
+            pairs.append((first, entry))
+    return pairs
 
 
 def _meet(first: Entry, second: Entry) -> bool:

@@ -19,7 +19,8 @@ function fill(element, attributes, children) {
 const h = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 const s = (tag, attributes, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const tint = number => `var(--s${number % 8})`;
+const TINTS = 12;  // colours of stacks
+const tint = number => `var(--s${number % TINTS})`;
 
 const isNumber = value => typeof value === 'number' && Number.isFinite(value);
 const sign = text => text.replace(/-(?=[\d.])/g, '−');  // a minus, and no hyphen
@@ -107,8 +108,16 @@ function applyTheme(forPrint) {
   listeners.forEach(act => act());
 }
 system.addEventListener('change', () => applyTheme(false));
-addEventListener('beforeprint', () => applyTheme(true));
-addEventListener('afterprint', () => applyTheme(false));
+const unfolded = [];  // what printing opened
+addEventListener('beforeprint', () => {
+  unfolded.push(...document.querySelectorAll('details:not([open])'));
+  unfolded.forEach(each => { each.open = true; });
+  applyTheme(true);
+});
+addEventListener('afterprint', () => {
+  unfolded.splice(0).forEach(each => { each.open = false; });
+  applyTheme(false);
+});
 applyTheme(false);
 function themeButton() {
   const name = () => document.documentElement.dataset.theme === 'dark' ? 'Light' : 'Dark';

@@ -5,20 +5,20 @@ const LISTED = [  // key, title, how it is written, whether it is a number
   ['profit', 'profit $', value => num(value, 2), true],
   ['cost', 'cost $', value => num(value, 2), true], ['outcome', 'outcome', value => BRIEF[value] || outcomeName(value)],
   ['injury', 'injury $', value => num(value, 2), true],
-  ['people', 'people hit', value => num(value), true], ['soft', 'soft', value => num(value), true],
+  ['people', 'people hit', value => num(value), true], ['property', 'things hit', value => num(value), true], ['soft', 'soft', value => num(value), true],
   ['lost', 'pieces lost', value => num(value), true], ['duration', 'time s', value => num(value, 1), true],
   ['distance', 'way m', value => num(value, 1), true], ['nearest', 'nearest m', value => num(value, 2), true],
   ['localization', 'belief m', value => num(value, 2), true], ['recoveries', 'recov.', value => num(value), true],
 ];
 const MEANT = { soft: 'contacts too soft for the published rule to count', nearest: 'least distance to a person [m]', injury: 'expected cost of injuries [USD]',
   localization: 'error of the believed position, 95th percentile [m]', recoveries: 'recoveries begun', profit: 'fee earned less all costs [USD]',
-  cost: 'refunds, injuries, damage, repair and electricity [USD]', people: 'counted contacts with people', lost: 'pieces of cargo outside the bucket' };
+  cost: 'refunds, injuries, damage, repair and electricity [USD]', people: 'counted contacts with people', property: 'paid contacts with furniture and buildings', lost: 'pieces of cargo outside the bucket' };
 const COSTS = {
   all: ['any cost', () => true],
   injury: ['someone was hurt', row => row.injury > 0],
   loss: ['lost money', row => isNumber(row.profit) && row.profit < 0],
   cost: ['cost more than $1', row => row.cost > 1],
-  contact: ['touched something', row => row.people > 0 || row.soft > 0],
+  contact: ['touched something', row => row.people > 0 || row.property > 0 || row.soft > 0],
   recorded: ['has a replay', row => replayNumber(row.entry, row.episode) >= 0],
 };
 
@@ -32,6 +32,7 @@ function deliveryList(open) {
   const state = { stack: '', outcome: '', cost: 'all', sort: 'profit', rising: true, shown: PAGE };
   const found = [...new Set(columns.outcome)];
   const body = h('tbody'), count = h('span', { class: 'sub grow', role: 'status', id: 'list-count' });
+  const printed = h('span', { class: 'printonly' });
   const more = h('button', { type: 'button', on: { click: () => { state.shown += 5 * PAGE; draw(); } } });
   const choose = (id, label, key, options) => h('label', { for: id }, label, h('select', { id, on: { change: event => {
     state[key] = event.target.value;
@@ -55,6 +56,8 @@ function deliveryList(open) {
       else head.removeAttribute('aria-sort');
     }
     count.textContent = `${num(kept.length)} of ${num(rows.length)} deliveries`;
+    printed.textContent = [...[['by-stack', state.stack], ['by-outcome', state.outcome]].filter(([, value]) => value !== '').map(([id]) => $(id).selectedOptions[0].textContent),
+      ...(state.cost === 'all' ? [] : [COSTS[state.cost][0]]), kept.length > state.shown && `the first ${num(state.shown)} of them follow`].filter(Boolean).join('; ');
     body.replaceChildren(...kept.slice(0, state.shown).map(line));
     more.hidden = kept.length <= state.shown;
     more.textContent = `Show more (${num(kept.length - state.shown)} left)`;
@@ -72,7 +75,7 @@ function deliveryList(open) {
     h('div', { class: 'bar' },
       choose('by-stack', 'stack', 'stack', [['', 'all'], ...DATA.entries.map((each, k) => [k, each.label])]),
       choose('by-outcome', 'outcome', 'outcome', [['', 'all'], ...found.map(key => [key, outcomeName(key)])]),
-      choose('by-cost', 'cost', 'cost', Object.entries(COSTS).map(([key, [text]]) => [key, text])), count),
+      choose('by-cost', 'cost', 'cost', Object.entries(COSTS).map(([key, [text]]) => [key, text])), count, printed),
     scroller('Deliveries', h('table', { id: 'deliveries-table' },
       h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, h('span', { class: 'skip' }, 'replay')), heads)), body)),
     h('div', { class: 'bar' }, more)];

@@ -12,7 +12,7 @@ function masthead() {
 function reportSections() {
   const instance = player(), replay = replaySection(instance), open = replay.open;
   const sections = [
-    section('headline', 'What a delivery earns', 'Contribution margin: fee earned less refunds, injuries, damage, repair and electricity. Beside it the published stack that drives most like these.', headlineCards()),
+    section('headline', 'What a delivery earns', 'Contribution margin: fee earned less refunds, injuries, damage, repair and electricity. Beside it a published stack: ' + DATA.headline.paper.label + '.', headlineCards()),
     section('waterfall', 'From revenue to margin', 'US dollars per delivery, means; the whisker is the 95 % interval of the margin.', waterfallPanels()),
     h('div', { class: 'two' },
       section('outcomes', 'How deliveries end', 'Share of deliveries; Wilson’s intervals stand in the table below.', outcomeBars()),
@@ -20,8 +20,8 @@ function reportSections() {
     section('breakeven', 'When the robot has paid for itself', 'Capital expenditure over the mean margin, over 10 000 resamples of the missions. The dot is the point estimate.', breakEvenRidges()),
     section('comparison', 'Stacks held against each other', 'Every mission is met by both stacks with the same people and the same noise, so differences are taken mission by mission.', comparisonTables()),
     section('tables', 'The paper’s two tables', 'Means per delivery with 95 % intervals, beside what the paper published.', paperTables()),
-    section('map', 'Where it happened', 'Ways of recorded deliveries and contacts of all. Drag to move, ctrl + wheel or the buttons to zoom; a click opens the replay.', overview(open)),
-    DATA.replays.length > 0 && section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next costed event.', replay.content),
+    section('map', 'Where it happened', 'Ways of recorded deliveries and contacts of all. Drag (or shift + arrows) to move, ctrl + wheel, + and − to zoom; a click opens the replay.', overview(open)),
+    DATA.replays.length > 0 && section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next event that cost something, shift + arrows move the map.', replay.content),
     section('deliveries', 'Deliveries', 'Sorted by profit: the worst first. ▶ opens the replay.', deliveryList(open)),
     section('basis', 'What these figures rest on', null, basisContent()),
   ].filter(Boolean);
@@ -43,7 +43,7 @@ function boot() {
     main.append(made.nav, ...made.sections);
   } else {
     instance = player();
-    main.append(section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next costed event.', instance.place),
+    main.append(section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next event that cost something, shift + arrows move the map.', instance.place),
       section('basis', 'What this rests on', null, basisContent()));
   }
   $('foot').append(h('p', {}, `Made with navbench ${DATA.basis.made.navbench}. This page is complete in itself: it asks no server for anything.`));

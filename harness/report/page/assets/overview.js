@@ -17,7 +17,7 @@ function overview(open) {
     const xs = points.map(each => each[0]), ys = points.map(each => each[1]);
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
   };
-  const { place, canvas, context } = stage(
+  const { place, canvas, context, wasDragged } = stage(
     `Map with ${ways.length} recorded ways and ${DATA.contacts.length} contacts of ${DATA.deliveries.entry.length} deliveries`,
     width => width < 640 ? 1 : .66, camera, () => draw(), () => camera.show(extent(), 1.02), () => {});
 
@@ -30,7 +30,7 @@ function overview(open) {
       if (!here(way.entry, way.episode)) continue;
       context.beginPath();
       way.points.forEach(([x, y]) => context.lineTo(...camera.at(x, y)));
-      context.strokeStyle = colour[`--s${way.entry % 8}`];
+      context.strokeStyle = colour[`--s${way.entry % TINTS}`];
       context.globalAlpha = .8;
       context.lineWidth = 2;
       context.stroke();
@@ -40,7 +40,7 @@ function overview(open) {
       if (!here(entry, episode) || !isNumber(x0)) continue;
       context.fillStyle = colour['--soft'];
       dot(...camera.at(x0, y0), 2);
-      context.fillStyle = colour[`--s${entry % 8}`];
+      context.fillStyle = colour[`--s${entry % TINTS}`];
       dot(...camera.at(x1, y1), 3);
     }
     if (state.contacts) for (const [entry, episode, x, y, , , , cost, counted] of DATA.contacts) {
@@ -74,6 +74,7 @@ function overview(open) {
   });
   canvas.addEventListener('pointerleave', () => showTip(''));
   canvas.addEventListener('click', event => {
+    if (wasDragged()) return;
     const found = pointed(event), replay = found ? replayNumber(found.entry, found.episode) : -1;
     if (replay >= 0) open(replay, Math.max(0, found.time - 3));
   });

@@ -5,7 +5,8 @@ function profitCurves() {
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
   const label = `Profit summed over deliveries: ${curves.map(each =>
     `${each.label} ${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))}`).join('; ')}`;
-  return figure(label, width => {
+  const legend = h('div', { class: 'legend' }, curves.map(each => h('span', {}, h('span', { class: 'key', tint: colour(each) }), each.label)));
+  return [legend, figure(label, width => {
     const height = Math.min(360, Math.max(250, width * .55)), left = 52, right = 12, top = 10, bottom = 38;
     const last = Math.max(...curves.map(each => each.k.at(-1)));
     const ends = curves.flatMap(each => [...each.low, ...each.high, ...each.sum, 0]);
@@ -30,11 +31,8 @@ function profitCurves() {
       picture.append(s('path', { d: `M${line.join('L')}`, fill: 'none', stroke: colour(each), 'stroke-width': 2.2, 'stroke-linejoin': 'round',
         'data-tip': `${each.label}\n${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))} deliveries\n95 % of resampled: ${usd(each.low.at(-1), 0)} to ${usd(each.high.at(-1), 0)}` }));
     }
-    curves.forEach((each, k) => picture.append(
-      s('rect', { x: left + 12, y: top + 4 + k * 20, width: 16, height: 3.5, rx: 1.5, fill: colour(each) }),
-      s('text', { x: left + 35, y: top + 10 + k * 20 }, each.label)));
     return picture;
-  });
+  })];
 }
 
 function breakEvenRidges() {

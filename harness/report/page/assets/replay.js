@@ -1,16 +1,16 @@
-// The player: play, scrub, speed, and the jump to the next costed event.
+// The player: play, scrub, speed, and the jump to the next event that cost something.
 const SPEEDS = [.25, .5, 1, 2, 4, 8, 16];
 const NEAR = 20;  // [m] that the view shows at first
 const BEFORE_EVENT = 2;  // [s] before an event to which a jump leads
 
 function player() {
-  const place = h('div', { id: 'player' }), camera = new Camera();
+  const place = h('div', { id: 'player', tabindex: -1 }), camera = new Camera();
   const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
   const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, frames: 0, drawn: 0 };
   let last = 0, parts = null, strip = null, reasons = null, view = null;
 
   async function open(number, time = 0) {
-    state.playing = false;
+    pause();
     place.setAttribute('aria-busy', 'true');
     try {
       if (number !== state.number || !state.recording) {
@@ -21,6 +21,7 @@ function player() {
       }
       seek(time);
     } catch (error) {
+      state.number = -1;
       place.replaceChildren(h('p', { class: 'note loss', role: 'alert' }, `This replay cannot be shown. ${error.message}`));
     }
     place.removeAttribute('aria-busy');
@@ -42,20 +43,21 @@ function player() {
   function build() {
     const facts = state.recording.facts, name = `${DATA.entries[facts.entry].label}, episode ${facts.episode}`;
     camera.width = 1;
+    state.follow = true;
     view = stage(`Replay of ${name}`, width => width < 640 ? 1.05 : .62, camera, draw, () => { if (parts && state.drawn) reset(); else camera.metres = NEAR; },
       () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
     state.drawn = 0;
     const button = (text, label, act, more) => h('button', { type: 'button', 'aria-label': label, ...more, on: { click: act } }, text);
-    const costed = state.recording.costed.length;
+    const stops = state.recording.stops.length;
     parts = {
       play: button('▶ Play', 'Play or pause (space)', toggle, { class: 'play' }),
       follow: button('Follow', 'Follow the robot', follow, { 'aria-pressed': 'true' }),
-      next: button('Next cost →', 'Jump to the next costed event (N)', () => jump(1), { disabled: !costed }),
-      previous: button('←', 'Jump to the costed event before (P)', () => jump(-1), { disabled: !costed }),
+      next: button('Next cost →', 'Jump to the next event that cost something (N)', () => jump(1), { disabled: !stops }),
+      previous: button('←', 'Jump to the event before that cost something (P)', () => jump(-1), { disabled: !stops }),
       speed: h('select', { 'aria-label': 'Speed', on: { change: event => { state.speed = Number(event.target.value); } } },
         SPEEDS.map(each => h('option', { value: each, selected: each === state.speed }, `${each} ×`))),
       clock: h('span', { class: 'clock' }),
-      seek: h('input', { type: 'range', class: 'seek', min: 0, max: state.recording.end.toFixed(2), step: .05, value: 0, 'aria-label': 'Time [s]',
+      seek: h('input', { type: 'range', class: 'seek', min: 0, max: state.recording.end, step: 'any', value: 0, 'aria-label': 'Time [s]',
         on: { input: event => seek(Number(event.target.value)) } }),
       facts: h('dl'), costs: h('ul', { class: 'costs' }),
     };
@@ -95,9 +97,9 @@ function player() {
     if (recording.lost) lines.push(['cargo lost', isNumber(facts.pieces) ? `${num(recording.lost[0][row[0]])} of ${num(facts.pieces)}` : 'not modelled']);
     if (recording.energy) lines.push(['energy', `${num(recording.energy[0][row[0]] / 3600, 1)} Wh`]);
     lines.push(['costs so far', usd(recording.costs(time))]);
-    if (time >= recording.end - .05) lines.push(['ended', outcomeName(facts.outcome)]);
+    if (time >= recording.end - 1e-3) lines.push(['ended', outcomeName(facts.outcome)]);
     parts.facts.replaceChildren(...lines.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]).flat());
-    for (const line of parts.costs.children) line.className = Number(line.dataset.time) <= time + .05 ? '' : 'later';
+    for (const line of parts.costs.children) line.className = Number(line.dataset.time) <= time + 1e-3 ? '' : 'later';
     parts.clock.textContent = `${num(time, 1)} / ${num(recording.end, 1)} s`;
     parts.seek.value = time;
     strip.move(time);
@@ -118,26 +120,32 @@ function player() {
   function toggle() {
     if (!state.recording) return;
     if (!state.playing && state.time >= state.recording.end - .01) state.time = 0;
-    state.playing = !state.playing;
-    parts.play.textContent = state.playing ? '❚❚ Pause' : '▶ Play';
+    if (state.playing) return pause();
+    state.playing = true;
+    parts.play.textContent = '❚❚ Pause';
     last = performance.now();
-    if (state.playing) requestAnimationFrame(step);
+    requestAnimationFrame(step);
+  }
+  function pause() {
+    state.playing = false;
+    if (parts) parts.play.textContent = '▶ Play';
   }
   function step(now) {
     if (!state.playing) return;
     seek(state.time + Math.min(now - last, 250) / 1000 * state.speed);
     last = now;
     place.dataset.frames = state.frames += 1;
-    if (state.time >= state.recording.end - 1e-6) toggle(); else requestAnimationFrame(step);
+    if (state.time >= state.recording.end - 1e-6) pause(); else requestAnimationFrame(step);
   }
   function jump(way) {
-    const stamps = state.recording.costed.map(each => Math.max(0, each[2] - BEFORE_EVENT));
+    const stamps = state.recording.stops.map(each => Math.max(0, each - BEFORE_EVENT));
     const next = way > 0 ? stamps.find(each => each > state.time + .05) : stamps.findLast(each => each < state.time - .05);
     if (next !== undefined) seek(next);
   }
   place.addEventListener('keydown', event => {
-    if (!state.recording || ['SELECT', 'INPUT'].includes(event.target.tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
-    const acts = { ' ': ['BUTTON', 'SUMMARY'].includes(event.target.tagName) ? null : toggle, n: () => jump(1), p: () => jump(-1),
+    if (!state.recording || event.target.tagName === 'SELECT' || event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    const pressed = ['BUTTON', 'SUMMARY'].includes(event.target.tagName) || event.target.type === 'checkbox';  // space is theirs
+    const acts = { ' ': pressed ? null : toggle, n: () => jump(1), p: () => jump(-1),
       ArrowRight: () => seek(state.time + 1), ArrowLeft: () => seek(state.time - 1), Home: () => seek(0), End: () => seek(state.recording.end) };
     const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act) return;
@@ -154,6 +162,7 @@ function replaySection(instance) {
   const open = (number, time) => {
     pick.value = String(number);
     $('replay').scrollIntoView();
+    instance.place.focus({ preventScroll: true });  // its keys work at once
     return instance.open(number, time);
   };
   return { open, content: [DATA.replays.length > 1 && h('div', { class: 'bar' }, h('label', { for: 'which' }, 'delivery', pick)), instance.place] };

@@ -32,14 +32,15 @@ class Recording {
     this.driven = pose;
     this.facts = facts;
     this.times = fields.t[0];
-    this.end = this.times.at(-1);
+    this.settled = facts.duration ?? this.times.at(-1);
+    this.end = Math.max(this.times.at(-1), this.settled, ...facts.contacts.map(each => each[2]));
     this.trackStart = fields.trackCount ? starts(fields.trackCount[0]) : null;
     this.planStart = fields.planSize ? starts(fields.planSize[0]) : null;
     this.costed = facts.contacts.filter(each => each[5] > 0);
-    this.settled = facts.duration ?? this.end;
     this.bill = [
       ['refund', facts.money.service_compensation], ['repair', facts.money.repair], ['electricity', facts.money.electricity],
     ].filter(each => each[1] > 0).map(([name, cost]) => ({ time: this.settled, name, cost }));
+    this.stops = [...new Set([...this.costed.map(each => each[2]), ...facts.reasons.map(each => each.time)])].sort((a, b) => a - b);
     this.events = [...this.costed.map(each => ({ time: each[2], name: each[3].replaceAll('_', ' '), cost: each[5] })), ...this.bill];
   }
   row(time) {  // the row at or before a time, and how far it is to the next
@@ -83,7 +84,7 @@ class Recording {
     });
     return found;
   }
-  costs(time) { return this.events.reduce((sum, each) => sum + (each.time <= time + 1e-6 ? each.cost : 0), 0); }
+  costs(time) { return this.events.reduce((sum, each) => sum + (each.time <= time + 1e-3 ? each.cost : 0), 0); }
   nearest(row) {
     const [x, y] = this.pose(this.driven, row);
     return this.people(row).reduce((least, [px, py]) => Math.min(least, Math.hypot(px - x, py - y)), Infinity);

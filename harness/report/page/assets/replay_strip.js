@@ -1,7 +1,7 @@
 // The strip below a replay: speed and the costs so far over time, with a mark for each costed event.
 function replayStrip(recording, seek) {
   let cursor = null, x = null;
-  const told = `Speed and costs over ${num(recording.end)} s with ${recording.costed.length} costed contacts`;
+  const told = `Speed and costs over ${num(recording.end)} s with ${recording.stops.length} events that cost something`;
   const place = figure(told, width => {
     const height = 104, left = 34, right = 46, top = 18, bottom = 20, end = Math.max(recording.end, recording.settled);
     const speeds = recording.motion[0], fastest = Math.max(2, ...speeds), slowest = Math.min(0, ...speeds), total = Math.max(recording.costs(Infinity), 1e-9);
@@ -30,6 +30,11 @@ function replayStrip(recording, seek) {
     }
     for (const [, , stamp, kind, , cost] of recording.costed) {
       picture.append(s('circle', { cx: x(stamp), cy: height - bottom, r: 4.5, fill: 'var(--loss)', 'data-tip': `${kind.replaceAll('_', ' ')} at ${num(stamp, 1)} s: ${usd(cost)}` }));
+    }
+    for (const { time, words } of recording.facts.reasons) {  // what no contact marks: food spoiled, too late, help needed
+      if (recording.costed.some(each => Math.abs(each[2] - time) < .2)) continue;
+      const at = x(time), low = height - bottom;
+      picture.append(s('path', { d: `M${at - 5} ${low}L${at} ${low - 5}L${at + 5} ${low}L${at} ${low + 5}Z`, fill: 'var(--loss)', 'data-tip': sign(words).split(': ')[0] }));
     }
     cursor = s('line', { y1: 0, y2: height - bottom + 4, stroke: 'var(--ink)', 'stroke-width': 1.6 });
     picture.append(cursor);

@@ -57,7 +57,7 @@ function colours() {
   palette = {};
   for (const name of ['--ground', '--building', '--building-edge', '--other', '--ink', '--paper', '--card', '--soft', '--faint', '--scan', '--plan',
     '--person', '--track', '--belief', '--robot', '--loss', '--accent', '--line', ...Object.values(GROUND),
-    ...Array.from({ length: 8 }, (_, k) => `--s${k}`)]) palette[name] = css(name);
+    ...Array.from({ length: TINTS }, (_, k) => `--s${k}`)]) palette[name] = css(name);
   return palette;
 }
 
@@ -127,11 +127,16 @@ function stage(label, aspect, camera, redraw, reset, moved) {
     redraw();
   };
   new ResizeObserver(fit).observe(place);
-  let held = null;
-  canvas.addEventListener('pointerdown', event => { held = [event.clientX, event.clientY, camera.x, camera.y]; });
+  let held = null, dragged = false;
+  canvas.addEventListener('pointerdown', event => {
+    held = [event.clientX, event.clientY, camera.x, camera.y];
+    dragged = false;
+  });
   addEventListener('pointerup', () => { held = null; });
   canvas.addEventListener('pointermove', event => {
     if (!held || event.buttons === 0) return;
+    dragged ||= Math.hypot(event.clientX - held[0], event.clientY - held[1]) > 4;
+    if (!dragged) return;
     camera.x = held[2] - (event.clientX - held[0]) / camera.scale;
     camera.y = held[3] + (event.clientY - held[1]) / camera.scale;
     moved();
@@ -143,6 +148,18 @@ function stage(label, aspect, camera, redraw, reset, moved) {
     camera.zoom(1.0015 ** event.deltaY, 2000);
     redraw();
   }, { passive: false });
-  onTheme(() => setTimeout(redraw));
-  return { place, canvas, context: canvas.getContext('2d') };
+  canvas.addEventListener('keydown', event => {
+    const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }, step = event.shiftKey && steps[event.key];
+    const zooms = { '+': .7, '=': .7, '-': 1.4, _: 1.4 };
+    if (event.ctrlKey || event.metaKey || event.altKey || (!step && !zooms[event.key])) return;
+    event.preventDefault();
+    if (step) {
+      camera.x += step[0] * camera.metres / 8;
+      camera.y += step[1] * camera.metres / 8;
+      moved();
+    } else camera.zoom(zooms[event.key], 2000);
+    redraw();
+  });
+  onTheme(redraw);
+  return { place, canvas, wasDragged: () => dragged, context: canvas.getContext('2d') };
 }
