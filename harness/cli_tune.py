@@ -103,6 +103,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from harness.setup import nav2_parameters
     from harness.study import make_study
     from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
+    from harness.tuning.notes import notes_before
     from harness.tuning.objective import parse_objectives
     from harness.tuning.paths import with_absolute_files
     from harness.tuning.sampler import make_sampler
@@ -130,7 +131,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     check_space(fitted, nav2, sampler, study.template.allow_unknown)
     path = out or default_folder(f"tune-{original.name}")
     require_usable(path)
-    for note in (*check(study), *fitted.notes):
+    for note in (*check(study), *fitted.notes, *notes_before(declaration, choices)):
         say(f"note: {note}")
     texts = {
         TUNING: dump_dataclass(declaration),
@@ -157,7 +158,8 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
     for note in version_notes(path):
         say(f"note: {note}")
     with Journal(path) as journal, open_workers(where, base.workers, path, {path: base}) as pool:
-        progress = Progress(study.plan, journal, study.declaration.budget, study.episodes_after_search)
+        later = study.episodes_after_search + study.episodes_of_explanation
+        progress = Progress(study.plan, journal, study.declaration.budget, later)
         if len(journal):
             say(f"going on after {len(journal)} episodes")
         shared = None if where.is_local else path
@@ -166,7 +168,6 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)
                     journal.stop_clock()
-                    _say_what_was_cut(study, result)
                     document, report = _explain(study, base, result, evaluator, progress, path)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished episodes are kept in {path}; go on with --resume {path}"
@@ -182,26 +183,15 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
 def _search_and_test(
     study: "TuningStudy", evaluator: "StackEvaluator", journal: "Journal", progress: "Progress"
 ) -> "StudyResult":
+    from harness.cli_run import say
+    from harness.tuning.notes import notes_after_search
     from harness.tuning.study import finish, run_search
 
     search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
+    for note in notes_after_search(study, search, journal):
+        say(note)
     progress.phase = "final choice and test" if study.plan.final_episodes else "test"
     return finish(study, search, evaluator)
-
-
-def _say_what_was_cut(study: "TuningStudy", result: "StudyResult") -> None:
-    from harness.cli_run import say
-
-    driven, asked = len(result.trials) - 1, study.declaration.trials
-    if driven >= asked:
-        return
-    if study.declaration.budget is None:
-        say(f"after {driven} of {asked} trials there is no further point that keeps the constraints")
-        return
-    say(
-        f"the budget of {study.declaration.budget:g} s cut off {asked - driven} of {asked} trials; the test has all of "
-        f"its {len(result.test_missions)} missions; --resume with a longer --budget drives the rest"
-    )
 
 
 def _explain(
@@ -233,7 +223,7 @@ def _explain(
         result, evaluator, path, prices_of(template.prices), threshold, declaration.waterfall_missions
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
-    write_tuning(result, scores, explanation, command, path, again)
+    write_tuning(result, scores, explanation, command, path, again, lint)
 
     def report() -> None:
         console = report_console(sys.stdout)
@@ -265,11 +255,12 @@ def lint_of(folder: Path, robot: str, allow_unknown: bool) -> "Row":
 
 
 def _print_files(lint: "Row", command: str, path: Path) -> None:
+    from harness.report.tuning import lint_lines
     from harness.tuning.output import DIFF, TUNED
 
-    findings = f"{lint['errors']} errors, {lint['warnings']} warnings"
-    lines = [f"tuned file: {path / TUNED}", f"difference: {path / DIFF}", f"lint of the tuned file: {findings}"]
-    lines += [f"  new: {finding}" for finding in lint["new"]] + [f"  gone: {finding}" for finding in lint["gone"]]
+    first, *rest = lint_lines(lint)
+    lines = [f"tuned file: {path / TUNED}", f"difference: {path / DIFF}", f"lint of the tuned file: {first}"]
+    lines += [f"  {line}" for line in rest]
     sys.stdout.write("\n".join((*lines, "drive its test again:", f"  {command}", "")))
 
 

@@ -13,13 +13,16 @@ from harness.report.tables import print_table, report_table
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import Sheet, sheets, summary
 from harness.tuning.explanation import Explanation
+from harness.tuning.output import DIFF
 from harness.tuning.result import StudyResult
 from navstack.errors import InputError
+from navstack.params.strict import read_text
 
 REPORT = "report.md"
 SENTENCE = 80  # [characters] at which sentences in a table are broken
 CAPTIONS = {
     "history": "The search: every trial, and the best so far with its 95 % interval on training missions.",
+    "front": "Every trial in the first two objectives (larger is better), and the Pareto front.",
     "importance": "Importance of each parameter, with what chance alone reaches.",
     "slices": "The objective over each parameter, trial by trial.",
     "waterfall": "From the old file's margin to the new one's.",
@@ -48,7 +51,13 @@ def print_tuning(
 
 
 def write_tuning(
-    study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str], folder: Path, again: str
+    study: StudyResult,
+    scores: Row,
+    explanation: Explanation,
+    command: Sequence[str],
+    folder: Path,
+    again: str,
+    lint: Row,
 ) -> Path:
     """Write ``report.md`` and its figures into the study's folder; returns the report's path.
 
@@ -59,6 +68,7 @@ def write_tuning(
         command: as in :func:`print_tuning`.
         folder: of the study.
         again: the line that drives its test again.
+        lint: of the tuned file, as in ``tune.json``.
 
     Raises:
         InputError: it cannot be written.
@@ -70,12 +80,20 @@ def write_tuning(
     for figure in draw_tuning(study, explanation, folder):
         if figure.suffix == ".png" and figure.stem in CAPTIONS:
             lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
+    lines += ["## What differs", "", "```diff", read_text(folder / DIFF).rstrip("\n"), "```", ""]
+    lines += ["## Lint of the tuned file", "", *(f"- {line}" for line in lint_lines(lint)), ""]
     lines += ["## Its test, driven again", "", "```", again, "```", ""]
     try:
         write_text(folder / REPORT, "\n".join(lines))
     except OSError as error:
         raise InputError(f"'{folder / REPORT}' cannot be written ({error.strerror})") from None
     return folder / REPORT
+
+
+def lint_lines(lint: Row) -> list[str]:
+    """What the check of the tuned file finds: how much, and what of it is new or gone."""
+    counts = f"{lint['errors']} errors, {lint['warnings']} warnings"
+    return [counts, *(f"new: {each}" for each in lint["new"]), *(f"gone: {each}" for each in lint["gone"])]
 
 
 def _print(sheet: Sheet, console: Console) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.report.figures import SUFFIXES, save_figure
-from harness.report.tuning_sheets import bounds, number_text, value_text
+from harness.report.tuning_text import bounds, number_text, value_text
 from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.history import Best
@@ -24,7 +24,7 @@ from harness.tuning.waterfall import Step, Waterfall
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FIGURES = ("history", "importance", "slices", "waterfall", "components")  # stems of the files
+FIGURES = ("history", "front", "importance", "slices", "waterfall", "components")  # stems of the files
 BAR_INCH, FRAME_INCH = 0.26, 1.0  # heights: of a bar with its label, of what is about the bars
 GRID_COLUMNS, CELL_INCH = 3, 1.35  # of the slices
 LEAST_SHOWN = 0.005  # [USD/run] smaller components are no bars
@@ -51,6 +51,8 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
     paths: list[Path] = []
     if explanation.history:
         paths += save_figure(folder / "history", 2.8, partial(_history, study=study, bests=explanation.history))
+    if len(study.objectives) > 1:
+        paths += save_figure(folder / "front", 2.8, partial(_front, study=study))
     if explanation.importances:
         height = FRAME_INCH + BAR_INCH * len(explanation.importances)
         paths += save_figure(folder / "importance", height, partial(_importance, ranked=explanation.importances))
@@ -90,6 +92,20 @@ def _history(axes: "Axes", study: StudyResult, bests: Sequence[Best]) -> None:
     axes.set_xlabel("trial (0: the original)")
     axes.set_ylabel(_objective(study.objectives[0]))
     axes.set_title(f"n = {len(study.train_missions)} training missions; band: 95 % interval", loc="left", fontsize=8)
+    axes.figure.legend(loc="outside lower right", ncols=3, frameon=False, fontsize=7)
+
+
+def _front(axes: "Axes", study: StudyResult) -> None:
+    """Every trial that drove all training missions in the first two objectives, and those that no other beats."""
+    known = [trial for trial in study.trials if trial.state == COMPLETE]
+    for is_best, colour, title in ((False, FAINT, "beaten in every objective"), (True, NEW, "Pareto front")):
+        chosen = [trial for trial in known if (trial.number in study.front) == is_best]
+        points = [trial.values[0] for trial in chosen], [trial.values[1] for trial in chosen]
+        axes.plot(*points, "o", color=colour, markersize=4.0, label=title)
+    original = study.trials[0].values
+    axes.plot(original[0], original[1], "s", color=LINE, markerfacecolor="none", markersize=7.0, label="original")
+    axes.set_xlabel(_objective(study.objectives[0]))
+    axes.set_ylabel(_objective(study.objectives[1]))
     axes.figure.legend(loc="outside lower right", ncols=3, frameon=False, fontsize=7)
 
 

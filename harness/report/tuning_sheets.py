@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 from harness.liability import ACCOUNTINGS
 from harness.metrics import Row
+from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, span, step_title, value_text
 from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.importance import Importance
 from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
-from harness.tuning.waterfall import Player, Step
-
-NOTHING = "--"
-LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +38,11 @@ def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: S
     found = [
         _scores(scores, explanation),
         _finals(study),
+        _front(study),
+        _bests(explanation),
         _changes(study, explanation.importances),
         _waterfall(explanation),
+        _set_back(explanation),
         _components(explanation),
         _accountings(explanation),
         _interactions(explanation),
@@ -69,7 +69,8 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     else:
         examined, every = sum(check.is_examined for check in explanation.audit.checks), len(explanation.audit.checks)
         found = f"flags nothing ({examined} of {every} checks examined)" if examined else "could examine nothing"
-        lines.append(f"The auditor {found}.")
+        looks = "; ".join(check.look for check in explanation.audit.checks if check.look)
+        lines.append(f"The auditor {found}." + (f" Look at values at an end of their range: {looks}." if looks else ""))
     return lines
 
 
@@ -131,9 +132,45 @@ def _finals(study: StudyResult) -> Sheet:
     headers = (f"Final choice: {study.objectives[0]}", "In training", "In the final choice", "Missions")
     notes = (
         "The best trials and the original on training missions that had no part in choosing them, the best first; the "
-        "worse half drops out after each round. What trials lose here is the luck of having been chosen.",
+        "worse half of the trials drops out after each round. What trials lose here is the luck of having been chosen.",
     )
     return Sheet("The final choice", headers, rows, notes=notes)
+
+
+def _front(study: StudyResult) -> Sheet:
+    """What a Pareto study has to offer."""
+    if len(study.objectives) < 2:
+        return Sheet("", (), ())
+    rows = tuple(
+        (f"trial {number}" if number else "original", *(f"{value:.4g}" for value in study.trials[number].values))
+        for number in sorted(study.front, key=lambda number: -study.trials[number].values[0])
+    )
+    notes = (
+        "Trials that no other beats in every objective, on training missions; larger is better in each. Their files "
+        "are in front/. What follows is of the one that is best in the first objective; try others with navbench run.",
+    )
+    return Sheet("The Pareto front", ("Trial", *study.objectives), rows, notes=notes)
+
+
+def _bests(explanation: Explanation) -> Sheet:
+    """How the best so far changed, under every accounting."""
+    names = [name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)]
+    if len(explanation.history) < 2 or not names:
+        return Sheet("", (), ())
+    rows = tuple(
+        (
+            f"trial {best.number}" if best.number else "original",
+            span(best.score),
+            *(f"{best.margins[name]:.2f}" for name in names),
+        )
+        for best in explanation.history
+    )
+    headers = ("Best so far", "Objective", *(name.replace("_", " ") for name in names))
+    notes = (
+        "Each trial that was the best when it was driven: its objective with its 95 % interval, and its margin "
+        "[USD/run] on the same training missions under every accounting of contacts.",
+    )
+    return Sheet("The best of the search, scored anew", headers, rows, notes=notes)
 
 
 def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
@@ -172,6 +209,18 @@ def _waterfall(explanation: Explanation) -> Sheet:
         f"values ({found.episodes} deliveries); 95 % bootstrap intervals over missions. The steps add up to the total.",
     )
     return Sheet("From the old margin to the new [USD/run]", ("Step", "Margin", "95 %"), tuple(rows), notes=notes)
+
+
+def _set_back(explanation: Explanation) -> Sheet:
+    rows = tuple(
+        (step_title(step), number_text(step.gain.value or 0.0, sign="+"), bounds(step.gain))
+        for step in explanation.set_back
+    )
+    notes = (
+        "The tuned file's margin less that of the same file with this one value as it was, on the missions above. "
+        "Unlike the steps above these do not add up; one whose interval holds zero brings nothing that can be told.",
+    )
+    return Sheet("What each new value brings beside all others [USD/run]", ("Value", "Margin", "95 %"), rows, 1, notes)
 
 
 def _components(explanation: Explanation) -> Sheet:
@@ -240,48 +289,3 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
     return Sheet(
         "Missions where the two files part ways [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
     )
-
-
-def step_title(step: Step) -> str:
-    """A step's parameters with their old and new values; a group by its names alone."""
-    player: Player = step.player
-    if len(player.names) == 1 and is_list(step.before[0]):
-        return player.title
-    if len(player.names) == 1:
-        return f"{player.title} {value_text(step.before[0])} -> {value_text(step.after[0])}"
-    names = ", ".join(player.names)
-    return f"{player.title} ({names})" if player.title not in (names, " + ".join(player.names)) else player.title
-
-
-def value_text(value: object) -> str:
-    """A parameter's value as a reader wants it."""
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    is_long = isinstance(value, int) and abs(value) >= LONG
-    return f"{value:.4g}".replace("e+0", "e") if is_long else str(value)
-
-
-def span(interval: Interval, decimals: int = 2) -> str:
-    """A value with its interval."""
-    if interval.value is None:
-        return NOTHING
-    return f"{number_text(interval.value, decimals)} {bounds(interval, decimals)}".rstrip()
-
-
-def bounds(interval: Interval, decimals: int = 2) -> str:
-    """The interval alone; empty where there is none."""
-    if interval.low is None or interval.high is None:
-        return ""
-    return f"[{number_text(interval.low, decimals)}, {number_text(interval.high, decimals)}]"
-
-
-def number_text(number: float, decimals: int = 2, sign: str = "") -> str:
-    """A number to so many decimals; ``sign`` "+" shows that of positive ones, too."""
-    return f"{number:{sign}z.{decimals}f}"
-
-
-def p_text(p: float, difference: Interval | None = None) -> str:
-    """A p value; of a difference only where some pairs are apart."""
-    if difference is not None and difference.low is None:
-        return NOTHING
-    return "<.001" if p < 0.001 else f"{p:.3f}"

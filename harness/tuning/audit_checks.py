@@ -61,8 +61,8 @@ def pushing(pairs: Pairs, scores: Sequence[Score], threshold: float) -> Check:
         tuple(shown),
         why=f"a contact below {threshold:g} N s in one physics step costs nothing, however many there are; whoever is "
         "touched does not care",
-        advice="tune for the margin without threshold (the score below), or bound soft contacts by a constraint on the "
-        "metric soft_contacts",
+        advice="tune for shared_margin, which pays for every contact however soft, or keep soft contacts few with a "
+        "second objective (--objective margin,-soft_contacts)",
     )
 
 
@@ -70,7 +70,8 @@ def another_accounting(scores: Sequence[Score]) -> Check:
     """A gain that turns into a loss as soon as softer contacts are paid for, also by the robot's share of the fault."""
     found = {each.accounting: each for each in scores}
     if NEITHER not in found:
-        return Check("accounting", False, "single contacts are not known", is_examined=False)
+        missing = "single contacts are not known" if scores else "the margin is undefined"
+        return Check("accounting", False, missing, is_examined=False)
     published, free, shared = found[PUBLISHED], found[NO_THRESHOLD], found[NEITHER]
     flagged = published.is_gain and free.is_loss and (shared.difference.value or 0.0) < 0.0
     says = ", ".join(f"{each.accounting} {each.difference.value:+.2f}" for each in (published, free, shared))
@@ -92,7 +93,7 @@ def timeouts(pairs: Pairs, scores: Sequence[Score]) -> Check:
     way = _mean_where(pairs.incumbent.progress, after)
     shown = evidence("deliveries that ran out of time", "share", before, after, paired)
     stood = way is not None and way < STOOD
-    pays = any(each.is_gain for each in scores if each.accounting == PUBLISHED)
+    pays = any(each.is_gain for each in scores)  # whatever was tuned for
     flagged = rises(paired, SHARE) and (stood or pays)
     says = f"timeouts: {_change(shown)}"
     if way is not None:
@@ -104,7 +105,8 @@ def timeouts(pairs: Pairs, scores: Sequence[Score]) -> Check:
         (shown, *_progress_evidence(pairs, before, after)),
         why="a delivery that never comes costs the fee's refund (service compensation) and nothing else, far less than "
         "one contact with a person; the lost customer is not in the model",
-        advice="tune under a constraint on SLA compliance, and look at the timeouts' missions",
+        advice="tune under a constraint on SLA compliance (--objective 'margin@sla>=0.9'), and look at the timeouts' "
+        "missions",
     )
 
 
@@ -130,7 +132,8 @@ def early_ends(pairs: Pairs) -> Check:
         tuple(shown),
         why="what would still have happened on the way is not paid for once a delivery has ended; a mission without a "
         "result is not in the mean at all",
-        advice="look at how these missions end; tune under a constraint on SLA compliance",
+        advice="look at how these missions end; tune under a constraint on SLA compliance (--objective "
+        "'margin@sla>=0.9')",
     )
 
 
@@ -155,8 +158,8 @@ def freezing(pairs: Pairs) -> Check:
         tuple(shown),
         why="the cost model has no price of time short of the timeout, so that contacts can be avoided by not moving "
         "while anybody is near",
-        advice="tune with an operator's wage counted (navbench price --with operator), or under a constraint on "
-        "avg_runtime_h",
+        advice="keep the time short with a second objective (--objective margin,-duration_s); see what it earns with "
+        "an operator's wage counted (navbench price --with operator)",
     )
 
 
@@ -214,8 +217,8 @@ def _progress_evidence(pairs: Pairs, before: FloatArray, after: FloatArray) -> l
     shares = [_mean_where(side.progress, own) for side, own in ((pairs.original, before), (pairs.incumbent, after))]
     if shares[1] is None:
         return []
-    first = float("nan") if shares[0] is None else shares[0]
-    return [Evidence("way made good in those", "share", first, shares[1], Interval(None, None, None, int(after.sum())))]
+    none = Interval(None, None, None, int(after.sum()))
+    return [Evidence("way made good in those", "share", shares[0], shares[1], none)]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:
@@ -224,6 +227,7 @@ def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:
 
 def _change(evidence: Evidence) -> str:
     """From what to what."""
-    text = f"{evidence.original:.3g} -> {evidence.incumbent:.3g}"
+    before = "none" if evidence.original is None else f"{evidence.original:.3g}"
+    text = f"{before} -> {evidence.incumbent:.3g}"
     low, high = evidence.difference.low, evidence.difference.high
     return text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"

@@ -1,4 +1,8 @@
-"""The auditor's look at the search space: a tuned value at the edge of its range may have its best beyond."""
+"""The auditor's look at the search space: a tuned value at the edge of its range may have its best beyond.
+
+An alarm needs a trend that goes on to the edge; a value that lies there without one, by chance or because it does not
+matter, is named to be looked at.
+"""
 
 import math
 from dataclasses import dataclass
@@ -15,6 +19,7 @@ from navstack.types import FloatArray
 
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
 NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
+AT_END = 0.03  # of a range: a value so near to its end is for the reader to look at, trend or not
 FINE = 1e-9
 WHY = (
     "the search ended where the file of the search space ends, not where the objective has its best: what the study "
@@ -52,6 +57,7 @@ def edges(study: StudyResult) -> Check:
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
     none = f"none of the {tested} tuned values is near an end of its range" if tested else "no value was tuned"
     said = [_sentence(edge) for edge in flagged or near]
+    at_end = [_sentence(edge) for edge in near if edge.distance <= AT_END]
     return Check(
         "edge",
         bool(flagged),
@@ -60,6 +66,7 @@ def edges(study: StudyResult) -> Check:
         is_examined=tested > 0,
         why=WHY,
         advice=ADVICE,
+        look="" if flagged else "; ".join(at_end),
     )
 
 
@@ -142,6 +149,6 @@ def _sentence(edge: Edge) -> str:
 
 def _evidence(edge: Edge) -> Evidence:
     original = edge.parameter.original
-    number = float(original) if isinstance(original, int | float) else math.nan
-    none = Interval(edge.value - number, None, None, 1)
+    number = float(original) if isinstance(original, int | float) else None
+    none = Interval(None if number is None else edge.value - number, None, None, 1)
     return Evidence(edge.parameter.name, edge.parameter.unit, number, edge.value, none, edge.p)

@@ -26,7 +26,7 @@ class Evidence:
 
     what: str
     unit: str
-    original: float
+    original: float | None  # None: it has none, as where none of its deliveries ended so
     incumbent: float
     difference: Interval  # incumbent less original; without bounds where there is nothing to resample
     p: float | None = None  # of no difference; None: not tested
@@ -54,6 +54,7 @@ class Check:
     is_examined: bool = True
     why: str = ""  # this is a gap of the cost model
     advice: str = ""  # what to do
+    look: str = ""  # what is no alarm, but for a reader to look at
 
     @property
     def title(self) -> str:
@@ -63,7 +64,9 @@ class Check:
     @property
     def state(self) -> str:
         """How it came out, in a word."""
-        return "flagged" if self.is_flagged else "passed" if self.is_examined else "not examined"
+        if self.is_flagged or not self.is_examined:
+            return "flagged" if self.is_flagged else "not examined"
+        return "look" if self.look else "passed"
 
     def as_json(self) -> Row:
         """The check as one JSON object."""
@@ -72,6 +75,7 @@ class Check:
             "title": self.title,
             "state": self.state,
             "says": self.says,
+            "look": self.look,
             "evidence": [each.as_json() for each in self.evidence],
             "why": self.why,
             "advice": self.advice,

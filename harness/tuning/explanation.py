@@ -24,7 +24,7 @@ from harness.tuning.partings import Parting, partings
 from harness.tuning.result import StudyResult
 from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.trial_table import trial_table
-from harness.tuning.waterfall import Waterfall, players, waterfall
+from harness.tuning.waterfall import Step, Waterfall, players, set_back, waterfall
 from harness.valuation import deliveries
 from navstack.errors import ParameterError
 from navstack.types import FloatArray
@@ -72,6 +72,7 @@ class Explanation:
     importances: tuple[Importance, ...]  # the largest first; empty where the trials are too few
     interactions: tuple[Interaction, ...]
     waterfall: Waterfall | None
+    set_back: tuple[Step, ...]  # what each changed value brings beside all the others
     components: tuple[Component, ...]  # on the missions of the audit; empty where the margin is undefined
     optimism: (
         Interval | None
@@ -88,6 +89,7 @@ class Explanation:
             "importances": [each.as_json() for each in self.importances],
             "interactions": [each.as_json() for each in self.interactions],
             "waterfall": None if self.waterfall is None else self.waterfall.as_json(),
+            "set_back": [each.as_json() for each in self.set_back],
             "components": {each.key: each.as_json() for each in self.components},
             "optimism_usd_per_run": None if self.optimism is None else self.optimism.as_json(),
             "partings": [each.as_json() for each in self.partings],
@@ -126,16 +128,18 @@ def explain(
     rows = (study.test_rows[0], study.test_rows[1]) if tested else study.train_rows
     who = players(study, [each.name for each in ranked], most_players)
     missions = (study.test_missions if tested else study.train_missions)[:waterfall_missions]
-    steps, note = None, ""
+    steps, alone, note = None, (), ""
     try:
         steps = waterfall(study, evaluator, missions, who)
+        alone = set_back(study, evaluator, missions) if steps is not None else ()
     except ParameterError as error:
         note = f"no waterfall: a mixture of old and new values cannot be driven: {error}"
     found = Explanation(
-        history=history(study, evaluator),
+        history=history(study, evaluator, prices),
         importances=ranked,
         interactions=interactions(table),
         waterfall=steps,
+        set_back=alone,
         components=components(pair_up(*rows, prices, study.seed)),
         optimism=_optimism(study, prices) if tested and study.incumbent.values else None,
         partings=partings(*rows),

@@ -4,7 +4,7 @@ The best of a hundred trials on few missions is one of the luckiest, too, and it
 few best on new missions is a fair sample of each, so that choosing among them by it costs little of that luck. They are
 halved (Karnin, Koren and Somekh 2013, "Almost optimal exploration in multi-armed bandits"): after each round the worse
 half drops out, and the others drive twice as many missions. All drive the same ones, so that means differ as pairs do.
-The original is always among them: where nothing is better, it stays.
+The original stays in to the end: where the last trial is no better on all missions, nothing is changed.
 """
 
 import math
@@ -47,19 +47,23 @@ def decide(
     """
     if not count or not missions:
         return ()
-    left = _entrants(trials, count, objective, evaluator)
-    if len(left) < 2:
+    left = _rivals(trials, count, objective, evaluator)
+    if not left:
         return ()
     out: list[Finalist] = []
     for driven, kept in schedule(len(left), len(missions)):
-        order = _ranked([_drive(each, missions[:driven], objective, evaluator) for each in left], objective.resolution)
+        order = _ranked([_drive(each, missions[:driven], objective, evaluator) for each in left])
         out = [*order[kept:], *out]
         left = [trials[number] for number in sorted(each.number for each in order[:kept])]
-    return (*order[:kept], *out)
+    original, best = _drive(trials[0], missions, objective, evaluator), order[0]
+    is_better = best.shortfall < original.shortfall or (
+        best.shortfall == original.shortfall and best.value > original.value + objective.resolution
+    )
+    return (*((best, original) if is_better else (original, best)), *out)
 
 
 def schedule(entrants: int, missions: int) -> tuple[tuple[int, int], ...]:
-    """Of each round how many missions everyone has driven after it, and how many stay; the last leaves one."""
+    """Of each round how many missions every trial has driven after it, and how many stay; the last leaves one."""
     rounds = max(math.ceil(math.log2(entrants)), 1)
     found, left = [], entrants
     for number in range(rounds):
@@ -72,14 +76,14 @@ def most_episodes(count: int, missions: int) -> int:
     """Deliveries that the final choice of ``count`` trials and the original takes at most."""
     if not count or not missions:
         return 0
-    total, before, left = 0, 0, count + 1
-    for driven, kept in schedule(count + 1, missions):
+    total, before, left = missions, 0, count
+    for driven, kept in schedule(count, missions):
         total, before, left = total + left * (driven - before), driven, kept
     return total
 
 
-def _entrants(trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator) -> list[Trial]:
-    """The original, and the best complete trials that drive otherwise than it and than each other."""
+def _rivals(trials: Sequence[Trial], count: int, objective: Objective, evaluator: Evaluator) -> list[Trial]:
+    """The best complete trials that drive otherwise than the original and than each other."""
     complete = [trial for trial in trials if trial.state == COMPLETE]
 
     def rank(trial: Trial) -> tuple[float, float, int]:
@@ -88,7 +92,7 @@ def _entrants(trials: Sequence[Trial], count: int, objective: Objective, evaluat
 
     different = {trial.candidate.key: trial for trial in sorted(complete, key=rank, reverse=True)}
     different.pop(trials[0].candidate.key, None)
-    return [trials[0], *sorted(different.values(), key=rank)[:count]]
+    return sorted(different.values(), key=rank)[:count]
 
 
 def _drive(trial: Trial, missions: Sequence[int], objective: Objective, evaluator: Evaluator) -> Finalist:
@@ -102,12 +106,6 @@ def _drive(trial: Trial, missions: Sequence[int], objective: Objective, evaluato
     return Finalist(trial.number, trial.candidate, len(missions), value, shortfall)
 
 
-def _ranked(finalists: Sequence[Finalist], resolution: float) -> list[Finalist]:
-    """By the side condition, then by the objective; but the original, which comes first, before one no better."""
-    original, *_ = finalists
-    order = sorted(finalists, key=lambda each: (each.shortfall, -each.value))
-    best = order[0]
-    if original.number == 0 and original.shortfall == best.shortfall and best.value - original.value <= resolution:
-        order.remove(original)
-        order.insert(0, original)
-    return order
+def _ranked(finalists: Sequence[Finalist]) -> list[Finalist]:
+    """By the side condition, then by the objective; of equals the first one given comes first."""
+    return sorted(finalists, key=lambda each: (each.shortfall, -each.value))

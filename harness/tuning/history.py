@@ -1,13 +1,16 @@
 """How the best trial of a study grew, with how sure its score is."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from harness.economics.prices import Prices
 from harness.metrics import Row
 from harness.statistics import Interval, percentile_interval
+from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit_scores import score
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, parse_objectives
 from harness.tuning.result import COMPLETE, StudyResult
@@ -22,13 +25,14 @@ class Best:
 
     number: int  # of the trial
     score: Interval  # of the first objective over training missions
+    margins: Mapping[str, float]  # [USD/run] on these by accounting of contacts; empty where the margin is undefined
 
     def as_json(self) -> Row:
         """The trial as one JSON object."""
-        return {"trial": self.number, **self.score.as_json()}
+        return {"trial": self.number, **self.score.as_json(), "accountings": dict(self.margins)}
 
 
-def history(study: StudyResult, evaluator: Evaluator) -> tuple[Best, ...]:
+def history(study: StudyResult, evaluator: Evaluator, prices: Prices) -> tuple[Best, ...]:
     """Every trial that was better than all complete ones before it by more than a cent, the original first.
 
     Intervals are the bootstrap's over training missions, 95 %. They are of each trial alone: as the best of many is
@@ -41,9 +45,19 @@ def history(study: StudyResult, evaluator: Evaluator) -> tuple[Best, ...]:
         if trial.state != COMPLETE or trial.values[0] <= least:
             continue
         rows = evaluator.rows(trial.candidate, trial.missions)
-        draws = [_value(objective, each) for each in _resamples(rows, study.seed)]
-        found.append(Best(trial.number, percentile_interval(trial.values[0], np.array(draws), len(rows))))
+        own = pair_up(rows, rows, prices, study.seed)
+        margins = {each.accounting: each.original for each in (score(own) if own.n else ())}
+        found.append(Best(trial.number, score_interval(objective, trial.values[0], rows, study.seed), margins))
     return tuple(found)
+
+
+def score_interval(objective: Objective, value: float, rows: Sequence[Row], seed: int) -> Interval:
+    """An objective's value on some deliveries with its 95 % bootstrap interval; without bounds where all are alike."""
+    draws = np.array([_value(objective, each) for each in _resamples(rows, seed)])
+    known = draws[~np.isnan(draws)]
+    if known.size < 2 or math.isclose(float(np.ptp(known)), 0.0, abs_tol=1e-12):
+        return Interval(value, None, None, len(rows))
+    return percentile_interval(value, draws, len(rows))
 
 
 def _value(objective: Objective, rows: Sequence[Row]) -> float:

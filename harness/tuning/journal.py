@@ -25,7 +25,8 @@ Key = tuple[tuple[tuple[str, Value], ...], int]  # of a candidate, and a mission
 class Journal:
     """Finished episodes by candidate and mission, and the wall time that they took over all sessions of a study.
 
-    Nobody else can write the folder meanwhile.
+    Nobody else can write the folder meanwhile. Episodes without a result, whose worker was lost or took too long, are
+    driven again in the next session: what was the machine's fault shall not stay the candidate's.
     """
 
     def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
@@ -128,7 +129,8 @@ class Journal:
             trouble = _trouble_with(record["row"])
             if trouble:
                 return trouble
-            self._keep(record)
+            if record["row"].get("error") is None:
+                self._keep(record)
             self._before = float(record["elapsed_s"])
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"

@@ -21,6 +21,7 @@ from navstack.params.nav2_file import Nav2File
 from navstack.params.strict import dump_dataclass
 
 TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"
+FRONT = "front"  # folder with the file of every trial of a Pareto front
 ALLOW_UNKNOWN = "--allow-unknown"  # option of navbench run
 TRIALS, DOCUMENT = "trials.parquet", "tune.json"
 OF_TRIAL = {
@@ -39,7 +40,8 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
     Raises:
         InputError: the folder cannot be written.
     """
-    tuned = with_values(nav2, result.incumbent.values, ALLOW_UNKNOWN in declaration.options).document.text
+    allow_unknown = ALLOW_UNKNOWN in declaration.options
+    tuned = with_values(nav2, result.incumbent.values, allow_unknown).document.text
     driven = dataclasses.replace(
         stack,
         name="",
@@ -53,6 +55,11 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
         write_text(folder / DIFF, _difference(nav2.document.text, tuned))
         write_text(folder / STACK, dump_dataclass(driven))
         write_table(folder / TRIALS, _columns(result), (_trial_row(trial, result) for trial in result.trials))
+        for number in result.front if len(result.objectives) > 1 else ():
+            (folder / FRONT).mkdir(exist_ok=True)
+            values = result.trials[number].candidate.values
+            text = with_values(nav2, values, allow_unknown).document.text
+            write_text(folder / FRONT / f"trial-{number}.nav2.yaml", text)
     except OSError as error:
         raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
 

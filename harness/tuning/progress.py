@@ -1,19 +1,13 @@
 """How far a study is."""
 
-import math
-from collections.abc import Sequence
-
-import numpy as np
-
 from harness.metrics import Row
-from harness.statistics import Interval, bootstrap_mean
+from harness.statistics import Interval
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.forecast import expected_gain
+from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal
 from harness.tuning.result import Trial
 from harness.tuning.search import Plan
-
-DRAWS = 1000  # of the live interval
 
 
 class Progress:
@@ -26,15 +20,15 @@ class Progress:
             plan: of the study.
             journal: which keeps the time.
             budget: [s] of wall time; None: any.
-            later: episodes that are driven after the search.
+            later: episodes that are driven after the search, at most.
         """
         self._plan, self._journal, self._budget, self._later = plan, journal, budget, later
-        self._driven, self._since = 0, 0  # episodes of this session, and of those the unfinished trial's
+        self._driven, self._since = 0, 0  # episodes of this session, and of those the unfinished trial's or the later
         self._last = journal.elapsed  # [s] when the last episode ended
         self.trials: list[Trial] = []
         self.best: Trial | None = None
         self.interval = Interval(None, None, None, 0)
-        self.phase = "search"
+        self._phase = "search"
 
     def episode(self, candidate: Candidate, row: Row) -> None:
         """One more episode was driven."""
@@ -48,7 +42,19 @@ class Progress:
         self._since = 0
         if self.best is not incumbent:
             self.best = incumbent
-            self.interval = self._interval(evaluator.rows(incumbent.candidate, incumbent.missions))
+            rows = evaluator.rows(incumbent.candidate, incumbent.missions)  # of the best of many, hence too high
+            self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
+
+    @property
+    def phase(self) -> str:
+        """What is going on."""
+        return self._phase
+
+    @phase.setter
+    def phase(self, name: str) -> None:
+        if self._phase == "search":
+            self._since = 0
+        self._phase = name
 
     @property
     def driven(self) -> int:
@@ -63,18 +69,22 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Wall time [s] that search, final choice and test are likely to take yet; None: too early to say.
+        """Wall time [s] that everything is likely to take yet; None: too early to say.
 
-        Counted in episodes, of which a trial takes as many as those before it did on average: it falls while a trial
-        or an episode is being driven, too.
+        Counted in episodes, of which a trial takes as many as those before it did on average, and what comes after the
+        search as many as it can at most: it falls while a trial or an episode is being driven, too.
         """
         done, elapsed = len(self.trials) - 1, self._journal.elapsed
         if done < 1:
             return None
+        each_takes = self._last / max(len(self._journal), 1)
+        if self._phase != "search":
+            return each_takes * max(self._later - self._since, 0)
         each = sum(len(trial.missions) for trial in self.trials[1:]) / done
-        episodes = max(each * (self._plan.trials - done) - self._since, 0.0) + self._later
-        left = max(self._last / max(len(self._journal), 1) * episodes - (elapsed - self._last), 0.0)
-        return left if self._budget is None else max(min(left, self._budget - elapsed), 0.0)
+        search = max(each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0)
+        if self._budget is not None:
+            search = max(min(search, self._budget - elapsed), 0.0)
+        return max(search + each_takes * self._later - (elapsed - self._last), 0.0)
 
     @property
     def gain(self) -> float | None:
@@ -96,8 +106,11 @@ class Progress:
     @property
     def text(self) -> str:
         """Everything in a line."""
-        if self.phase != "search" or self.best is None:
+        if self.best is None:
             return f"{self.phase}: {self._driven} episodes driven"
+        if self.phase != "search":
+            left = "" if self.remaining is None else f", at most about {self.remaining:.0f} s left"
+            return f"{self.phase}: {self._since} of at most {self._later} episodes driven{left}"
         parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", f"best {self.best_text}"]
         parts.append(f"{self.driven} episodes, {self.saved} saved by racing")
         if self.remaining is not None:
@@ -119,11 +132,3 @@ class Progress:
     def _error(self) -> float:
         low, high = self.interval.low, self.interval.high
         return 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
-
-    def _interval(self, rows: Sequence[Row]) -> Interval:
-        """Bootstrap interval of the first objective's mean form; of the best of many, hence too high."""
-        scores = self._plan.objectives[0].scores(rows, rows)
-        scores = scores[~np.isnan(scores)]
-        if len(scores) < 2 or math.isclose(float(np.ptp(scores)), 0.0):
-            return Interval(None, None, None, len(scores))
-        return bootstrap_mean(scores, np.random.default_rng(0), DRAWS)

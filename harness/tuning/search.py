@@ -60,6 +60,7 @@ class Search:
     def __init__(self, plan: Plan, sampler: Sampler, evaluator: Evaluator, on_trial: OnTrial) -> None:
         self._plan, self._sampler, self._evaluator, self._on_trial = plan, sampler, evaluator, on_trial
         self.trials: list[Trial] = []
+        self.is_exhausted = False  # there are no further points
         self._incumbent: Trial | None = None
 
     @property
@@ -83,6 +84,7 @@ class Search:
         for number in range(1, self._plan.trials + 1):
             point = self._sampler.ask()
             if point is None:
+                self.is_exhausted = True
                 return
             candidate = Candidate(f"trial-{number}", self._plan.space.values(point))
             if not may_begin(candidate, self._plan.order(number)[: self._plan.rungs[0]]):

@@ -18,6 +18,7 @@ from harness.tuning.racing import stratified
 from harness.tuning.result import StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
+from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.space import Space, fit_space
 from harness.tuning.space_file import read_space
 from navstack.errors import InputError
@@ -41,6 +42,17 @@ class TuningStudy:
         """Of the final choice at most, and of the test."""
         return self.plan.final_episodes + 2 * self.declaration.test_episodes
 
+    def time_after_search(self, journal: Journal) -> float:
+        """What final choice and test may take [s], at the pace so far."""
+        return self.episodes_after_search * journal.elapsed / max(len(journal), 1)
+
+    @property
+    def episodes_of_explanation(self) -> int:
+        """Of the waterfall at most: every mixture of its players, and each parameter set back."""
+        changed = len(self.plan.space.parameters)
+        mixtures = 2 ** min(changed, MOST_PLAYERS) - 2 + changed
+        return mixtures * self.declaration.waterfall_missions
+
 
 def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: bool = False) -> None:
     """Check before anything is driven that a search space has points, and that a file takes them.
@@ -49,7 +61,9 @@ def check_space(space: Space, nav2: Nav2File, sampler: Sampler, allow_unknown: b
         InputError: no point keeps the constraints, or a parameter cannot be set where it stands.
     """
     if sampler.ask() is None:
-        raise InputError(f"{space.name}: no other point than the file's own keeps the constraints; loosen them")
+        raise InputError(
+            f"{space.name}: no point was found beside the file's own that keeps the constraints; loosen them"
+        )
     own = {}
     for path in (path for each in space.parameters for path in each.paths):
         with contextlib.suppress(AbsentError):  # another choice of a list brings it

@@ -130,6 +130,33 @@ def waterfall(
     )
 
 
+def set_back(study: StudyResult, evaluator: Evaluator, missions: Sequence[int]) -> tuple[Step, ...]:
+    """What the tuned file loses where one parameter has its old value again, the largest loss first.
+
+    Parameters that a constraint binds are set back together. This is what the last step of all orders brings, not
+    their mean as in :func:`waterfall`; it costs one drive of the missions for each parameter, so that all get theirs.
+
+    Args:
+        study: whose incumbent is explained.
+        evaluator: that drives what it has not driven yet.
+        missions: numbers of the missions.
+
+    Returns:
+        Steps whose gain is the tuned file's margin less that with the old value, on missions that both finished; none
+        where fewer than two things changed.
+    """
+    who = players(study, (), most=len(study.space.parameters) + 1)
+    if len(who) < 2 or not missions:
+        return ()
+    tuned, found = _margins(evaluator, study.incumbent, missions), []
+    for number, player in enumerate(who):
+        others = frozenset(range(len(who))) - {number}
+        gains = tuned - _margins(evaluator, mixture(study, who, others), missions)
+        if not np.isnan(gains).all():
+            found.append(_step(study, player, gains[~np.isnan(gains)]))
+    return tuple(sorted(found, key=lambda step: -(step.gain.value or 0.0)))
+
+
 def mixture(study: StudyResult, who: Sequence[Player], coalition: Coalition) -> Candidate:
     """The candidate with the new values of some players and the old ones of the others."""
     if not coalition:

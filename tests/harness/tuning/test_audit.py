@@ -1,6 +1,7 @@
 """The auditor: planted exploits are flagged as what they are, honest optima are left alone."""
 
 import dataclasses
+import json
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -41,10 +42,31 @@ def exploiting(auditor_studies: ModuleType, stacks: Deliveries) -> Callable[[str
 def test_a_planted_exploit_is_flagged(exploiting: Callable[[str], StudyResult], key: str) -> None:
     found = audit(exploiting(key), PRICES)
     flagged = {check.key: check for check in found.flagged}
+    json.dumps(found.as_json(), allow_nan=False)
     assert key in flagged
     assert flagged[key].evidence
     assert flagged[key].why
     assert flagged[key].advice
+
+
+def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("timeout")
+    original, incumbent = study.test_rows
+    kept = [number for number, row in enumerate(original) if row["outcome"] != "timeout"]
+    rows = tuple([side[number] for number in kept] for side in (original, incumbent))
+    found = audit(dataclasses.replace(study, test_rows=rows), PRICES)
+    document = json.dumps(found.as_json(), allow_nan=False)
+    assert '"original": null' in document and "timeout" in {check.key for check in found.flagged}
+
+
+def test_a_value_at_the_end_of_its_range_is_to_be_looked_at(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+    _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
+    parameter = next(each for each in study.space.parameters if not each.choices)
+    near = parameter.high - 0.02 * (parameter.high - parameter.low)
+    values = dict(study.incumbent.values) | {path: near for path in parameter.paths}
+    check = audit(dataclasses.replace(study, incumbent=Candidate("incumbent", values)), PRICES).checks[-1]
+    assert (check.state, check.is_flagged) == ("look", False)
+    assert f"{parameter.name} = {near:g} is 2 % of its range from the upper end" in check.look
 
 
 def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, stacks: Deliveries) -> None:

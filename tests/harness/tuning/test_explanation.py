@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from harness.economics.prices import load_prices
+from harness.liability import ACCOUNTINGS
 from harness.metrics import Row
 from harness.report.figures import save_figure
 from harness.report.tuning import print_tuning, write_tuning
@@ -20,6 +21,7 @@ from harness.tuning.audit import audit
 from harness.tuning.constraint import parse_constraint
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.explanation import EXPLANATION, Explanation, explain
+from harness.tuning.output import DIFF
 from harness.tuning.partings import partings, sentence
 from harness.tuning.result import StudyResult
 from harness.tuning.scores import scores_document
@@ -27,6 +29,7 @@ from harness.tuning.waterfall import REST, mixture, players, waterfall
 from navstack.errors import InputError
 
 PRICES = load_prices("costnav")
+LINT = {"errors": 0, "warnings": 2, "new": ["short-horizon: one"], "gone": []}
 COMMAND = ("navbench", "run", "--stack", "tuned.yaml")
 MISSIONS = 30
 MakeStudy = Callable[..., StudyResult]
@@ -145,9 +148,19 @@ def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanati
 def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation], folder: Path) -> None:
     study, found = explained
     scores = scores_document(study)
-    report = write_tuning(study, scores, found, COMMAND, folder, "again").read_text(encoding="utf-8")
+    (folder / DIFF).write_text("-old: 1\n+new: 2\n", encoding="utf-8")
+    report = write_tuning(study, scores, found, COMMAND, folder, "again", LINT).read_text(encoding="utf-8")
+    assert "```diff\n-old: 1\n+new: 2\n```" in report and "- 0 errors, 2 warnings\n- new: short-horizon" in report
     assert report.endswith("```\nagain\n```\n")
-    for heading in ("What it brings", "What changed", "From the old margin", "The auditor", "part ways"):
+    for heading in (
+        "What it brings",
+        "scored anew",
+        "What changed",
+        "From the old margin",
+        "beside all others",
+        "The auditor",
+        "part ways",
+    ):
         assert heading in report
     for stem in ("history", "importance", "slices", "waterfall", "components"):
         assert f"({stem}.png)" in report
@@ -160,12 +173,41 @@ def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation],
     assert "flags nothing" in stream.getvalue()
 
 
+def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explanation]) -> None:
+    study, found = explained
+    names = {name for step in found.set_back for name in step.player.names}
+    assert names == {each.name for each in study.space.parameters if set(each.paths) & set(study.incumbent.values)}
+    gains = {step.player.title: step.gain for step in found.set_back}
+    assert (gains["clearance"].value or 0.0) > (gains["idle"].value or 0.0) == pytest.approx(0.0)
+    assert [step.gain.value for step in found.set_back] == sorted(s.gain.value or 0.0 for s in found.set_back)[::-1]
+
+
+def test_the_best_of_the_search_are_scored_under_every_accounting(explained: tuple[StudyResult, Explanation]) -> None:
+    study, found = explained
+    assert all(set(each.margins) == set(ACCOUNTINGS) for each in found.history)
+    original = found.history[0]
+    assert original.margins["published"] == pytest.approx(study.trials[0].values[0])
+    assert original.margins["no_threshold"] <= original.margins["published"]
+
+
+def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Path) -> None:
+    study = make_study(trials=10, test=0)
+    trials = tuple(dataclasses.replace(each, values=(each.values[0], -each.values[0])) for each in study.trials)
+    both = dataclasses.replace(study, objectives=("margin", "-duration_s"), trials=trials, front=(0, 3))
+    found = explain(both, Counting(evaluator), tmp_path, PRICES, waterfall_missions=0)
+    (tmp_path / DIFF).write_text("", encoding="utf-8")
+    scores = {"train": {}, "test": {}}
+    report = write_tuning(both, scores, found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
+    assert "## The Pareto front" in report and "| trial 3 |" in report and "(front.png)" in report
+
+
 def test_a_study_without_improvement_is_told_of(make_study: MakeStudy, evaluator: object, tmp_path: Path) -> None:
     study = make_study(trials=10, test=0, tuned={})
     found = explain(study, Counting(evaluator), tmp_path, PRICES)
-    assert found.waterfall is None
+    assert found.waterfall is None and found.set_back == ()
     assert found.optimism is None
-    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path, "again").read_text(encoding="utf-8")
+    (tmp_path / DIFF).write_text("", encoding="utf-8")
+    report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
     assert "stays as it is" in report
 
 

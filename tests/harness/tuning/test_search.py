@@ -248,3 +248,19 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
         assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10) - 1.5)
         progress.phase = "final choice and test"
         assert progress.when == "during the final choice and test"
+        now[0] -= 1.5
+        drive(Candidate("incumbent", {"node.x": 0.6}), range(8, 12))
+        assert progress.remaining == pytest.approx(2.0 * (10 - 4))
+        assert progress.text == "final choice and test: 4 of at most 10 episodes driven, at most about 12 s left"
+
+
+@pytest.mark.parametrize("name", ["margin", "lower_bound", "cvar", "margin@sla>=0.9", "-duration_s"])
+def test_the_live_interval_is_that_of_the_objective(tmp_path: Path, name: str) -> None:
+    world, objectives = MadeUp(), parse_objectives(name)
+    plan = Plan(SPACE, objectives, tuple(range(48)), 3)
+    with Journal(tmp_path) as journal:
+        progress = Progress(plan, journal, None)
+        Search(plan, make_sampler("random", SPACE, 5, 3, 1), world, lambda a, b: progress.trial(a, b, world)).run()
+    interval, best = progress.interval, progress.best
+    assert best is not None and interval.value == best.values[0]
+    assert interval.low is None or (interval.high is not None and interval.low <= best.values[0] <= interval.high)

@@ -198,7 +198,7 @@ def test_levels_stand_in_order_each_once_and_whole_steps_stay_whole(tmp_path: Pa
 def test_a_space_is_tried_before_anything_is_driven(tmp_path: Path) -> None:
     text = "constraints: [sim_time <= 0.1]\n"
     space = space_of(tmp_path, f"{NUMBERS}{text}")
-    with pytest.raises(InputError, match="no other point than the file's own keeps the constraints"):
+    with pytest.raises(InputError, match="no point was found beside the file's own that keeps the constraints"):
         check_space(space, nav2("stock"), make_sampler("tpe", space, 0, 5, 1))
     anchored = nav2("stock").document.text.replace("sim_time: 1.7", "sim_time: &time 1.7")
     (tmp_path / "anchored.yaml").write_text(anchored)
