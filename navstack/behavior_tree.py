@@ -7,7 +7,8 @@ where the error is one that a recovery may cure (WouldAPlannerRecoveryHelp, Woul
 obstacle or outside the map ends the navigation at once.
 
 Not modelled: GoalUpdated, which cuts a recovery short when a new goal arrives (a new goal begins with ``reset``), and
-the selectors of planner and controller (the first of the file are used, as Nav2 does unless told otherwise).
+the selectors of planner and controller (their defaults run, ``GridBased`` and ``FollowPath``; where the file does not
+list one of them, Nav2 refuses the goal, and here the first of the list runs).
 """
 
 from dataclasses import replace

@@ -12,6 +12,16 @@ from navstack.errors import ParameterError
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
 
+# Where a file names no critics: critic -> ROS 1's parameter that gives its scale, and the scale where that is absent
+# (loadBackwardsCompatibleParameters in dwb_local_planner.cpp).
+FALLBACK_SCALES = {
+    "PathAlign": ("path_distance_bias", 32.0),
+    "PathDist": ("path_distance_bias", 32.0),
+    "GoalAlign": ("goal_distance_bias", 24.0),
+    "GoalDist": ("goal_distance_bias", 24.0),
+    "ObstacleFootprint": ("occdist_scale", 0.01),
+}
+
 
 @dataclass(frozen=True, slots=True)
 class RotateToGoalParams:
@@ -88,8 +98,7 @@ class NamedCritic:
 class DwbParams:
     """``dwb_core::DWBLocalPlanner``, its trajectory generator, and its critics under their names.
 
-    Where a file names no critics, Nav2 falls back on these with scales of its own (32, 24 and 0.01); here each critic
-    keeps the default of its dataclass.
+    Where a file names no critics, these run with the scales of :data:`FALLBACK_SCALES`.
     """
 
     critics: tuple[str, ...] = (
@@ -101,6 +110,9 @@ class DwbParams:
         "PathDist",
         "GoalDist",
     )
+    path_distance_bias: float | None = None  # [-] see FALLBACK_SCALES
+    goal_distance_bias: float | None = None  # [-]
+    occdist_scale: float | None = None  # [-]
     default_critic_namespaces: tuple[str, ...] = ("dwb_critics",)
     trajectory_generator_name: str = "dwb_plugins::StandardTrajectoryGenerator"
     prune_plan: bool = True  # forget the part of the plan that has been passed

@@ -22,7 +22,7 @@ from navstack.params.collision_monitor import (
     VelocityPolygonParams,
 )
 from navstack.params.costmap import LAYER_PARAMS, CostmapParams, ObservationSourceParams, ObstacleLayerParams
-from navstack.params.dwb import DwbParams
+from navstack.params.dwb import FALLBACK_SCALES, DwbParams
 from navstack.params.filters import FilterInfoServerParams, MaskServerParams
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.mpc import MpcParams
@@ -99,7 +99,8 @@ CRITICS: Mapping[str, Params] = {"dwb_critics": DwbParams, "mppi_critics": MppiP
 
 # Plugins that run as something simpler.
 SUBSTITUTES: Mapping[str, str] = {
-    "nav2_costmap_2d::VoxelLayer": "runs as an obstacle layer on the robot's planar scan",
+    "nav2_costmap_2d::VoxelLayer": "runs as an obstacle layer on the robot's planar scan: one return marks its cell, "
+    "whatever its height and mark_threshold",
 }
 
 # dataclass -> list parameter -> dataclass of each sub-namespace that the list names
@@ -107,4 +108,14 @@ NAMED_SECTIONS: Mapping[Params, Mapping[str, Params]] = {
     ObstacleLayerParams: {"observation_sources": ObservationSourceParams},
     CollisionMonitorParams: {"polygons": PolygonParams, "observation_sources": MonitorSourceParams},
     PolygonParams: {"velocity_polygons": VelocityPolygonParams},
+}
+
+# Parameters that are read and do nothing: the robot's planar scan has no heights.
+NO_EFFECT: Mapping[Params, frozenset[str]] = {
+    ObstacleLayerParams: frozenset({"min_obstacle_height", "max_obstacle_height"}),
+}
+
+# dataclass -> list parameter -> parameters that count only where the list is absent
+ONLY_WITHOUT: Mapping[Params, Mapping[str, frozenset[str]]] = {
+    DwbParams: {"critics": frozenset(name for name, _ in FALLBACK_SCALES.values())},
 }

@@ -1,12 +1,12 @@
 """Holds the parameters of one node against Nav2's schema."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from navstack.params.nav2_bindings import SUBSTITUTES, Params
-from navstack.params.nav2_catalog import Catalog, field_names, nested_params, plugin_type
-from navstack.params.nav2_findings import Findings, Notice, Section, Visit, names_in
+from navstack.params.nav2_catalog import Catalog, plugin_type
+from navstack.params.nav2_findings import Findings, Notice, Section, Visit
 from navstack.params.nav2_hints import nearly_equal, unknown_name
+from navstack.params.nav2_place import Place, joined, type_of
 from navstack.params.ros_yaml import Entry, is_placeholder
 from navstack.params.schema.block import OPEN, Block, PluginList
 from navstack.params.schema.kinds import wrong_kind
@@ -27,12 +27,12 @@ class Checker:
         """Check a whole node; ``params`` is what this program reads of it."""
         if params is None:
             self.findings.ignored.append(self._node)
-        self._check(_Place(_joined(block, COMMON), root, "", () if params is None else (params,)))
+        self._check(Place(joined(block, COMMON), root, "", () if params is None else (params,)))
         return self.findings
 
-    def _check(self, place: "_Place", plugin: str = "") -> None:
-        self._note_renames(place)
+    def _check(self, place: Place, plugin: str = "") -> None:
         place = self._with_delegates(place)
+        self._note_renames(place)
         for params in place.params:
             self.findings.visits.append(Visit(place.prefix, params, plugin))
         if place.block.is_open:
@@ -50,7 +50,7 @@ class Checker:
                 self._error("bad-value", f"{place.prefix}{key}", f"{entry.value!r} is not {expected}", entry.line)
         self._check_sections(place)
 
-    def _check_sections(self, place: "_Place") -> None:
+    def _check_sections(self, place: Place) -> None:
         listed = set()
         for key, plugins in place.block.plugins.items():
             for name in place.listed_names(key):
@@ -66,11 +66,11 @@ class Checker:
             elif name not in listed:
                 self._check_unlisted(place, name, child)
 
-    def _check_plugin(self, place: "_Place", key: str, plugins: PluginList, name: str) -> None:
+    def _check_plugin(self, place: Place, key: str, plugins: PluginList, name: str) -> None:
         """A sub-namespace that a list such as controller_plugins names."""
         where = f"{place.prefix}{name}"
         child = place.section.sections.get(name, Section())
-        kind = _type_of(self._catalog, plugins, name, child)
+        kind = type_of(self._catalog, plugins, name, child)
         if kind is None:
             if name not in place.section.values:  # else told as a value where a section belongs
                 message = f"'{key}' names it, but its '{plugins.selector}' is missing"
@@ -84,40 +84,42 @@ class Checker:
             return
         params = self._params_of(place, plugins, kind, name)
         if place.params and params is None and name in place.section.sections:
-            self._note_unavailable(plugins, kind, where, child)
+            self._note_unread(plugins, kind, where, child)
         if params is not None and kind in SUBSTITUTES:
             self._warn("substitute", where, f"{kind} {SUBSTITUTES[kind]}", child.first_line())
-        inner = _Place(known[kind], child, f"{where}.", () if params is None else (params,))
+        inner = Place(known[kind], child, f"{where}.", () if params is None else (params,))
         self._check(inner, "" if plugins.name_is_type else kind)
 
-    def _params_of(self, place: "_Place", plugins: PluginList, kind: str, name: str) -> Params | None:
+    def _params_of(self, place: Place, plugins: PluginList, kind: str, name: str) -> Params | None:
         """The dataclass of a plugin: from the table, or for a critic the parent's field of that name."""
         if plugins.name_is_type and kind in place.nested_params:
             return place.nested_params[kind]
         return self._catalog.available.get(plugins.family, {}).get(kind) if place.params else None
 
-    def _note_unavailable(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
+    def _note_unread(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
+        """A plugin that does not run here, or that runs without parameters of its own."""
         if self._catalog.is_available(plugins.family, kind):
-            return
-        if plugins.family in self._catalog.available:
+            known = self._catalog.families[plugins.family][kind].own_keys - {plugins.selector}
+            self.findings.ignored += [f"{self._node}: {where}.{key}" for key in child.values if key in known]
+        elif plugins.family in self._catalog.available:
             self._warn("unavailable-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
         else:
             self.findings.ignored.append(f"{self._node}: {where} ({kind})")
 
-    def _check_named(self, place: "_Place", key: str, inner: Block, name: str) -> None:
+    def _check_named(self, place: Place, key: str, inner: Block, name: str) -> None:
         """A sub-namespace that a list such as observation_sources names."""
         child = place.section.sections.get(name, Section())
         params = place.nested_params.get(key)
-        self._check(_Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,)))
+        self._check(Place(inner, child, f"{place.prefix}{name}.", () if params is None else (params,)))
 
-    def _check_unlisted(self, place: "_Place", name: str, child: Section) -> None:
+    def _check_unlisted(self, place: Place, name: str, child: Section) -> None:
         """A sub-namespace that no list names: of fixed name, left over from another setup, or unknown."""
         prefix = f"{place.prefix}{name}."
         if name in place.block.groups:
             params = place.nested_params.get(name)
             if place.params and params is None:
                 self.findings.ignored.append(f"{self._node}: {place.prefix}{name}")
-            self._check(_Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
+            self._check(Place(place.block.groups[name], child, prefix, () if params is None else (params,)))
             return
         left_over = self._left_over(place, name, child)
         if left_over is None or place.misspells(name):
@@ -125,13 +127,13 @@ class Checker:
             return
         if place.params:
             self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (no list names it)")
-        self._check(_Place(left_over, child, prefix, ()))
+        self._check(Place(left_over, child, prefix, ()))
 
-    def _left_over(self, place: "_Place", name: str, child: Section) -> Block | None:
+    def _left_over(self, place: Place, name: str, child: Section) -> Block | None:
         """The block of a section that Nav2 itself leaves unread because no list names it."""
         for plugins in place.block.plugins.values():
             known = self._catalog.families.get(plugins.family, {})
-            kind = _type_of(self._catalog, plugins, name, child)
+            kind = type_of(self._catalog, plugins, name, child)
             if kind is not None and kind in known:
                 return known[kind]
         for inner in place.block.named.values():
@@ -139,7 +141,7 @@ class Checker:
                 return inner
         return None
 
-    def _with_delegates(self, place: "_Place") -> "_Place":
+    def _with_delegates(self, place: Place) -> Place:
         """Join the plugin that shares this namespace, such as RotationShim's primary controller."""
         for key, family in place.block.delegates.items():
             entry = place.section.values.get(key)
@@ -150,11 +152,11 @@ class Checker:
             block, params = self._delegate(place, family, where, plugin_type(entry.value), entry.line)
             if block.is_open:  # its own lists, such as MPPI's critics, share the namespace
                 return replace(place, block=block)
-            place = replace(place, block=_joined(place.block, block), params=(*place.params, *params))
+            place = replace(place, block=joined(place.block, block), params=(*place.params, *params))
         return place
 
     def _delegate(
-        self, place: "_Place", family: str, where: str, kind: str, line: int
+        self, place: Place, family: str, where: str, kind: str, line: int
     ) -> tuple[Block, tuple[Params, ...]]:
         """Block and dataclass of a delegate; the block is open where they are not to be had."""
         known = self._catalog.families.get(family, {})
@@ -167,29 +169,34 @@ class Checker:
             return OPEN, ()
         return known[kind], (params,) if place.params and params is not None else ()
 
-    def _require_delegate(self, place: "_Place", key: str) -> None:
+    def _require_delegate(self, place: Place, key: str) -> None:
         section = place.section.sections.get(key)
         if place.params and (section is None or "plugin" not in section.values):
             message = f"is missing; name the plugin that does the work, e.g. {EXAMPLES[key]}"
             self._error("missing-plugin", f"{place.prefix}{key}", message, place.section.first_line())
 
-    def _check_delegate(self, place: "_Place", key: str, child: Section) -> None:
+    def _check_delegate(self, place: Place, key: str, child: Section) -> None:
         """A delegate in a namespace of its own, as Nav2 main has it."""
         entry, prefix = child.values.get("plugin"), f"{place.prefix}{key}."
         if entry is None:
             return  # reported as missing
         kind = plugin_type(entry.value)
         block, params = self._delegate(place, place.block.delegates[key], f"{prefix}plugin", kind, entry.line)
-        self._check(_Place(block, child, prefix, params))
+        self._check(Place(block, child, prefix, params))
 
-    def _note_renames(self, place: "_Place") -> None:
-        for old, new in place.block.renamed.items():
-            if old in place.section.values and new not in place.section.values:
-                self.findings.renames[f"{place.prefix}{old}"] = f"{place.prefix}{new}"
-                line = place.section.values[old].line
-                self._warn("renamed", f"{place.prefix}{old}", f"is an older name; read as '{new}'", line)
+    def _note_renames(self, place: Place) -> None:
+        """Parameters under the name of another release; where today's name is given, too, the other has no effect."""
+        names = [(*pair, "is an older name") for pair in place.block.renamed.items()]
+        names += [(*pair, "is a name of Nav2 Rolling") for pair in place.block.newer.items()]
+        for other, name, what in names:
+            entry = place.section.values.get(other)
+            if entry is not None and name in place.section.values:
+                self.findings.ignored.append(f"{self._node}: {place.prefix}{other} ({name} is given)")
+            elif entry is not None:
+                self.findings.renames[f"{place.prefix}{other}"] = f"{place.prefix}{name}"
+                self._warn("renamed", f"{place.prefix}{other}", f"{what}; read as '{name}'", entry.line)
 
-    def _unknown_value(self, place: "_Place", key: str, entry: Entry) -> None:
+    def _unknown_value(self, place: Place, key: str, entry: Entry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""
         if key in place.block.groups or key in self._critics(place) or key in place.all_listed:
             message = f"{entry.value!r} is not a section of keys; write its parameters below '{key}:', one a line"
@@ -197,7 +204,7 @@ class Checker:
         else:
             self._unknown(place, key, entry.line)
 
-    def _unknown(self, place: "_Place", name: str, line: int) -> None:
+    def _unknown(self, place: Place, name: str, line: int) -> None:
         sibling = self._sibling_with(place, name)
         if sibling:
             self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (of {sibling})")
@@ -212,12 +219,12 @@ class Checker:
         report = self._error if is_error else self._warn
         report("unknown-plugin", where, self._catalog.refusal(family, kind), line)
 
-    def _critics(self, place: "_Place") -> set[str]:
+    def _critics(self, place: Place) -> set[str]:
         """Names of the sub-namespaces whose name alone gives their type."""
         families = [plugins.family for plugins in place.block.plugins.values() if plugins.name_is_type]
         return {name for family in families for name in self._catalog.families[family]}
 
-    def _sibling_with(self, place: "_Place", name: str) -> str:
+    def _sibling_with(self, place: Place, name: str) -> str:
         """Another plugin of the same family with this parameter, left over from an exchange of the plugin."""
         entry = place.section.values.get("plugin")
         kind = plugin_type(entry.value) if entry else ""
@@ -229,75 +236,3 @@ class Checker:
 
     def _warn(self, kind: str, path: str, message: str, line: int) -> None:
         self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line))
-
-
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """A namespace, what Nav2 declares there, and the dataclasses that read it (none: all of it is ignored)."""
-
-    block: Block
-    section: Section
-    prefix: str
-    params: tuple[Params, ...]
-
-    @property
-    def used_keys(self) -> frozenset[str]:
-        block = self.block
-        structure = {*block.plugins, *block.named, *block.renamed, *block.delegates, "plugin", "class"}
-        return frozenset(structure).union(*(field_names(params) for params in self.params))
-
-    @property
-    def nested_params(self) -> Mapping[str, Params]:
-        merged: dict[str, Params] = {}
-        for params in self.params:
-            merged |= nested_params(params)
-        return merged
-
-    def listed_names(self, key: str) -> tuple[str, ...]:
-        """The names in a list parameter, or Nav2's default names where it is absent."""
-        older = [old for old, new in self.block.renamed.items() if new == key]
-        entries = [self.section.values[name] for name in (key, *older) if name in self.section.values]
-        if entries:
-            return names_in(entries[0].value)
-        plugins = self.block.plugins.get(key)
-        return tuple(plugins.defaults) if plugins is not None and self.params else ()
-
-    @property
-    def all_listed(self) -> set[str]:
-        """The names in all of its lists, each of which wants a section."""
-        return {name for key in (*self.block.plugins, *self.block.named) for name in self.listed_names(key)}
-
-    def line_of(self, key: str) -> int:
-        """The line of a parameter; 0: the file leaves it out."""
-        entry = self.section.values.get(key)
-        return entry.line if entry is not None else 0
-
-    def misspells(self, name: str) -> list[str]:
-        """The names that a list gives, that have no section, and that ``name`` all but spells."""
-        sections = self.section.sections
-        missing = [each for key in self._lists() for each in self.listed_names(key) if each not in sections]
-        return nearly_equal(name, missing)
-
-    def _lists(self) -> list[str]:
-        """The list parameters whose names need a section; a critic needs none."""
-        return [key for key, each in self.block.plugins.items() if not each.name_is_type] + [*self.block.named]
-
-
-def _type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) -> str | None:
-    """The type of a plugin: as given, Nav2's default for its name, or None."""
-    entry = child.values.get(plugins.selector)
-    if plugins.name_is_type:
-        return catalog.critic_type(plugins.family, entry.value if entry else name)
-    return plugin_type(entry.value) if entry else plugins.defaults.get(name)
-
-
-def _joined(block: Block, other: Block) -> Block:
-    return Block(
-        block.keys | other.keys,
-        {**block.groups, **other.groups},
-        {**block.plugins, **other.plugins},
-        {**block.named, **other.named},
-        {**block.renamed, **other.renamed},
-        {**block.delegates, **other.delegates},
-        block.is_open or other.is_open,
-    )

@@ -11,12 +11,15 @@ from ruamel.yaml import YAML
 
 from navstack.errors import ParameterError
 from navstack.params import nav2_edit
+from navstack.params.dwb import DwbParams
 from navstack.params.nav2_bindings import Params
 from navstack.params.nav2_catalog import Catalog, PluginTable, node_block, node_params, plugin_type
 from navstack.params.nav2_check import Checker
+from navstack.params.nav2_dwb import fallback_scales
 from navstack.params.nav2_filters import filter_notices
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit, is_told, names_in
-from navstack.params.nav2_monitor import monitor_notices
+from navstack.params.nav2_monitor import NODE as MONITOR
+from navstack.params.nav2_monitor import convert_polygons, monitor_notices
 from navstack.params.nav2_nodes import (
     default_path,
     entries_of,
@@ -28,7 +31,8 @@ from navstack.params.nav2_nodes import (
     sections_of,
     tree_notices,
 )
-from navstack.params.nav2_values import read_values, value_notices
+from navstack.params.nav2_sources import source_notices
+from navstack.params.nav2_values import INTEGERS, read_values, value_notices
 from navstack.params.ros_yaml import Document, Entry, Value, load_document, parse_document
 from navstack.params.schema import nodes
 
@@ -45,8 +49,11 @@ class Nav2File:
 
     path: Path
     document: Document
-    parameters: Mapping[str, Mapping[str, Entry]]  # node -> dotted name -> entry; wildcards and older names applied
+    parameters: Mapping[
+        str, Mapping[str, Entry]
+    ]  # node -> dotted name -> entry; wildcards and other releases' names applied
     visits: Mapping[str, tuple[Visit, ...]]
+    renames: Mapping[str, Mapping[str, str]]  # node -> today's dotted name -> the one that the file has
     notices: tuple[Notice, ...]
     ignored: tuple[str, ...]
     catalog: Catalog
@@ -127,6 +134,8 @@ class Nav2File:
     def with_values(self, changes: Mapping[str, Value], allow_unknown: bool = False) -> "Nav2File":
         """A copy with parameters set, named ``node.dotted_name``; the rest of the text stays as it is.
 
+        A number that the file has under another release's name is set under that name.
+
         Args:
             changes: name -> value.
             allow_unknown: as in :func:`load_nav2`.
@@ -139,6 +148,8 @@ class Nav2File:
             node, _, dotted = name.partition(".")
             if not dotted:
                 raise ParameterError(f"'{name}' is not node.parameter, e.g. controller_server.FollowPath.max_vel_x")
+            if not isinstance(value, list):
+                dotted = self.renames.get(node, {}).get(dotted, dotted)
             owner = self._owner_of(node, dotted)
             text = nav2_edit.set_value(text, owner, dotted, value, str(self.path))
         return parse_nav2(text, self.path, self.catalog, allow_unknown)
@@ -210,11 +221,15 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
             if isinstance(value, str) and new.endswith("_plugins"):  # one name became a list
                 value = list(names_in(value))
             entries[new] = replace(entry, value=value)
+        if node == MONITOR:
+            findings.notices += convert_polygons(entries)
+        for prefix in (visit.prefix for visit in findings.visits if visit.params is DwbParams):
+            entries |= fallback_scales(entries, prefix)
         parameters[node], found[node] = entries, findings
     visits = {node: tuple(findings.visits) for node, findings in found.items()}
     notices = [Notice(kind, "", text, line=line) for kind, line, text in document.remarks]
     notices += [*node_notices(document), *joined_notices(document, found), *tree_notices(parameters)]
-    notices += [*filter_notices(parameters), *monitor_notices(parameters)]
+    notices += [*filter_notices(parameters), *monitor_notices(parameters), *source_notices(parameters)]
     for node, entries in parameters.items():
         notices += value_notices(node, entries, visits[node])
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))
@@ -223,13 +238,16 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     notices = [notice for notice in notices if notice.id != "bad-value" or not is_told(notice.message, notices)]
     ignored = [name for node, findings in found.items() if in_file(document, node) for name in findings.ignored]
     unique = tuple(dict.fromkeys(ignored))
-    return Nav2File(path, document, parameters, visits, tuple(dict.fromkeys(notices)), unique, catalog)
+    renames = {node: {new: old for old, new in findings.renames.items()} for node, findings in found.items()}
+    return Nav2File(path, document, parameters, visits, renames, tuple(dict.fromkeys(notices)), unique, catalog)
 
 
 def _defaults(params: Params) -> Iterator[tuple[str, Value]]:
-    """The defaults of a dataclass that a parameter file can hold."""
+    """The defaults of a dataclass that a parameter file can hold, of the type that Nav2 wants."""
     for field in dataclasses.fields(params):
         default: Any = field.default
+        if field.name in INTEGERS:
+            default = int(default)
         if isinstance(default, tuple):
             default = list(default)
         if isinstance(default, bool | int | float | str | list):

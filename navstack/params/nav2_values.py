@@ -43,7 +43,7 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
 
 
 def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visit]) -> list[Notice]:
-    """Values of the wrong kind or out of range, and whole numbers where Nav2 insists on decimals."""
+    """Values of the wrong kind or out of range, and whole numbers or decimals where Nav2 insists on the other."""
     notices: list[Notice] = []
     for visit in visits:
         given: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
@@ -54,6 +54,9 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
             if entry is not None and name not in INTEGERS and _lacks_point(kind, entry.value):
                 message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
                 notices.append(Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line))
+            if entry is not None and name in INTEGERS and isinstance(entry.value, float):
+                message = f"{_shown(entry.value)} has a decimal point, and Nav2 refuses a decimal number here"
+                notices.append(Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line))
             if entry is not None and _is_left_open(kind, entry):
                 message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
                 notices.append(Notice("placeholder", path, message, "write true or false", entry.line))

@@ -37,6 +37,7 @@ from navstack.params.tracker import TrackerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
 MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
+DEFAULT_CONTROLLER, DEFAULT_PLANNER = "FollowPath", "GridBased"  # those that Nav2's default tree asks for
 _FOR_EXAMPLE = "e.g. dwb_core::DWBLocalPlanner"
 
 
@@ -118,10 +119,9 @@ def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
 
 
 def read_planner(nav2: Nav2File) -> Plugin:
-    """The planner that Nav2's default tree uses: the first one listed."""
-    return _plugin(
-        nav2, PLANNER, "planners", _first(nav2, PLANNER, "planner_plugins", read_planner_server(nav2).planner_plugins)
-    )
+    """The planner that drives: GridBased, for which Nav2's default tree asks, or else the first one listed."""
+    names = preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins)
+    return _plugin(nav2, PLANNER, "planners", _first(nav2, PLANNER, "planner_plugins", names))
 
 
 def read_planners(nav2: Nav2File) -> list[Plugin]:
@@ -135,8 +135,8 @@ def read_smoothers(nav2: Nav2File) -> list[Plugin]:
 
 
 def read_controller(nav2: Nav2File) -> Plugin:
-    """The controller that Nav2's default tree uses: the first one listed."""
-    names = read_controller_server(nav2).controller_plugins
+    """The controller that drives: FollowPath, for which Nav2's default tree asks, or else the first one listed."""
+    names = preferred(DEFAULT_CONTROLLER, read_controller_server(nav2).controller_plugins)
     return _plugin(nav2, CONTROLLER, "controllers", _first(nav2, CONTROLLER, "controller_plugins", names))
 
 
@@ -168,13 +168,13 @@ def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
 
 
 def read_goal_checker(nav2: Nav2File) -> Plugin:
-    """The goal checker: the first one listed."""
+    """The goal checker: the first one listed. Nav2's default tree names none, and Nav2 takes the only one or fails."""
     names = read_controller_server(nav2).goal_checker_plugins
     return _plugin(nav2, CONTROLLER, "goal_checkers", _first(nav2, CONTROLLER, "goal_checker_plugins", names))
 
 
 def read_progress_checker(nav2: Nav2File) -> Plugin:
-    """The progress checker: the first one listed."""
+    """The progress checker: the first one listed; as for the goal checker, Nav2 takes the only one or fails."""
     names = read_controller_server(nav2).progress_checker_plugins
     return _plugin(nav2, CONTROLLER, "progress_checkers", _first(nav2, CONTROLLER, "progress_checker_plugins", names))
 
@@ -276,6 +276,11 @@ def _params(nav2: Nav2File, node: str, family: str, kind: str, name: str) -> Any
     if params is MppiParams:
         return read_mppi(nav2, name)
     return None if params is None else nav2.read(params, node, name)
+
+
+def preferred(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names, with the one for which the default tree asks in front."""
+    return (name, *names) if name in names else names
 
 
 def _first(nav2: Nav2File, node: str, key: str, names: tuple[str, ...]) -> str:

@@ -2,6 +2,7 @@ import pytest
 
 from navstack.errors import ParameterError
 from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_views import read_costmap
 
 DWB = """
 controller_server:
@@ -178,10 +179,19 @@ def test_values_of_the_wrong_kind_are_one_clear_line(inspect, text, message):
 
 
 def test_whole_numbers_where_nav2_insists_on_decimals_are_warned_of(inspect):
-    file = inspect(DWB.replace("max_vel_x: 1.0", "max_vel_x: 1") + costmap("      width: 3\n"))
+    file = inspect(DWB.replace("max_vel_x: 1.0", "max_vel_x: 1") + costmap("      width: 3\n      height: 3\n"))
     assert [notice.path for notice in file.notices if notice.id == "whole-number"] == [
         "controller_server: FollowPath.max_vel_x"
     ]
+
+
+def test_decimals_where_nav2_insists_on_whole_numbers_are_warned_of(inspect):
+    file = inspect(costmap("      width: 3.5\n      height: 3\n"))
+    (notice,) = [notice for notice in file.notices if notice.id == "decimal-number"]
+    assert (notice.path, notice.line, notice.is_error) == ("local_costmap: width", 4, False)
+    assert read_costmap(file, "local_costmap").width == 3.5
+    merged = file.merged()["global_costmap"]["global_costmap"]["ros__parameters"]
+    assert (merged["width"], type(merged["width"])) == (5, int)
 
 
 def test_another_behavior_tree_is_warned_of(inspect):

@@ -1,4 +1,5 @@
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -128,7 +129,9 @@ def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
 def test_absent_nodes_have_nav2s_defaults(inspect):
     nav2 = inspect("amcl: {ros__parameters: {max_beams: 60}}")
     assert read_costmap(nav2, "global_costmap") == CostmapParams()
-    assert read_dwb(nav2) == DwbParams()
+    scales = {"PathAlign": 32.0, "PathDist": 32.0, "GoalAlign": 24.0, "GoalDist": 24.0, "ObstacleFootprint": 0.01}
+    critics = {name: replace(getattr(DwbParams(), name), scale=scale) for name, scale in scales.items()}
+    assert read_dwb(nav2) == DwbParams(**critics)
     assert read_planner(nav2).type == "nav2_navfn_planner::NavfnPlanner"
     merged = nav2.merged()
     assert merged["local_costmap"]["local_costmap"]["ros__parameters"]["resolution"] == 0.1

@@ -14,7 +14,8 @@ from navstack.params.schema.costmaps import COSTMAP
 from navstack.types import FloatArray
 
 STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"
-SENSOR_LAYERS = ("nav2_costmap_2d::ObstacleLayer", "nav2_costmap_2d::VoxelLayer")
+VOXEL = "nav2_costmap_2d::VoxelLayer"
+SENSOR_LAYERS = ("nav2_costmap_2d::ObstacleLayer", VOXEL)
 MARKING_LAYERS = (STATIC, *SENSOR_LAYERS, "nav2_costmap_2d::RangeSensorLayer")
 
 

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 from navstack.params.lint.costmap_view import SENSOR_LAYERS, STATIC
 from navstack.params.lint.rule import Finding, Rule, above, below, whole_above
-from navstack.params.lint.subject import Subject
+from navstack.params.lint.subject import CONTROLLER, Subject
 
 SMALLER = 0.8  # a footprint this much smaller than another one matters
 NO_FOOTPRINT = ("", "[]")
+COSTMAP_UPDATE_TIMEOUT = 0.3  # [s] the controller server's default
 
 
 def unreadable_footprint(subject: Subject) -> Iterator[Finding]:
@@ -133,6 +134,24 @@ def sees_too_late(subject: Subject) -> Iterator[Finding]:
         )
 
 
+def late_costmap(subject: Subject) -> Iterator[Finding]:
+    """An update of the local costmap that comes after the controller server has given up waiting for it."""
+    if subject.local is None or subject.server is None:
+        return
+    timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
+    frequency = subject.local.params.update_frequency
+    if 1.0 / frequency >= timeout:
+        given = "" if subject.value(CONTROLLER, "costmap_update_timeout") is not None else " (Nav2's default)"
+        oftener = f"update_frequency: {above(1.5 / timeout)}, or " if timeout > 0.0 else ""
+        yield Finding(
+            subject.local.node,
+            "update_frequency",
+            f"{frequency:g} Hz, an update each {1.0 / frequency:.2f} s, but costmap_update_timeout of the controller "
+            f"server is {timeout:g} s{given}",
+            f"{oftener}costmap_update_timeout: {above(2.0 / frequency)} in the controller server",
+        )
+
+
 def unknown_is_free(subject: Subject) -> Iterator[Finding]:
     """A planner that must not enter unknown space, on a costmap that has none."""
     world = subject.world
@@ -219,6 +238,13 @@ RULES = (
         "Obstacles enter the local costmap when it is too late to brake",
         "at top speed the robot hits what stands in its way although it brakes at once",
         sees_too_late,
+    ),
+    Rule(
+        "late-costmap",
+        "The controller server gives up before a cleared local costmap is updated",
+        "after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the "
+        "navigation, for no recovery of the default tree answers it",
+        late_costmap,
     ),
     Rule(
         "unknown-is-free",

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, CostmapView
+from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, VOXEL, CostmapView
 from navstack.params.lint.rule import Finding, Rule, above, decimal
 from navstack.params.lint.subject import Subject
 
@@ -147,6 +147,38 @@ def long_memory(subject: Subject) -> Iterator[Finding]:
                 )
 
 
+def blind_source(subject: Subject) -> Iterator[Finding]:
+    """A source that sees only what lies at the height of the ground or below."""
+    for view in subject.costmaps:
+        for name, source in view.sources():
+            highest = subject.number(view.node, f"{name}.max_obstacle_height", 0.0)
+            if highest <= 0.0 and (source.marking or source.clearing):
+                is_given = subject.value(view.node, f"{name}.max_obstacle_height") is not None
+                yield Finding(
+                    view.node,
+                    f"{name}.max_obstacle_height",
+                    f"{highest:g} m" if is_given else "absent, and Nav2's default for a source is 0.0 m",
+                    "max_obstacle_height: 2.0",
+                )
+
+
+def unreached_threshold(subject: Subject) -> Iterator[Finding]:
+    """A voxel layer that wants more voxels in a column than its planar scans can fill."""
+    for view in subject.costmaps:
+        for layer in view.layers:
+            marking = [name for name, source in layer.sources.items() if source.marking]
+            kinds = {subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan") for name in marking}
+            threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)
+            if layer.type == VOXEL and kinds == {"LaserScan"} and threshold >= len(marking):
+                scans = "a LaserScan marks" if len(marking) == 1 else f"{len(marking)} LaserScans mark"
+                yield Finding(
+                    view.node,
+                    f"{layer.name}.mark_threshold",
+                    f"{threshold:g}: a cell needs more marked voxels than that, but {scans} {len(marking)} at most",
+                    "mark_threshold: 0",
+                )
+
+
 def _takes_robot_for_a_point(subject: Subject, view: CostmapView) -> bool:
     """Whether whoever uses a costmap looks at the cost of the robot's centre only."""
     if view is subject.world:
@@ -200,6 +232,18 @@ RULES = (
         "A layer marks obstacles and never clears them",
         "whoever walked past stays in the costmap until it leaves the window or a recovery clears everything",
         never_cleared,
+    ),
+    Rule(
+        "blind-source",
+        "An observation source without a max_obstacle_height above 0",
+        "Nav2 drops every point above it: on the robot the source neither marks nor clears, while here it does",
+        blind_source,
+    ),
+    Rule(
+        "unreached-threshold",
+        "A voxel layer on planar scans wants more voxels in a column than they can fill",
+        "in Nav2 it never marks anything, while here it runs as an obstacle layer and does",
+        unreached_threshold,
     ),
     Rule(
         "endless-beams",

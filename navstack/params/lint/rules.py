@@ -13,6 +13,7 @@ from navstack.params.lint import (
     robot,
     safety,
     speed,
+    tree,
 )
 from navstack.params.lint.reader import reader_notices
 from navstack.params.lint.rule import Rule
@@ -21,6 +22,7 @@ from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_findings import Notice
 
 GROUPS: dict[str, tuple[Rule, ...]] = {
+    "Behavior tree": tree.RULES,
     "DWB: limits and samples": dwb_limits.RULES,
     "DWB: trajectories and critics": dwb_scoring.RULES,
     "MPPI": mppi.RULES,

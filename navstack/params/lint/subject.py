@@ -54,7 +54,7 @@ class RobotLimits:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The controller that follows the path: the first one listed, or the one below a rotation shim."""
+    """The controller that follows the path: FollowPath, else the first one listed, or the one below a rotation shim."""
 
     type: str
     name: str  # dotted name of the namespace that holds its parameters
@@ -69,7 +69,7 @@ class Subject:
 
     def has(self, node: str) -> bool:
         """Whether the file sets any parameter of a node."""
-        return bool(self.nav2.parameters.get(node))
+        return any(entry.line for entry in self.nav2.parameters.get(node, {}).values())
 
     def value(self, node: str, name: str, default: Any = None) -> Any:
         """One parameter as it stands in the file."""
@@ -91,7 +91,7 @@ class Subject:
 
     def line(self, node: str, name: str) -> int:
         """The line of a parameter, or of the first one beside it where the file leaves it out; 0: none."""
-        entries = self.nav2.parameters.get(node, {})
+        entries = {name: entry for name, entry in self.nav2.parameters.get(node, {}).items() if entry.line}
         if name in entries:
             return entries[name].line
         prefix = name.rpartition(".")[0]
@@ -106,7 +106,7 @@ class Subject:
     @cached_property
     def shim(self) -> tuple[str, RotationShimParams] | None:
         """Name and parameters of a rotation shim."""
-        name = self._first_controller
+        name = self._driving_controller
         if name is None or self._type_of(name) != SHIM:
             return None
         params = self._read(CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name))
@@ -115,7 +115,7 @@ class Subject:
     @cached_property
     def drive(self) -> Drive | None:
         """The controller that follows the path."""
-        name = self._first_controller
+        name = self._driving_controller
         if name is None:
             return None
         kind = self._type_of(name)
@@ -211,9 +211,9 @@ class Subject:
         return [view for view in (self.local, self.world) if view is not None]
 
     @property
-    def _first_controller(self) -> str | None:
+    def _driving_controller(self) -> str | None:
         names = self.server.controller_plugins if self.server is not None else ()
-        return names[0] if names else None
+        return next(iter(nav2_views.preferred(nav2_views.DEFAULT_CONTROLLER, names)), None)
 
     def _type_of(self, name: str) -> str:
         return plugin_type(self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else ""))

@@ -28,13 +28,14 @@ class Block:
     plugins: Mapping[str, PluginList] = field(default_factory=dict)  # list parameter -> what it names
     named: Mapping[str, "Block"] = field(default_factory=dict)  # list parameter -> block of each named sub-namespace
     renamed: Mapping[str, str] = field(default_factory=dict)  # older name -> today's name, same meaning
+    newer: Mapping[str, str] = field(default_factory=dict)  # name of a later release -> Jazzy's name, same meaning
     delegates: Mapping[str, str] = field(default_factory=dict)  # parameter naming a plugin that shares this namespace
     is_open: bool = False  # any parameter is accepted
 
     @property
     def own_keys(self) -> frozenset[str]:
         """Every parameter directly in this namespace."""
-        return self.keys | set(self.plugins) | set(self.named) | set(self.renamed) | set(self.delegates)
+        return self.keys.union(self.plugins, self.named, self.renamed, self.newer, self.delegates)
 
 
 def keys(text: str, *more: frozenset[str]) -> Block:

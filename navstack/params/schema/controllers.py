@@ -54,7 +54,7 @@ _SHIM = Block(
 
 _RPP = Block(
     words(
-        """plugin desired_linear_vel max_linear_vel min_linear_vel max_angular_vel min_angular_vel
+        """plugin desired_linear_vel min_linear_vel max_angular_vel min_angular_vel
         lookahead_dist min_lookahead_dist max_lookahead_dist lookahead_time
         rotate_to_heading_angular_vel transform_tolerance use_velocity_scaled_lookahead_dist
         min_approach_linear_velocity approach_velocity_scaling_dist use_approach_linear_velocity_scaling
@@ -67,7 +67,8 @@ _RPP = Block(
         use_cancel_deceleration cancel_deceleration stateful use_dynamic_window velocity_feedback
         use_path_aware_obstacle_distance goal_dist_tol max_angular_decel
         lookahead_along_path"""  # the last is this program's own
-    )
+    ),
+    newer={"max_linear_vel": "desired_linear_vel"},
 )
 
 _GRACEFUL = keys(
