@@ -15,8 +15,8 @@ HELP = """Show one recorded delivery: as a page, in the tools of ROS, or in the 
 
 RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number of
 the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf, map,
-scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF drives the delivery again
-and shows its strongest contact.
+scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole delivery
+from above; the close-up drives it again and shows its strongest contact with the bucket beside it.
 """
 
 
@@ -25,17 +25,22 @@ and shows its strongest contact.
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0))
 @click.option("--html", type=click.Path(path_type=Path), metavar="FILE.html", help="A page that plays it.")
-@click.option("--gif", type=click.Path(path_type=Path), metavar="FILE.gif", help="An animation of its worst moment.")
+@click.option("--gif", type=click.Path(path_type=Path), metavar="FILE.gif", help="An animation of all of it.")
+@click.option("--close-up", type=click.Path(path_type=Path), metavar="FILE.gif", help="One of its strongest contact.")
 @click.option("--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages.")
 @click.option("--rerun", is_flag=True, help="Open it in the Rerun viewer (pip install 'navbench[rerun]').")
 # fmt: on
-def replay(run: str, episode: int, html: Path | None, gif: Path | None, mcap: Path | None, rerun: bool) -> None:
+def replay(
+    run: str, episode: int, html: Path | None, gif: Path | None, close_up: Path | None, mcap: Path | None, rerun: bool
+) -> None:
     """Show a delivery; see ``HELP``."""
     from harness.compare import side_of
     from harness.stored_run import load_run
 
-    if not (html or gif or mcap or rerun):
-        raise InputError("nothing to make of the delivery; give --html FILE, --gif FILE, --mcap FILE or --rerun")
+    if not (html or gif or close_up or mcap or rerun):
+        raise InputError(
+            "nothing to make of the delivery; give --html FILE, --gif FILE, --close-up FILE, --mcap FILE or --rerun"
+        )
     stored = load_run(run)
     side_of(stored)  # one stack
     if html:
@@ -44,6 +49,8 @@ def replay(run: str, episode: int, html: Path | None, gif: Path | None, mcap: Pa
         _write_mcap(stored, episode, mcap)
     if gif:
         _write_gif(stored, episode, gif)
+    if close_up:
+        _write_close_up(stored, episode, close_up)
     if rerun:
         _show_rerun(stored, episode)
 
@@ -72,19 +79,45 @@ def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
     click.echo(f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB")
 
 
+def _check_gif(path: Path) -> None:
+    if path.suffix.lower() != ".gif" or path.is_dir() or not path.absolute().parent.is_dir():
+        raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
+
+
 def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
+    from harness.report.page.document import one_recorded
+    from harness.report.page.replays import bodies
+    from harness.report.replay_gif import write_gif
+    from harness.world.scene_io import load_scene
+
+    _check_gif(path)
+    recorded, arrays = one_recorded(run, episode)
+    if "scan_mm" not in arrays:
+        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
+    robot, radius = bodies(recorded.entry)
+    ending = f"{recorded.row['outcome'].replace('_', ' ')} after {recorded.row['duration_s']:.1f} s"
+    if recorded.entry.margin is not None:
+        ending += f": {-recorded.loss:+.2f} $"
+    scene = load_scene(str(run.about["map_name"]))
+    try:
+        count = write_gif(path, arrays, recorded.entry.events_of(episode), scene, robot.polygon, radius, ending)
+    except OSError as error:
+        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
+    click.echo(f"{path}: {count} frames, {path.stat().st_size / 1e6:.1f} MB")
+
+
+def _write_close_up(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.liability import EVENT
     from harness.manifest import load_study
     from harness.report.delivery_animation import animate
 
-    if path.suffix.lower() != ".gif" or path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
+    _check_gif(path)
     name = run.stacks[0].name
     touching = sorted({event["episode"] for event in run.events if (event["stack"], event["type"]) == (name, EVENT)})
     if episode not in touching and any(row["episode"] == episode for row in run.stacks[0].rows):
         some = ", ".join(map(str, touching[:10])) or "none"
         raise InputError(
-            f"{run.folder}: {name} touched nothing in episode {episode}, and --gif shows a contact; episodes with "
+            f"{run.folder}: {name} touched nothing in episode {episode}, and --close-up shows a contact; episodes with "
             f"contacts: {some}"
         )
     wanted = (task for task in load_study(run.folder).tasks() if (task.stack.name, task.episode) == (name, episode))

@@ -9,6 +9,7 @@ import shapely
 
 from harness.metrics.delivery_log import NOWHERE
 from harness.truth import Truth
+from navstack.geometry import transform_points
 from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
 
 TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
@@ -167,6 +168,17 @@ def _geometry(scan: LaserScan | None) -> FloatArray:
     mount = scan.sensor_pose
     numbers = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, mount.x, mount.y, mount.yaw)
     return np.array(numbers)
+
+
+def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
+    """Where the beams of a recording's scan ended, (n, 2) [m], map frame, from where the robot really was."""
+    trace, scan = arrays["trace"], arrays["scan_mm"][number]
+    least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
+    place = min(int(np.searchsorted(trace[:, 0], arrays["scan_stamp"][number] - 1e-6)), len(trace) - 1)
+    seen = scan != NO_RETURN
+    angles = least + increment * np.flatnonzero(seen)
+    ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
+    return transform_points(Pose2D(*trace[place, 1:4].tolist()), transform_points(Pose2D(*mount), ends))
 
 
 def plans_of(arrays: Mapping[str, Any]) -> list[tuple[float, FloatArray]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.metrics.replay_log import NO_RETURN, plans_of
+from harness.metrics.replay_log import plans_of, scan_points
 from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
@@ -69,16 +69,9 @@ def _log_rows(rr: Any, stream: Any, arrays: Mapping[str, Any], footprint: FloatA
 
 def _log_scans(rr: Any, stream: Any, arrays: Mapping[str, Any]) -> None:
     """Where the beams ended, from where the robot really was."""
-    trace = arrays["trace"]
-    least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
-    for stamp, scan in zip(arrays["scan_stamp"].tolist(), arrays["scan_mm"], strict=True):
-        row = trace[min(int(np.searchsorted(trace[:, 0], stamp - 1e-6)), len(trace) - 1)]
-        seen = scan != NO_RETURN
-        angles = least + increment * np.flatnonzero(seen)
-        ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
-        in_map = transform_points(Pose2D(*row[1:4].tolist()), transform_points(Pose2D(*mount), ends))
+    for number, stamp in enumerate(arrays["scan_stamp"].tolist()):
         stream.set_time(TIMELINE, duration=stamp)
-        stream.log("scan", rr.Points3D(_flat(in_map), radii=0.04, colors=RED))
+        stream.log("scan", rr.Points3D(_flat(scan_points(arrays, number)), radii=0.04, colors=RED))
 
 
 def _flat(points: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from navstack.types import FloatArray
 
 FIRST_RUNG = 5  # missions at least before the first look
 STRATA = 3  # kind of the generator that shuffles missions
-LEVEL = 0.30  # chance of each look to drop a trial that is as good as the incumbent
+LEVEL = 0.30  # chance of each look to drop a trial that is as good as the incumbent; with rare contacts 0.03 to 0.35
 RESOLUTION = 0.05  # [USD] and other units: smaller differences of a pair are none
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from rosbags.highlevel import AnyReader
 
 from harness.cli import main
@@ -13,6 +14,7 @@ from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
+from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.report.replay_rerun import show_in_rerun
 from harness.table_files import read_rows
 from harness.world.scene_io import load_scene
@@ -102,6 +104,32 @@ def test_rosbags_reads_the_messages_back(
     assert sum(len(m.markers) for _, m in found["/contacts"]) > 0
 
 
+def test_an_animation_shows_the_whole_delivery(folder: Path, tmp_path: Path) -> None:
+    assert run(str(folder), "1", "--gif", str(tmp_path / "d.gif")) == 0
+    times, speed = frame_times(20.0)
+    with Image.open(tmp_path / "d.gif") as animation:
+        assert (animation.format, speed, times[-1]) == ("GIF", SPEED, 20.0)
+        duration = sum(_shown(animation, k) for k in range(animation.n_frames))
+        assert duration == pytest.approx(1000.0 * len(times) / FRAMES_PER_SECOND)  # [ms]; alike frames are joined
+        pictures = []
+        for k in (0, animation.n_frames // 2):
+            animation.seek(k)
+            pictures.append(np.asarray(animation.convert("RGB")))
+    assert (pictures[0] != pictures[1]).any(axis=2).mean() > 0.01
+
+
+def _shown(animation: Image.Image, number: int) -> float:
+    animation.seek(number)
+    return float(animation.info["duration"])
+
+
+def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(folder: Path, tmp_path: Path) -> None:
+    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
+    poses = read(tmp_path / "d.mcap")["/plan"][0][1].poses
+    last, before = poses[-1].pose.orientation, poses[-2].pose.orientation
+    assert (last.z, last.w) == (before.z, before.w)
+
+
 def test_our_own_reader_of_recorded_logs_takes_the_file(folder: Path, tmp_path: Path) -> None:
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     with Bag([tmp_path / "d.mcap"], TYPES) as bag:
@@ -115,8 +143,9 @@ def test_what_cannot_be_shown_is_said_in_one_line(
     page = ("--html", str(tmp_path / "p.html"))
     (tmp_path / "d.mcap").mkdir()
     for arguments, said in (
-        ((str(folder), "1"), "give --html FILE, --gif FILE, --mcap FILE or --rerun"),
+        ((str(folder), "1"), "give --html FILE, --gif FILE, --close-up FILE, --mcap FILE or"),
         ((str(folder), "0", *page), "was not recorded (recorded: 1)"),
+        ((str(folder), "0", "--gif", str(tmp_path / "d.gif")), "was not recorded (recorded: 1)"),
         ((str(folder), "9", *page), "finished no episode 9"),
         ((str(two), "0", *page), "has 2 stacks; choose one of"),
         ((f"{two}:c", "0", *page), "'c'"),
@@ -125,8 +154,8 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
         ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
         (
-            (str(still), "0", "--gif", str(tmp_path / "d.gif")),
-            "touched nothing in episode 0, and --gif shows a contact",
+            (str(still), "0", "--close-up", str(tmp_path / "d.gif")),
+            "touched nothing in episode 0, and --close-up shows a contact",
         ),
     ):
         assert run(*arguments) == 1

@@ -1,0 +1,141 @@
+"""A recorded delivery as an animated GIF: the whole of it, from above, with the robot in the middle."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from harness.metrics import Row
+from harness.metrics.replay_log import plans_of, scan_points
+from harness.report.map_picture import draw_scene
+from harness.world.scene import Scene
+from harness.world.shapes import Rect
+from navstack.geometry import transform_points
+from navstack.types import FloatArray, Pose2D
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FRAMES_PER_SECOND = 10
+SPEED = 4.0  # times as fast as it was
+MOST_FRAMES = 240  # a longer delivery is shown faster
+LAST = 15  # frames that show the end
+REACH = 10.0  # [m] to the left and right of the robot
+WIDTH_INCH, HEIGHT_INCH, DPI = 6.4, 5.0, 80
+ROBOT, BELIEF, PERSON, SCAN, PLAN, CONTACT = "#0b6e4f", "#c2541b", "#7b3fa0", "#d1242f", "#2f5fb3", "#d1242f"
+
+
+def write_gif(
+    path: Path,
+    arrays: Mapping[str, Any],
+    events: Sequence[Row],
+    scene: Scene,
+    footprint: FloatArray,
+    person_radius: float,
+    ending: str,
+) -> int:
+    """Write a recorded delivery; returns the number of frames.
+
+    Args:
+        path: of the file.
+        arrays: of the recording, with what the robot saw.
+        events: of the delivery, as in ``events.parquet``.
+        scene: where it was.
+        footprint: of the robot, (N, 2) [m], base frame.
+        person_radius: [m].
+        ending: what is said at the end.
+    """
+    from matplotlib.animation import PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 0.92))
+    picture = _Picture(axes, arrays, events, scene, footprint, person_radius)
+    told = figure.text(0.015, 0.945, "", fontsize=10, family="monospace")
+    times, speed = frame_times(float(arrays["trace"][-1, 0]))
+    writer = PillowWriter(fps=FRAMES_PER_SECOND)
+    with writer.saving(figure, str(path), DPI):
+        for number, time in enumerate(times):
+            cost = picture.show(time)
+            told.set_text(f"{time:5.1f} s ({speed:.3g} x)   costs of contacts {cost:.2f} $")
+            if number >= len(times) - LAST:
+                told.set_text(ending)
+            writer.grab_frame()
+    return len(times)
+
+
+def frame_times(end: float) -> tuple[list[float], float]:
+    """When each frame is [s], the last moment held for a while, and how many times as fast that plays."""
+    speed = max(SPEED, end * FRAMES_PER_SECOND / MOST_FRAMES)
+    times = np.arange(0.0, end, speed / FRAMES_PER_SECOND).tolist()
+    return [*times, *itertools.repeat(end, LAST)], speed
+
+
+class _Picture:
+    """The place with what moves on it."""
+
+    def __init__(
+        self,
+        axes: "Axes",
+        arrays: Mapping[str, Any],
+        events: Sequence[Row],
+        scene: Scene,
+        footprint: FloatArray,
+        person_radius: float,
+    ) -> None:
+        from matplotlib.collections import EllipseCollection
+        from matplotlib.patches import Polygon
+
+        self._axes, self._arrays, self._footprint = axes, arrays, footprint
+        self._trace: FloatArray = arrays["trace"]
+        self._plans = plans_of(arrays)
+        known = [each for each in events if None not in (each["stamp_s"], each["x_m"], each["y_m"], each["cost_usd"])]
+        self._paid = sorted((each for each in known if each["cost_usd"]), key=lambda each: float(each["stamp_s"]))
+        low, high = self._trace[:, 1:3].min(axis=0) - 2 * REACH, self._trace[:, 1:3].max(axis=0) + 2 * REACH
+        draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
+        axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+        (self._way,) = axes.plot([], [], color=ROBOT, lw=2.5, alpha=0.5, zorder=5)
+        (self._plan,) = axes.plot([], [], "--", color=PLAN, lw=1.5, zorder=5)
+        (self._scan,) = axes.plot([], [], ".", color=SCAN, ms=2.5, zorder=6)
+        (self._hits,) = axes.plot([], [], "X", color=CONTACT, ms=12, mec="white", zorder=9)
+        size = [2.0 * person_radius] * max(arrays["crowd"].shape[1], 1)
+        self._people = EllipseCollection(
+            size,
+            size,
+            np.zeros(len(size)),
+            units="xy",
+            offset_transform=axes.transData,
+            zorder=7,
+            fc=PERSON,
+            ec="white",
+        )
+        axes.add_collection(self._people, autolim=False)
+        self._robot = axes.add_patch(Polygon(footprint, fc=ROBOT, ec="white", lw=1.0, zorder=8))
+        self._belief = axes.add_patch(Polygon(footprint, fill=False, ec=BELIEF, lw=1.2, ls="--", zorder=8))
+
+    def show(self, time: float) -> float:
+        """Show a moment [s]; returns what contacts have cost until then [USD]."""
+        place = max(int(np.searchsorted(self._trace[:, 0], time + 1e-6)) - 1, 0)
+        row = self._trace[place]
+        x, y = row[1:3].tolist()
+        self._robot.set_xy(transform_points(Pose2D(*row[1:4].tolist()), self._footprint))
+        self._belief.set_visible(bool(np.isfinite(row[6:9]).all()))
+        if self._belief.get_visible():
+            self._belief.set_xy(transform_points(Pose2D(*row[6:9].tolist()), self._footprint))
+        self._way.set_data(self._trace[: place + 1, 1], self._trace[: place + 1, 2])
+        crowd = self._arrays["crowd"][place]
+        self._people.set_offsets(crowd if len(crowd) else np.full((1, 2), np.nan))
+        plan = next((points for stamp, points in reversed(self._plans) if stamp <= time + 1e-6), np.empty((0, 2)))
+        self._plan.set_data(plan[:, 0], plan[:, 1])
+        scan = int(np.searchsorted(self._arrays["scan_stamp"], time + 1e-6)) - 1
+        ends = scan_points(self._arrays, scan) if scan >= 0 else np.empty((0, 2))
+        self._scan.set_data(ends[:, 0], ends[:, 1])
+        paid = [each for each in self._paid if each["stamp_s"] <= time + 1e-6]
+        self._hits.set_data([each["x_m"] for each in paid], [each["y_m"] for each in paid])
+        height = REACH * HEIGHT_INCH * self._axes.get_position().height / WIDTH_INCH
+        self._axes.set(xlim=(x - REACH, x + REACH), ylim=(y - height, y + height))
+        return float(sum(each["cost_usd"] for each in paid))
