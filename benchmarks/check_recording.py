@@ -3,10 +3,12 @@
 Usage: python benchmarks/check_recording.py [--stack NAME ...] [--episodes N] [--rounds N]
 
 The deliveries 0, 1 ... of seed 0 are driven in this process with each kind of recording in turn, after a round that
-compiles and fills caches. Processor time; a kind's cost is the least of its rounds over the least of ``events``.
+compiles and fills caches. Processor time; a kind's cost is the least of its rounds over the least of ``events``. Exit
+status 1 where ``full`` costs more than MOST.
 """
 
 import argparse
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -16,6 +18,8 @@ from harness.execution import InProcess, Workers
 from harness.manifest import about, parameters
 from harness.runs import RunFolder, create_run
 from harness.study import RECORDS, make_study
+
+MOST = 0.25  # of the processor time without recording, that full may cost
 
 
 def spent(stack: str, episodes: int, record: str) -> float:
@@ -36,6 +40,7 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=5)
     asked = parser.parse_args()
+    costs = {}
     for stack in asked.stack:
         spent(stack, asked.episodes, RECORDS[-1])
         rounds = [[spent(stack, asked.episodes, record) for record in RECORDS] for _ in range(asked.rounds)]
@@ -45,6 +50,9 @@ def main() -> None:
             for record, each in zip(RECORDS[1:], least[1:], strict=True)
         )
         print(f"{stack}: events {least[0]:.2f} s, {told} (least of {asked.rounds}, {asked.episodes} deliveries)")
+        costs[stack] = least[RECORDS.index("full")] / least[0] - 1.0
+    dear = [f"{stack} {100.0 * cost:.0f} %" for stack, cost in costs.items() if cost > MOST]
+    sys.exit(f"full costs more than {100.0 * MOST:.0f} %: {', '.join(dear)}" if dear else 0)
 
 
 if __name__ == "__main__":

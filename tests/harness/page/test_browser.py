@@ -1,6 +1,7 @@
 """The page in a real Chromium: it opens from a file, filters, plays and scrubs, and asks nobody for anything."""
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ EVIL = "<script>alert(1)"
 SOON = 20.0  # [s] that anything may take on a busy machine
 INTERACTIVE_MS = 3000.0
 FRAME_MS = 1000.0 / 30.0
+LEAST_FRAMES = 30  # in a second of playing
 TRIES = 4  # of what takes a while on a busy machine
 WIDTHS = (1440, 390)
 
@@ -199,6 +201,36 @@ def picture(browser: Any) -> str:
     """What the replay's canvas shows."""
     content: str = browser.execute_script("return document.querySelector('#player canvas').toDataURL()")
     return content
+
+
+def test_a_large_report_is_quick(
+    write_run: Callable[..., Path], record: Callable[..., None], browse: Browse, tmp_path: Path
+) -> None:
+    """Three stacks of 100 deliveries, 20 of them with a replay: soon there, and 30 pictures a second and more."""
+
+    def long(row: dict[str, Any]) -> None:
+        row["duration_s"] = 120.0
+
+    digest = map_digest(load_scene("sidewalk"))
+    folder = write_run("large", stacks=("a", "b", "c"), episodes=100, change=long, map_sha256=digest)
+    for stack, count in (("a", 7), ("b", 7), ("c", 6)):
+        record(folder, stack, range(count), beams=360, people=20)
+    with pytest.raises(SystemExit):
+        main(["report", str(folder), "--replays", "20", "--out", str(tmp_path / "report.html")])
+    browser = browse(tmp_path / "report.html", 1440)
+    assert opening(browser) < INTERACTIVE_MS
+    assert browser.execute_script("return document.scripts.length") == 1 + 1 + 20
+    play = "document.querySelector('#player .play').click()"
+    frames = "return Number(document.querySelector('#player').dataset.frames || 0)"
+    shown = []
+    for _ in range(TRIES):
+        before = browser.execute_script(f"{play}; {frames}")
+        time.sleep(1.0)
+        shown.append(browser.execute_script(f"{frames}") - before)
+        browser.execute_script(play)
+        if shown[-1] >= LEAST_FRAMES:
+            break
+    assert max(shown) >= LEAST_FRAMES
 
 
 def test_keys_play_and_the_theme_can_be_chosen(page: Path, browse: Browse) -> None:
