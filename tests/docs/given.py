@@ -1,10 +1,11 @@
-"""The folder in which a page's commands are executed: what its reader is taken to have."""
+"""The folder in which a page's commands are executed: a checkout, and what ``GIVEN`` says of the page's reader."""
 
+import importlib.util
 import shutil
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
@@ -16,19 +17,28 @@ from ruamel.yaml import YAML
 from harness.cli import main
 from harness.execution import InProcess, Workers
 from navstack.params.extensions import extensions
+from navstack.types import Pose2D
 
 from .blocks import ROOT, Block
 from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT
 
-NAV2_FILES = ("my_nav2.yaml", "my_robot_nav2.yaml")
-RUNS = {  # folders that pages take for granted, and the names of their stacks
+# What pages take for granted beside a checkout, where no command of theirs makes it. Tutorials are not among them.
+GIVEN = {
+    "README.md": ("my_robot_nav2.yaml", "my_map.yaml", "my_vectors", "drive.bag", "latest", "a", "b"),  # an overview
+    "money.md": ("my_prices.yaml", "latest", "before", "after", "both"),  # finished runs of the reader's
+    "parity.md": ("my_vectors",),  # recorded on another machine
+    "pedestrians.md": ("recorded.csv",),  # a data set
+    "recorded_logs.md": ("test1.bag",),  # of another project; a made-up log of the same kind stands in
+    "scaling.md": ("mpi",),  # driven by mpiexec, which tests/harness/test_cluster_examples.py does
+}
+RUNS = {  # folders in results, and the names of their stacks
     "latest": ("nav2-gps",),
     "before": ("nav2-gps",),
     "after": ("nav2-gps",),
     "a": ("nav2-gps",),
     "b": ("nav2-gps",),
     "both": ("nav2-gps", "parked"),
-    "other": ("rpp-gps",),
+    "mpi": ("nav2-gps",),
 }
 
 
@@ -73,31 +83,73 @@ def drive_runs(folder: Path) -> None:
         named = [word for stack in stacks for word in ("--stack", stack)]
         out = ["--out", str(folder / "-".join(stacks))]
         rules = ["--rules", str(folder / SHORT_RULES), "--workers", "1"]
-        assert status_of(["run", *named, "--episodes", "2", *out, *rules]) == 0
+        assert status_of(["run", *named, "--episodes", "2", "--record", "full", *out, *rules]) == 0
 
 
-def furnish(folder: Path, runs: Path) -> None:
-    """Put into a folder what pages take for granted; ``runs`` is the folder of :func:`drive_runs`."""
+def furnish(folder: Path, runs: Path, given: Iterable[str]) -> None:
+    """A checkout as its reader has it, and what else is given; ``runs`` is the folder of :func:`drive_runs`."""
     (folder / SHORT_RULES).write_text(short_rules(), encoding="utf-8")
     for name in ("params", "tests", "benchmarks"):
         (folder / name).symlink_to(ROOT / name)
     (folder / "docs").mkdir()
-    for name in NAV2_FILES:
-        shutil.copy(ROOT / "params" / "nav2" / "stock.yaml", folder / name)
-    (folder / "my_prices.yaml").write_bytes((ROOT / "params" / "prices" / "costnav.yaml").read_bytes())
-    (folder / "my_vectors").mkdir()
-    shutil.copy(ROOT / "tests" / "golden" / "inflation.npz", folder / "my_vectors")
-    (folder / "results").mkdir()
-    for name, stacks in RUNS.items():
-        shutil.copytree(runs / "-".join(stacks), folder / "results" / f"run-{name}")
-        (folder / "results" / name).symlink_to(f"run-{name}")
-    (folder / "recorded.csv").write_text("id,t,x,y\n1,0.0,-60.0,-70.0\n1,30.0,-60.0,-40.0\n", encoding="utf-8")
+    (folder / "docs" / "examples").symlink_to(ROOT / "docs" / "examples")
+    for name in given:
+        if name in RUNS:
+            (folder / "results").mkdir(exist_ok=True)
+            shutil.copytree(runs / "-".join(RUNS[name]), folder / "results" / f"run-{name}")
+            (folder / "results" / name).symlink_to(f"run-{name}")
+        else:
+            MAKERS[name](folder / name)
+
+
+def copy_of(*parts: str) -> Callable[[Path], object]:
+    """Makes a file that is a copy of one in the project."""
+    return lambda path: path.write_bytes(ROOT.joinpath(*parts).read_bytes())
+
+
+def make_vectors(path: Path) -> None:
+    """A folder of golden vectors."""
+    path.mkdir()
+    shutil.copy(ROOT / "tests" / "golden" / "inflation.npz", path)
+
+
+def make_recording(path: Path) -> None:
+    """People who were recorded."""
+    path.write_text("id,t,x,y\n1,0.0,-60.0,-70.0\n1,30.0,-60.0,-40.0\n", encoding="utf-8")
+
+
+def make_map(path: Path) -> None:
+    """A hall of 30 m by 10 m."""
     pixels = np.full((200, 600), 254, dtype=np.uint8)
     pixels[:4] = pixels[-4:] = pixels[:, :4] = pixels[:, -4:] = 0
-    Image.fromarray(pixels).save(folder / "my_map.png")
-    text = "image: my_map.png\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
-    text += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
-    (folder / "my_map.yaml").write_text(text, encoding="utf-8")
+    Image.fromarray(pixels).save(path.with_suffix(".png"))
+    text = f"image: {path.stem}.png\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+    path.write_text(f"{text}occupied_thresh: 0.65\nfree_thresh: 0.25\n", encoding="utf-8")
+
+
+def make_log(path: Path) -> None:
+    """A bag of ROS 1: 2 s straight on with wheels, an inertial unit and fixes."""
+    specification = importlib.util.spec_from_file_location("writing", ROOT / "tests" / "recorded" / "writing.py")
+    assert specification is not None and specification.loader is not None
+    writing = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(writing)
+    entries = []
+    for t in np.arange(0.0, 2.0, 0.02):
+        stamp = writing.START + t
+        entries += [writing.odometry(stamp, Pose2D(t, 0.0, 0.0), 1.0, 0.0), writing.imu(stamp, 0.0, 0.0)]
+    entries += [writing.fix(writing.START + t, t, 0.0) for t in np.arange(0.0, 2.0, 0.2)]
+    writing.write(path, sorted(entries, key=lambda entry: entry.stamp), "ros1")
+
+
+MAKERS: dict[str, Callable[[Path], object]] = {
+    "my_robot_nav2.yaml": copy_of("params", "nav2", "stock.yaml"),
+    "my_prices.yaml": copy_of("params", "prices", "costnav.yaml"),
+    "my_map.yaml": make_map,
+    "my_vectors": make_vectors,
+    "recorded.csv": make_recording,
+    "drive.bag": make_log,
+    "test1.bag": make_log,
+}
 
 
 def write_block(block: Block, folder: Path) -> None:

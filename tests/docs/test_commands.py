@@ -1,5 +1,6 @@
 """Every command in README.md and docs/*.md is executed, shortened as shortened.py declares; all options are known."""
 
+import ast
 import contextlib
 import functools
 import io
@@ -17,7 +18,9 @@ from ruamel.yaml import YAML
 from harness.cli import app
 
 from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands
+from .cluster import Cluster
 from .given import (
+    GIVEN,
     drive_runs,
     forget_installed,
     furnish,
@@ -28,7 +31,7 @@ from .given import (
     wait_for_a_new_second,
     write_block,
 )
-from .shortened import EXCHANGED, IN_FILES, NOT_EXECUTED, reason_not_to, shortened
+from .shortened import EXCHANGED, IN_FILES, NOT_EXECUTED, Reason, reason_not_to, shortened
 
 BLOCKS = {page: blocks_of(page) for page in PAGES}
 COMMANDS = {page: [c for b in blocks if b.language == "sh" for c in commands_of(b)] for page, blocks in BLOCKS.items()}
@@ -51,12 +54,19 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture
-def place(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder as a reader has it."""
-    furnish(tmp_path, runs)
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder in which commands are executed."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("NAVSTACK_GOLDEN", str(tmp_path / "my_vectors"))  # all of the project's take half a minute
     yield tmp_path
     forget_installed(tmp_path)
+
+
+@pytest.fixture
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    """What a page starts in the background."""
+    with Cluster(tmp_path_factory.mktemp("cluster")) as cluster:
+        yield cluster
 
 
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
@@ -80,33 +90,50 @@ DRIVEN = [page for page in PAGES if runnable(page)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
-def test_commands_of_a_page_work_one_after_the_other(page: Path, place: Path) -> None:
+def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path, cluster: Cluster) -> None:
+    furnish(place, runs, GIVEN.get(page.name, ()))
     for block in BLOCKS[page]:  # files first: pages name them before or after the command
         if block.file:
             write_block(block, place)
     for block in BLOCKS[page]:
         if block.language == "sh":
             for command in commands_of(block):
-                execute(command, place)
+                execute(command, place, cluster)
         elif block.language == "yaml" and not block.file and page.name in SNIPPETS:
             merge(block, place / SNIPPETS[page.name])
 
 
-def execute(command: Command, place: Path) -> None:
+def execute(command: Command, place: Path, cluster: Cluster) -> None:
     """Execute a command, unless shortened.py says why not."""
     if reason_not_to(str(command)) is not None:
         return
     match command.words:
         case ("navbench", *_):
             wait_for_a_new_second(place / "results")
-            words = shortened(command.words)
+            words = cluster.here(tuple(shortened(command.words)))
             assert status_of(words) == 0, f"{command.block.where}: {command} (as {' '.join(words)})"
         case ("cp", source, target):
             shutil.copy(place / source, place / target)
         case ("pip", "install", package) if package.startswith("./"):
             install(place / package)
+        case ("dask", "scheduler" | "worker", *_):
+            cluster.start(command.words)
+        case ("python", script, *words):
+            run_script(place / script, words)
         case _:
             pytest.fail(f"{command.block.where}: '{command}' is neither executed nor listed in shortened.py")
+
+
+def run_script(script: Path, words: list[str]) -> None:
+    """Execute a script as ``python`` does, in this process."""
+    before = sys.argv
+    sys.argv = [str(script), *words]
+    try:
+        runpy.run_path(str(script), run_name="__main__")
+    except SystemExit as ended:
+        assert not ended.code, f"{script.name}: {ended.code}"
+    finally:
+        sys.argv = before
 
 
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
@@ -119,7 +146,7 @@ def test_the_program_knows_every_option(page: Path, tmp_path: Path, monkeypatch:
             case ("python", script, *words) if script.startswith("benchmarks/"):
                 known_to(script, words, command.block.where)
             case ("python", script, *_):
-                assert (ROOT / script).is_file(), command
+                assert (ROOT / script).is_file() or any(block.file == script for block in BLOCKS[page]), command
             case ("make", target, *_):
                 assert re.search(rf"(?m)^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8")), target
     for words in INLINE[page]:
@@ -177,12 +204,22 @@ def known_to(script: str, words: list[str], where: str) -> None:
 
 def test_nothing_is_declared_in_vain() -> None:
     everything = [str(command) for commands in COMMANDS.values() for command in commands]
-    everything += [" ".join(words) for found in INLINE.values() for words in found]
     for pattern in NOT_EXECUTED:
         assert any(re.fullmatch(pattern, command) for command in everything), f"no page has '{pattern}' any more"
     words = {word for commands in COMMANDS.values() for command in commands for word in command.words}
     assert words >= set(EXCHANGED)
     assert {block.file for blocks in BLOCKS.values() for block in blocks} >= set(IN_FILES)
+    for page, given in GIVEN.items():
+        text = (ROOT / page if page == "README.md" else ROOT / "docs" / page).read_text(encoding="utf-8")
+        unused = [name for name in given if name not in text and name != "my_vectors"]
+        assert not unused, f"{page} does not speak of {', '.join(unused)}"
+
+
+@pytest.mark.parametrize("reason", [reason for reason in NOT_EXECUTED.values() if reason.test])
+def test_what_is_executed_elsewhere_is(reason: Reason) -> None:
+    path, _, name = reason.test.partition("::")
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    assert name in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}, reason
 
 
 @pytest.mark.parametrize(
@@ -193,7 +230,7 @@ def test_what_the_program_does_not_know_fails(line: str) -> None:
         parse(line.split()[1:], line)
 
 
-def test_a_new_command_that_is_in_no_list_fails(tmp_path: Path) -> None:
+def test_a_new_command_that_is_in_no_list_fails(tmp_path: Path, cluster: Cluster) -> None:
     block = Block(ROOT / "README.md", 1, "sh", "rm -r results\n", "")
     with pytest.raises(pytest.fail.Exception, match="neither executed nor listed"):
-        execute(commands_of(block)[0], tmp_path)
+        execute(commands_of(block)[0], tmp_path, cluster)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from harness.benchmark import TABLES, run_study
@@ -16,6 +17,9 @@ from harness.execution import InProcess, NoExecutorError, Workers
 from harness.manifest import about, load_study, parameters
 from harness.runs import RunFolder, count_finished, create_run
 from harness.study import Study, make_study
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.types import Pose2D
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
 distributed = pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
@@ -163,6 +167,68 @@ def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
         finish(study, folder)
     assert killed and len(lost) == 1 and "was lost (killed" in lost[0]
     assert same(path) == expected
+
+
+SUITE = """
+title: Somebody who stands
+stacks: [parked]
+maps: [MAP]
+pedestrians: [2]
+seeds: [0, 1]
+episodes: 2
+rules: RULES
+"""
+SHORT = ("--map", "MAP", "--rules", "RULES", "--pedestrians", "2", "--seed", "5")
+STUDIES = {  # command, its words, and files that hold what was driven
+    "suite": (("suite.yaml",), ("*/episodes.parquet", "*/events.parquet", "suite.json", "table.parquet")),
+    "ablate": ((*SHORT, "--localizers", "ground_truth,gps", "--episodes", "2"), SAME),
+    "tune": (
+        (
+            *(*SHORT, "--stack", "nav2-stock", "--localizer", "ground_truth", "--space", "inflation", "--trials", "2"),
+            *("--episodes", "2", "--test-episodes", "2", "--finalists", "0", "--waterfall", "0"),
+            *("--objective", "+distance_m"),
+        ),
+        ("trials.parquet", "tuned.nav2.yaml"),
+    ),
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """A hall of 20 m by 20 m, rules that end a delivery after 2 s, and a suite; figures of suites are not drawn."""
+    monkeypatch.setattr("harness.report.suite.document.draw_figures", lambda results, folder: [])
+    cells = np.zeros((200, 200), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    save_map(OccupancyGrid(cells, 0.1, Pose2D()), tmp_path / "hall.yaml")
+    (tmp_path / "short.yaml").write_text(RULES)
+    made = {"MAP": str(tmp_path / "hall.yaml"), "RULES": str(tmp_path / "short.yaml")}
+    suite = SUITE.replace("MAP", made["MAP"]).replace("RULES", made["RULES"])
+    (tmp_path / "suite.yaml").write_text(suite)
+    return made | {"suite.yaml": str(tmp_path / "suite.yaml")}
+
+
+def kept(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
+    """The content of files in a folder, by their names."""
+    found = {str(path.relative_to(folder)): path for pattern in patterns for path in folder.glob(pattern)}
+    return {name: path.read_bytes() for name, path in found.items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", STUDIES)
+def test_studies_of_every_kind_have_the_rows_of_local_ones(
+    two: Any, command: str, files: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, patterns = STUDIES[command]
+    given = [command, *(files.get(word, word) for word in words), "--workers", "2"]
+    with pytest.raises(SystemExit) as ended:
+        main([*given, "--out", str(tmp_path / "dask"), "--executor", "dask", "--scheduler", two.scheduler_address])
+    assert ended.value.code == 0
+    monkeypatch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+    with pytest.raises(SystemExit) as ended:
+        main([*given, "--out", str(tmp_path / "local")])
+    assert ended.value.code == 0
+    rows = kept(tmp_path / "local", patterns)
+    assert len(rows) >= len(patterns) and kept(tmp_path / "dask", patterns) == rows
 
 
 def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

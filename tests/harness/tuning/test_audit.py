@@ -74,7 +74,7 @@ def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, sta
     for number in range(0, 18, 3):  # of each kind two
         _, study = auditor_studies.honest_study(stacks, number, MISSIONS, PRICES, 0)
         alarms += bool(audit(study, PRICES).flagged)
-    assert alarms <= 1
+    assert alarms == 0
 
 
 def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callable[[str], StudyResult]) -> None:

@@ -1,5 +1,6 @@
 """A study on disk: nothing is driven twice, and nothing that happens on the way changes its trials."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -18,9 +19,10 @@ from harness.resources import shipped
 from harness.runs import JOURNAL, TUNING
 from harness.study import EpisodeTask, make_generators, make_study
 from harness.table_files import read_rows
-from harness.tuning.declaration import parse_duration
+from harness.tuning.declaration import Declaration, parse_duration
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
+from harness.tuning.notes import notes_before
 from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED, _difference
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import within_budget
@@ -30,6 +32,7 @@ NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 OTHER = Candidate("trial-1", {"controller_server.FollowPath.PathAlign.scale": 3.0})
 ORIGINAL = Candidate("original", {})
+DRAWN = 25  # deliveries after which trials come from the sampler's model
 
 
 def template(folder: Path) -> EpisodeTask:
@@ -154,7 +157,7 @@ def tune(folder: Path, workers: int, more: list[str]) -> "subprocess.Popen[str]"
     options = ["--json", "--workers", str(workers)]
     if "--resume" not in more:
         options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
-        options += ["--rules", str(folder / "short.yaml"), "--pedestrians", "4", "--trials", "3", "--episodes", "6"]
+        options += ["--rules", str(folder / "short.yaml"), "--pedestrians", "4", "--trials", "14", "--episodes", "2"]
         options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
         options += ["--finalists", "2", "--final-episodes", "2"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
@@ -176,7 +179,9 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Pat
     one = told(tune(tmp_path, 1, ["--out", str(whole)]), whole)
     killed = tune(tmp_path, 2, ["--out", str(cut)])
     deadline = time.monotonic() + 300.0
-    while not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < 9:
+    while (
+        not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < 25
+    ):  # beyond the trials that are drawn without a model
         assert time.monotonic() < deadline and killed.poll() is None
         time.sleep(0.05)
     killed.send_signal(signal.SIGKILL)
@@ -199,6 +204,29 @@ def test_the_explanation_takes_no_time_of_the_budget(tmp_path: Path) -> None:
     with Journal(tmp_path, clock=lambda: now[0]) as journal:
         now[0] = 503.0
         assert journal.elapsed == 13.0
+
+
+def test_deliveries_without_a_result_are_driven_again_in_the_next_session(tmp_path: Path) -> None:
+    lost = {"stack": "a", "error": "its worker was lost 2 times", MARGIN: None, EVENTS: []}
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path) as journal:
+        journal.add(ORIGINAL, 0, row)
+        journal.add(ORIGINAL, 1, lost)
+        assert journal.get(ORIGINAL, 1) is not None, "in this session it stays lost"
+    with Journal(tmp_path) as journal:
+        assert (len(journal), journal.get(ORIGINAL, 1)) == (1, None)
+        journal.add(ORIGINAL, 1, row)
+    with Journal(tmp_path) as journal:
+        assert (journal.get(ORIGINAL, 1) or {})["outcome"] == "sla"
+
+
+def test_notes_tell_what_one_might_not_expect() -> None:
+    declaration = Declaration("a", "b", "margin", "tpe", 9, 31, 9, True, 0, None, "", "", ())
+    both = notes_before(declaration, {"start": "0,0,0", "goal": "9,0,0"})
+    assert ["the same way" in both[0], "no trial is dropped early: 31 --episodes" in both[1]] == [True, True]
+    whole = dataclasses.replace(declaration, episodes=32)
+    assert notes_before(whole, {"start": None, "goal": "9,0,0"}) == []
+    assert len(notes_before(dataclasses.replace(whole, is_raced=False, episodes=31), {})) == 0
 
 
 def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
