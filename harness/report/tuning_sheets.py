@@ -10,6 +10,7 @@ from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, spa
 from harness.statistics import Interval
 from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
 from harness.tuning.importance import Importance
+from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
@@ -123,8 +124,8 @@ def _finals(study: StudyResult) -> Sheet:
     rows = tuple(
         (
             f"trial {each.number}" if each.number else "original",
-            f"{trials[each.number].values[0]:.2f}",
-            f"{each.value:.2f}" if math.isfinite(each.value) else NOTHING,
+            score_text(study.objectives[0], trials[each.number].values[0]),
+            score_text(study.objectives[0], each.value) if math.isfinite(each.value) else NOTHING,
             str(each.missions),
         )
         for each in study.finals

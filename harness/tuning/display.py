@@ -27,7 +27,7 @@ class LiveTable:
         for column in ("trial", "state", "episodes", "objective", "p"):
             table.add_column(column, justify="left" if column == "state" else "right")
         for trial in progress.trials[-SHOWN:]:
-            value = f"{trial.told[0]:.2f}" if trial.told else ""
+            value = progress.text_of(trial.told[0]) if trial.told else ""
             p = "" if trial.p is None else f"{trial.p:.3f}"
             mark = "*" if progress.best is trial else ""
             table.add_row(f"{mark}{trial.number}", trial.state, str(len(trial.missions)), value, p)

@@ -222,6 +222,11 @@ def is_money(name: str) -> bool:
     return name in MONEY or name.startswith("margin@")
 
 
+def score_text(name: str, value: float) -> str:
+    """An objective's value: money to a cent, metrics of whatever size to four digits."""
+    return f"{value:.2f}" if is_money(name) else f"{value:.4g}"
+
+
 def margins(rows: Sequence[Row], name: str = "margin", column: str = MARGIN) -> FloatArray:
     """Contribution margins [USD], shape (n,).
 

@@ -6,6 +6,7 @@ from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.forecast import expected_gain
 from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal
+from harness.tuning.objective import score_text
 from harness.tuning.result import Trial
 from harness.tuning.search import Plan
 
@@ -116,7 +117,7 @@ class Progress:
         if self.remaining is not None:
             parts.append(f"about {self.remaining:.0f} s left")
         if self.gain is not None:
-            parts.append(f"expected further gain {self.gain:.2f}")
+            parts.append(f"expected further gain {self.text_of(self.gain)}")
         return ", ".join(parts)
 
     @property
@@ -125,8 +126,12 @@ class Progress:
         if self.best is None:
             return "none yet"
         low, high = self.interval.low, self.interval.high
-        bounds = "" if low is None or high is None else f" ({low:.2f} .. {high:.2f})"
-        return f"{self.best.values[0]:.2f}{bounds} of {self.best.candidate.name}"
+        bounds = "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
+        return f"{self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
+
+    def text_of(self, value: float) -> str:
+        """A value of the first objective."""
+        return score_text(self._plan.objectives[0].name, value)
 
     @property
     def _error(self) -> float:

@@ -22,7 +22,7 @@ from navstack.types import FloatArray
 FIRST_RUNG = 5  # missions at least before the first look
 STRATA = 3  # kind of the generator that shuffles missions
 LEVEL = 0.30  # chance of each look to drop a trial that is as good as the incumbent; with rare contacts 0.03 to 0.35
-RESOLUTION = 0.05  # [USD] and other units: smaller differences of a pair are none
+RESOLUTION = 0.05  # [USD] smaller differences of a pair are none: a few more metres of electricity
 
 
 def rungs(total: int) -> tuple[int, ...]:
@@ -57,16 +57,17 @@ def stratified(lengths: Mapping[int, float], seed: int) -> tuple[int, ...]:
     return tuple(int(mission) for mission in order)
 
 
-def p_no_worse(trial: FloatArray, incumbent: FloatArray) -> float:
+def p_no_worse(trial: FloatArray, incumbent: FloatArray, resolution: float = RESOLUTION) -> float:
     """One-sided p value of Wilcoxon's signed-rank test (Wilcoxon 1945) that the trial is no worse than the incumbent.
 
     Args:
         trial: scores, shape (n,).
         incumbent: scores on the same missions.
+        resolution: in the unit of the scores; smaller differences are none.
     """
     differences = trial - incumbent
     differences = differences[~np.isnan(differences)]
-    differences = np.where(np.abs(differences) < RESOLUTION, 0.0, differences)
+    differences = np.where(np.abs(differences) < resolution, 0.0, differences)
     if not differences.any():
         return 1.0
     return float(wilcoxon(differences, zero_method="wilcox", alternative="less").pvalue)

@@ -9,8 +9,8 @@ import numpy as np
 from harness.metrics import Row
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.finals import most_episodes
-from harness.tuning.objective import Objective, UndefinedError
-from harness.tuning.racing import LEVEL, adjusted, p_no_worse, rungs
+from harness.tuning.objective import Objective, UndefinedError, is_money
+from harness.tuning.racing import LEVEL, RESOLUTION, adjusted, p_no_worse, rungs
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, Trial
 from harness.tuning.sampler import Point, Sampler
 from harness.tuning.space import Space
@@ -136,7 +136,7 @@ class Search:
         """P value that a trial is no worse than the incumbent, and why it is dropped; empty: it is not."""
         objective, known = self._plan.objectives[0], self._evaluator.rows(self.incumbent.candidate, order)
         own, other = (objective.scores(each, known) for each in (rows, known[: len(rows)]))
-        p = p_no_worse(own, other)
+        p = p_no_worse(own, other, RESOLUTION if is_money(objective.name) else 0.0)
         if objective.is_hopeless(rows) and objective.shortfall(known) == 0.0:
             return p, f"the side condition of {objective.name} is out of reach"
         return p, f"worse than {self.incumbent.candidate.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else ""

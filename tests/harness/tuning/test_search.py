@@ -185,6 +185,7 @@ def test_looks_drop_one_as_good_as_rarely_as_they_say() -> None:
         p_values.append(p_no_worse(own, other))
     assert 0.2 < np.mean(np.array(p_values) < 0.3) < 0.36
     assert p_no_worse(np.full(8, 3.49), np.full(8, 3.48)) == 1.0, "a cent is no difference"
+    assert p_no_worse(np.full(8, 6e-4), np.full(8, 8e-4), 0.0) < 0.01, "of a metric in kWh it is"
 
 
 def test_control_variate_takes_off_half_of_the_noise_where_missions_decide() -> None:
@@ -268,3 +269,5 @@ def test_the_live_interval_is_that_of_the_objective(tmp_path: Path, name: str) -
     interval, best = progress.interval, progress.best
     assert best is not None and interval.value == best.values[0]
     assert interval.low is None or (interval.high is not None and interval.low <= best.values[0] <= interval.high)
+    text = f"{best.values[0]:.4g}" if name == "-duration_s" else f"{best.values[0]:.2f}"
+    assert f"best {text} " in progress.text
