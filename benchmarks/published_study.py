@@ -1,11 +1,11 @@
 """The study that this project publishes: every stack on three maps, params/suites/published.yaml.
 
-Usage: python benchmarks/published_study.py [--episodes N] [--stack NAME] [--world NAME] [--workers N]
+Usage: python benchmarks/published_study.py [--episodes N] [--stack NAME] [--map NAME] [--world NAME] [--workers N]
            [--out FOLDER] [--render]
 
 What FOLDER (results/baseline/study) holds is kept and added to, so the study can be driven in pieces, on one checkout
-after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack some stacks only; without
-both the rest is driven. Deliveries are independent of what was driven before them. --render drives nothing.
+after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and --map some cells only;
+without them the rest is driven. Deliveries are independent of what was driven before them. --render drives nothing.
 
 The folder gets its page, figures and tables. Of the project's own folder docs/study.md with its figures is made, too,
 and, as soon as every cell has deliveries, the part of README.md between the marks.
@@ -81,6 +81,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, help="of each cell; default: all that the suite declares")
     parser.add_argument("--stack", action="append", default=[], help="of the suite, repeatable; default: all")
+    parser.add_argument("--map", action="append", default=[], help="of the suite, repeatable; default: all")
     parser.add_argument("--world", help="a name of params/worlds or a file; default: the suite's own")
     parser.add_argument("--workers", type=int)
     parser.add_argument("--out", type=Path, default=STUDY)
@@ -93,7 +94,7 @@ def main() -> None:
                 declare(asked.out, load_suite(shipped("params") / "suites" / f"{SUITE}.yaml"))
             results = write_overview(asked.out)
         else:
-            portion = Portion(tuple(asked.stack), asked.episodes)
+            portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
             status = suite_command(SUITE, asked.world, portion, Where(workers=asked.workers), asked.out, as_json=False)
             results = read_results(asked.out)
         if asked.out.resolve() == STUDY:

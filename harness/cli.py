@@ -83,6 +83,7 @@ def run(
 @app.command(help=SUITE_HELP, short_help="Drive a declared study: stacks x maps x worlds x densities x seeds.")
 @click.argument("file", required=False)
 @click.option("--stack", "stacks", multiple=True, help="Drive this stack of the suite only; repeatable. Default: all.")
+@click.option("--map", "maps", multiple=True, help="Drive on this map of the suite only; repeatable. Default: all.")
 @click.option("--episodes", type=int, help="Drive the first so many deliveries of each cell only. Default: all.")
 @click.option("--world", help="A name of params/worlds or a YAML file, instead of the suite's own.")
 @where_options
@@ -97,6 +98,7 @@ def suite(
     context: click.Context,
     file: str | None,
     stacks: tuple[str, ...],
+    maps: tuple[str, ...],
     episodes: int | None,
     world: str | None,
     where: Where,
@@ -108,9 +110,9 @@ def suite(
     from harness.cli_suite import resume_suite_command, suite_command
     from harness.suite import Portion
 
-    portion = Portion(stacks, episodes)
+    portion = Portion(stacks, maps, episodes)
     if resume is not None:
-        refuse_others(context, "stacks", "episodes")
+        refuse_others(context, "stacks", "maps", "episodes")
         sys.exit(resume_suite_command(resume, portion, where, as_json))
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")

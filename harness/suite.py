@@ -82,28 +82,38 @@ class Portion:
     """What of a suite is to be driven now."""
 
     stacks: tuple[str, ...] = ()  # by name; empty: all
+    maps: tuple[str, ...] = ()  # by name; empty: all
     episodes: int | None = None  # the first so many of each cell; None: all
 
     def cells(self, suite: Suite) -> list[Cell]:
         """The cells of a suite that it covers.
 
         Raises:
-            InputError: the suite has no such stack, or not so many episodes.
+            InputError: the suite has no such stack or map, or not so many episodes.
         """
-        known = [Path(stack).stem for stack in suite.stacks]
-        for stack in self.stacks:
-            if Path(stack).stem not in known:
-                raise UnknownNameError("--stack", stack, known)
+        stacks = _chosen("--stack", self.stacks, suite.stacks)
+        maps = _chosen("--map", self.maps, suite.maps)
         if self.episodes is not None and not 1 <= self.episodes <= suite.episodes:
             raise InputError(f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}")
-        names = {Path(stack).stem for stack in self.stacks or suite.stacks}
-        return [cell for cell in cells(suite) if cell.stack_name in names]
+        return [
+            cell for cell in cells(suite) if cell.stack_name in stacks and Path(cell.condition.map_name).stem in maps
+        ]
 
     @property
     def options(self) -> str:
         """As they are given on a command line."""
         episodes = "" if self.episodes is None else f" --episodes {self.episodes}"
-        return "".join(f" --stack {stack}" for stack in self.stacks) + episodes
+        named = [*(("stack", name) for name in self.stacks), *(("map", name) for name in self.maps)]
+        return "".join(f" --{option} {name}" for option, name in named) + episodes
+
+
+def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[str]:
+    """Names of what is asked for of what a suite declares; nothing asked: all."""
+    known = [Path(name).stem for name in declared]
+    for name in asked:
+        if Path(name).stem not in known:
+            raise UnknownNameError(option, name, known)
+    return {Path(name).stem for name in asked or declared}
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from harness.runs import JOURNAL
 from harness.stored_run import StoredRun, load_run
 from harness.study import Study, make_study
 from navstack.errors import InputError
-from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, read_text
+from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, load_yaml, read_text
 from navstack.params.yaml_text import load_text
 
 FRICTION, WAKE = "world.cargo.friction", "world.cargo.wake_acceleration"
@@ -155,7 +155,9 @@ def _put(content: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 def _alike(kind: str, stored: Path, text: str) -> bool:
     """Whether a stored file means the same; a key that came later counts with its default."""
-    if kind not in CLASSES:
+    if stored.suffix != ".yaml":
         return read_text(stored) == text
+    if kind not in CLASSES:
+        return bool(load_yaml(stored) == load_text(text, kind))
     cls = CLASSES[kind]
     return bool(load_dataclass(cls, stored) == from_mapping(cls, load_text(text, kind), kind))

@@ -11,7 +11,7 @@ from harness.cli import main
 from harness.execution import InProcess, Workers
 from harness.resources import names, shipped
 from harness.runs import JOURNAL, RunFolder, count_finished
-from harness.suite import cells, load_suite
+from harness.suite import Portion, cells, load_suite
 from navstack.errors import ParameterError
 
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
@@ -64,6 +64,16 @@ def test_the_published_study_has_every_stack_on_three_maps() -> None:
     suite = load_suite(shipped("params") / "suites" / "published.yaml")
     assert sorted(suite.stacks) == names(shipped("params") / "stacks"), "params/suites/published.yaml lacks a stack"
     assert (len(suite.maps), suite.episodes, len(suite.seeds)) == (3, 400, 1)
+
+
+def test_a_portion_takes_some_stacks_on_some_maps() -> None:
+    suite = load_suite(shipped("params") / "suites" / "published.yaml")
+    portion = Portion(stacks=("parked", "paper-gps"), maps=("sidewalk_2",))
+    assert [(cell.stack, cell.condition.map_name) for cell in portion.cells(suite)] == [
+        ("paper-gps", "sidewalk_2"),
+        ("parked", "sidewalk_2"),
+    ]
+    assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
 
 
 def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,6 +137,7 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     ("arguments", "words"),
     [
         (("--stack", "parkd"), ("parkd", "did you mean 'parked'")),
+        (("--map", "sidewalk_9"), ("sidewalk_9", "did you mean 'sidewalk")),
         (("--episodes", "3"), ("--episodes 3", "declares 1 to 2")),
         (("--world", "costnva"), ("costnva", "did you mean 'costnav'")),
     ],

@@ -11,6 +11,7 @@ from harness.calibration import attempts, sensitivities
 from harness.calibration.candidate import acts_on, candidate_study, changes, finished_run, write_candidate
 from harness.calibration.declaration import load_declaration
 from harness.calibration.reading import INJURY
+from harness.manifest import parameters
 from harness.stored_run import load_run
 from navstack.errors import InputError
 
@@ -58,6 +59,21 @@ def test_a_folder_of_another_world_is_not_taken_for_this_one(write_world_run, tm
         finished_run(candidate_study("paper-gps", files, 6, 1000, 1), folder)
     with pytest.raises(InputError, match=r"was driven with other world parameters"):
         finished_run(candidate_study("paper-gps", files, 5, 1000, 1), folder)
+
+
+def test_a_folder_whose_numbers_are_written_otherwise_is_the_same(write_world_run, tmp_path):
+    folder = write_world_run("run", episodes=5, seed=1000)
+    study = candidate_study("paper-gps", write_candidate({}, tmp_path / "shipped"), 5, 1000, 1)
+    for name, text in parameters(study).items():
+        (folder / "params" / name).write_text(text, encoding="utf-8")
+    file = folder / "params" / "paper-gps-nav2.yaml"
+    text = file.read_text(encoding="utf-8")
+    assert "width: 24\n" in text
+    file.write_text(text.replace("width: 24\n", "width: 24.0\n"), encoding="utf-8")
+    finished_run(study, folder)
+    file.write_text(text.replace("width: 24\n", "width: 25\n"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"was driven with other nav2 parameters"):
+        finished_run(study, folder)
 
 
 def test_attempts_are_logged_in_order_and_never_overwritten(script, write_world_run, tmp_path):
