@@ -41,7 +41,7 @@ def p_text(p: float | None) -> str:
 
 def wrapped(text: str) -> str:
     """The same text with long lines broken, but for tables."""
-    return "\n".join(line if line.startswith("|") else _wrapped_line(line) for line in text.split("\n"))
+    return "\n".join(line if line.lstrip().startswith("|") else _wrapped_line(line) for line in text.split("\n"))
 
 
 def _wrapped_line(line: str) -> str:

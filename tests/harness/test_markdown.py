@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.report.markdown import interval_text, number_text
+from harness.report.markdown import interval_text, number_text, wrapped
 from harness.statistics import Interval
 
 
@@ -21,3 +21,9 @@ def test_numbers_have_their_decimals_and_no_negative_zero(value: float | None, e
 )
 def test_intervals_show_what_they_have(interval: Interval, expected: str) -> None:
     assert interval_text(interval, 2, is_signed=True) == expected
+
+
+def test_a_table_in_a_list_is_not_broken() -> None:
+    row = "  | " + " | ".join(["a cell of some length"] * 8) + " |"
+    text = wrapped(f"- {'word ' * 40}\n\n{row}\n{row}")
+    assert text.count(row) == 2 and max(len(line) for line in text.split("\n") if "word" in line) <= 120
