@@ -77,7 +77,7 @@ def document(material: Material) -> str:
 def _in_short(material: Material) -> str:
     lines = [
         f"{len(material.declaration.free)} parameters are free, {len(material.declaration.fixed)} fixed; "
-        f"attempts so far: {len(material.attempts)}."
+        f"attempts: {len(material.attempts)}."
     ]
     if material.readings:
         tests, rejected, gates, missed = shortfalls(material.readings, material.published)

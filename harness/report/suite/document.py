@@ -73,7 +73,7 @@ def _progress(results: Results) -> str:
         text += (
             f" {len(missing)} of {len(standings)} cells have none and are missing below: {_names(results, missing)}."
         )
-    return f"{text} `navbench suite --resume DIR` with this folder goes on."
+    return f"{text} `navbench suite --resume DIR`, DIR being the suite's folder, goes on."
 
 
 def _names(results: Results, standings: Sequence[Standing]) -> str:
