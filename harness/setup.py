@@ -25,7 +25,7 @@ from harness.world.sensors import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.build import build_localizer, build_navigator, read_frequencies
-from navstack.costmap.occupancy_grid import FREE
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
@@ -220,12 +220,18 @@ def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Na
         if not stack.injected.is_zero:
             localizer = InjectedErrorLocalizer(localizer, stack.injected)
     else:
-        on_mesh = (stack.localization_map or stack.planning_map) == "navigation_mesh"
-        localizer = build_localizer(stack.localizer, nav2, scene.navigation_mesh if on_mesh else scene.mapped_geometry)
+        localizer = build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
     stops = stack.when_lost == "stop"
     if stack.planning_map == "navigation_mesh":
         return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops)
     return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops)
+
+
+def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
+    name = stack.localization_map or stack.planning_map
+    if name == "geometry":
+        return scene.mapped_geometry
+    return scene.navigation_mesh if name == "navigation_mesh" else scene.outlined_mesh
 
 
 def nav2_of(task: EpisodeTask) -> Nav2File:

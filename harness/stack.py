@@ -12,6 +12,7 @@ from navstack.params.strict import load_dataclass, read_text
 
 LOCALIZERS = ("ground_truth", "gps", "gps-ekf", "odom_imu", "amcl", "amcl-gps")
 PLANNING_MAPS = ("geometry", "navigation_mesh")
+LOCALIZATION_MAPS = (*PLANNING_MAPS, "outlined_mesh")
 NAVIGATORS = ("nav2", "parked")
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSOR_KINDS = ("lidar", "gps")  # those that have a price
@@ -59,7 +60,7 @@ class Stack:
     carries: tuple[str, ...]
     robot: str
     nav2_file: str = ""  # empty for 'parked'
-    localization_map: str = ""  # of PLANNING_MAPS; empty: the planning map
+    localization_map: str = ""  # of LOCALIZATION_MAPS; empty: the planning map
     when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
     injected: InjectedError = NO_ERROR  # on top of ground_truth
     name: str = ""
@@ -97,7 +98,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("navigator", stack.navigator, NAVIGATORS)
     _check("localizer", stack.localizer, LOCALIZERS)
     _check("planning map", stack.planning_map, PLANNING_MAPS)
-    _check("localization map", stack.localization_map or stack.planning_map, PLANNING_MAPS)
+    _check("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
     _check("when_lost", stack.when_lost, WHEN_LOST)
     for sensor in stack.carries:
         _check("sensor", sensor, SENSOR_KINDS)

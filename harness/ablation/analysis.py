@@ -22,7 +22,7 @@ from harness.valuation import CENT, deliveries, missions
 from navstack.errors import UnknownNameError
 from navstack.types import FloatArray
 
-GEOMETRY, NAVIGATION_MESH = PLANNING_MAPS
+GEOMETRY = PLANNING_MAPS[0]
 MARGIN = "contribution_margin"
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.compare
 SURE = 0.05  # adjusted p below which a difference is called significant
@@ -190,12 +190,12 @@ def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[
 
 
 def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
-    """Names of arms on the navigation mesh, each with that of the same localizer's arm on the geometry map."""
+    """Names of arms on a navigation mesh, each with that of the same localizer's arm on the geometry map."""
     localizer_on = {(arm.stack.localizer, arm.stack.localization_map): arm.name for arm in arms}
     return [
         (name, localizer_on[localizer, GEOMETRY])
         for (localizer, map_name), name in localizer_on.items()
-        if map_name == NAVIGATION_MESH and localizer in MAP_BASED_LOCALIZERS and (localizer, GEOMETRY) in localizer_on
+        if map_name != GEOMETRY and localizer in MAP_BASED_LOCALIZERS and (localizer, GEOMETRY) in localizer_on
     ]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
 from harness.setup import nav2_parameters
-from harness.stack import LOCALIZERS, NO_ERROR, PLANNING_MAPS, SENSOR_KINDS, InjectedError, Stack
+from harness.stack import LOCALIZATION_MAPS, LOCALIZERS, NO_ERROR, SENSOR_KINDS, InjectedError, Stack
 from harness.study import Study, usable_workers
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.costmap import ObstacleLayerParams
@@ -102,8 +102,8 @@ def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:
     name, at, map_name = text.partition("@")
     if name not in LOCALIZERS:
         raise UnknownNameError("localizer", name, LOCALIZERS)
-    if at and map_name not in PLANNING_MAPS:
-        raise UnknownNameError(f"map in '{text}'", map_name, PLANNING_MAPS)
+    if at and map_name not in LOCALIZATION_MAPS:
+        raise UnknownNameError(f"map in '{text}'", map_name, LOCALIZATION_MAPS)
     if at and name not in MAP_BASED_LOCALIZERS:
         on_map = ", ".join(each for each in LOCALIZERS if each in MAP_BASED_LOCALIZERS)
         raise InputError(f"'{text}': {name} uses no map; a map can be chosen for: {on_map}")

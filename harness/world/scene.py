@@ -42,17 +42,27 @@ class Scene:
     @property
     def mapped_geometry(self) -> OccupancyGrid:
         """The geometry as a robot with a lidar maps it: surfaces are occupied, what lies behind them is unknown."""
-        data = self.geometry.data
-
-        def compute() -> npt.NDArray[np.int8]:
-            occupied = np.pad(data >= OCCUPIED, 1, constant_values=True)
-            beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
-            inside = beside[:-2] & beside[1:-1] & beside[2:]  # a cell whose eight neighbours are occupied as well
-            return np.where(inside, np.int8(UNKNOWN), data)
-
-        return replace(self.geometry, data=cached_array(content_key("mapped geometry 1", data), compute))
+        return _surfaces(self.geometry)
 
     @property
     def navigation_mesh(self) -> OccupancyGrid:
         """Where people walk and missions are drawn: the part of the walkable ground that was drawn, or all of it."""
         return self.walkable if self.drawn_mesh is None else self.drawn_mesh
+
+    @property
+    def outlined_mesh(self) -> OccupancyGrid:
+        """The navigation mesh with its edges occupied, as if a lidar had mapped walls there; unknown beyond them."""
+        return _surfaces(self.navigation_mesh)
+
+
+def _surfaces(grid: OccupancyGrid) -> OccupancyGrid:
+    """A map whose occupied cells are unknown where all eight neighbours are occupied, too."""
+    data = grid.data
+
+    def compute() -> npt.NDArray[np.int8]:
+        occupied = np.pad(data >= OCCUPIED, 1, constant_values=True)
+        beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
+        inside = beside[:-2] & beside[1:-1] & beside[2:]
+        return np.where(inside, np.int8(UNKNOWN), data)
+
+    return replace(grid, data=cached_array(content_key("mapped geometry 1", data), compute))

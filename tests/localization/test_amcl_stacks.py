@@ -1,11 +1,13 @@
 """The stacks with AMCL: what they are made of, and one drives."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from harness.episode import run_episode
 from harness.resources import shipped
-from harness.setup import mission_of
+from harness.setup import mission_of, navigator_on
 from harness.stack import load_stack
 from harness.study import make_study
 from harness.world.scene import Scene
@@ -58,6 +60,23 @@ def test_amcl_may_localize_on_another_map_than_the_planners(tmp_path):
         load_stack(str(file))
 
 
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("geometry", "mapped_geometry"), ("navigation_mesh", "navigation_mesh"), ("outlined_mesh", "outlined_mesh")],
+)
+def test_the_localizer_gets_the_map_that_was_asked_for(monkeypatch, name, expected):
+    given = []
+    monkeypatch.setattr("harness.setup.build_localizer", lambda kind, nav2, static_map: given.append(static_map))
+    monkeypatch.setattr("harness.setup.build_navigator", lambda *parts: None)
+    stack = dataclasses.replace(load_stack("nav2-amcl"), localization_map=name)
+    cells = np.full((9, 12), FREE, dtype=np.int8)
+    cells[2:7, 3:9] = OCCUPIED
+    walls, mesh = (OccupancyGrid(each, 0.05, Pose2D()) for each in (cells, cells[::-1, ::-1].copy()))
+    scene = Scene("block", (), (), walls, mesh)
+    navigator_on(scene, None, stack, load_nav2(NAV2 / "amcl.yaml", False))
+    np.testing.assert_array_equal(given[0].data, getattr(scene, expected).data)
+
+
 def test_a_lidar_maps_surfaces_only():
     cells = np.full((9, 12), FREE, dtype=np.int8)
     cells[2:7, 3:9] = OCCUPIED
@@ -68,6 +87,8 @@ def test_a_lidar_maps_surfaces_only():
     expected[3:6, 4:8] = UNKNOWN
     np.testing.assert_array_equal(mapped.data, expected)
     assert mapped.resolution == grid.resolution
+    scene = Scene("road", (), (), OccupancyGrid(np.full_like(cells, FREE), 0.05, Pose2D()), grid)
+    np.testing.assert_array_equal(scene.outlined_mesh.data, expected)
 
 
 @pytest.mark.slow
