@@ -197,7 +197,7 @@ def known_to(script: str, words: list[str], where: str) -> None:
     assert (ROOT / script).is_file(), where
     text, words = help_of(script), [word.strip("[]") for word in words]
     for word, before in zip(words, ["", *words], strict=False):
-        is_value = before.startswith("-") or PLACEHOLDER.search(word) or re.fullmatch(r"[\d.]+", word)
+        is_value = before.startswith("-") or PLACEHOLDER.search(word) or re.fullmatch(r"[\d.]+|.+/.+", word)
         if word.startswith("-") or not is_value:
             assert word in text, f"{where}: {script} does not know '{word}'"
 
