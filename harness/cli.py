@@ -1,9 +1,7 @@
 """The command line program ``navbench``."""
 
-import signal
 import sys
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import click
@@ -30,6 +28,7 @@ from harness.cli_replay import replay
 from harness.cli_report import report
 from harness.cli_tune import tune
 from harness.resources import keep_compiled_code
+from harness.signals import stop_like_ctrl_c
 from harness.study_workers import Where
 from navstack.errors import InputError, NavstackError
 
@@ -249,15 +248,8 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(_status(arguments))
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 def _status(arguments: list[str] | None) -> int:
-    for name in ("SIGTERM", "SIGHUP"):  # a batch system's or a closing terminal's way to say Ctrl-C
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup's wish stands
-            signal.signal(number, _interrupt)
+    stop_like_ctrl_c()
     keep_compiled_code()
     try:
         app(arguments, standalone_mode=False)

@@ -1,0 +1,16 @@
+"""Being told to stop: a batch system's or a closing terminal's way to say Ctrl-C."""
+
+import signal
+from types import FrameType
+
+
+def stop_like_ctrl_c() -> None:
+    """Have SIGTERM and SIGHUP raise KeyboardInterrupt in this process, unless the caller was started to ignore them."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup's wish stands
+            signal.signal(number, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
