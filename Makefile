@@ -5,7 +5,9 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
-.PHONY: help run test check docs bench clean
+CRITICS := results/baseline/tuning/critics-social
+
+.PHONY: help run test check docs bench frozen clean
 
 help:
 	@echo "make run    install, drive 20 deliveries and print the tables"
@@ -13,6 +15,7 @@ help:
 	@echo "make check  lint, types and import rules"
 	@echo "make docs   build the documentation into site/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
+	@echo "make frozen drive what results/baseline lacks on the frozen world: published rows, controllers, tuned file"
 
 $(READY): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }
@@ -39,6 +42,14 @@ docs: $(READY)
 
 bench: $(READY)
 	$(BIN)/navbench bench
+
+frozen: $(READY)
+	$(BIN)/python benchmarks/calibrate.py verify
+	$(BIN)/python benchmarks/calibrate.py elsewhere
+	$(BIN)/python benchmarks/published_study.py --map sidewalk --stack nav2-gps-ekf --stack mpc-gps-ekf \
+	  --stack mppi-gps-ekf --stack rpp-gps-ekf
+	$(BIN)/python benchmarks/compare_controllers.py --world published --seed 3000 \
+	  --stack $(CRITICS)/nav2-stock.yaml $(CRITICS)/tuned.yaml --out results/baseline/tuned-published
 
 clean:
 	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache

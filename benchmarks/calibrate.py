@@ -194,7 +194,7 @@ def _parser() -> argparse.ArgumentParser:
         ("sensitivity", sensitivity, 100),
         ("attempt", attempt, 100),
         ("verify", verify, 400),
-        ("elsewhere", elsewhere, 200),
+        ("elsewhere", elsewhere, 100),
         ("document", write_document, None),
     ):
         command = commands.add_parser(name, help=function.__doc__)
