@@ -158,7 +158,7 @@ def test_the_document_tells_all_that_is_kept(script, write_world_run, tmp_path):
     (kept / "notes.md").write_text("What follows from it.\n", encoding="utf-8")
     script.main(["document", "--kept", str(kept), "--document", str(tmp_path / "calibration.md")])
     text = (tmp_path / "calibration.md").read_text(encoding="utf-8")
-    assert "attempts so far: 1." in text
+    assert "attempts: 1." in text
     assert "`world.people.speed` = 1.4" in text
     assert "Of 8 outcome shares" in text
     assert "injuries in 172 s of standing" in text
