@@ -26,6 +26,7 @@ from numba.core.caching import IndexDataCacheFile
 from harness.execution import Workers, available_cores
 from harness.resources import compiled_code
 from harness.stack import Stack
+from navstack.jit import source_stamp
 
 TABLE = Path(__file__).with_name("kernels.txt")
 ALWAYS = "always"  # the section of the table that is needed whatever drives
@@ -56,7 +57,7 @@ class Kernel:
 
     @property
     def source(self) -> Path:
-        """The file of its module, by whose date and size numba tells whether what it compiled is still good."""
+        """The file of its module."""
         return Path(__file__).parents[1].joinpath(*self.module.split(".")).with_suffix(".py")
 
 
@@ -141,8 +142,7 @@ def _save_in_turn(lock: Path) -> None:
 
 def _mark(kernel: Kernel) -> str:
     """What stands for a kernel in the list of what has been done; another one when numba would compile it anew."""
-    source = kernel.source.stat()
-    state = (kernel, source.st_mtime_ns, source.st_size, numba.__version__, sys.version, _processor())
+    state = (kernel, source_stamp(kernel.source), numba.__version__, sys.version, _processor())
     return hashlib.sha256(repr(state).encode()).hexdigest()[:16]
 
 

@@ -17,8 +17,8 @@ length by at most 2.8 % (the 16-connected metric, Borgefors 1986), and ``string_
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import BoolArray, Float32Array, IntArray
 
 _SQRT2 = math.sqrt(2.0)

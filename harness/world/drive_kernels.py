@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from harness.world.motion_kernels import rotate
 from harness.world.robot import RobotParams
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 LEVEL = -1.0  # [N] wheel load that says: standing on level ground, the driven wheels grip with the whole weight

@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 import shapely
-from numba import njit
 
 from harness.world.scene import Scene, Zone
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 _POLYGON = 3  # shapely's number of this kind of geometry

@@ -1,11 +1,11 @@
 """Solid bodies from an occupancy grid alone: occupied cells merged into rectangles and raised to a wall."""
 
 import numpy as np
-from numba import njit
 
 from harness.world.scene import Obstacle
 from harness.world.shapes import Rect
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.jit import njit
 from navstack.types import BoolArray, IntArray
 
 WALL_HEIGHT = 1.5  # [m] of what is known from a map only

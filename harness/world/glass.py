@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from harness.world.lidar_kernels import cast_grid, clearance_field
 from harness.world.scene import Obstacle
 from harness.world.shapes import grow, window_of
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.geometry import relative_to, transform_points
+from navstack.jit import njit
 from navstack.types import FloatArray, Pose2D
 
 KINDS = ("building_glass",)  # obstacles whose outside is of glass

@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from navstack.jit import njit
 
 _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
 _TILE_BITS = 3  # and a tile's 2 ** _TILE_BITS blocks

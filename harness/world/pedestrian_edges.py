@@ -3,8 +3,7 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
-
+from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray
 
 

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from harness.world.scene import Obstacle
 from harness.world.shapes import Rect, window_of
+from navstack.jit import njit
 
 CELL = 0.5  # [m] of the heights
 MOST_CELLS = 4_000_000  # beyond which they are coarser: 1 km x 1 km

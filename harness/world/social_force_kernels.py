@@ -7,11 +7,10 @@ area, read from a grid of signed distances.
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from harness.shortest_paths import line_of_sight
 from harness.world.pedestrian_edges import away_from_edge, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_params import PedestrianParams
+from navstack.jit import njit
 
 BUSY, RESTLESS, LOST = 0, 1, 2  # what somebody needs: nothing, a new goal, a new path to the same goal
 

@@ -2,7 +2,7 @@
 
 import math
 
-from numba import njit
+from navstack.jit import njit
 
 
 @njit(cache=True)

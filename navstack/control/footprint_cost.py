@@ -2,9 +2,8 @@
 
 import math
 
-from numba import njit
-
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, Pose2D
 
 

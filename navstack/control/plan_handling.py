@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import NO_INFORMATION, Costmap
 from navstack.errors import InvalidPathError
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray, Path, Pose2D
 
 LONGEST_GAP = 2.0  # [cells] between points that is not filled up

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.costmap.kernels import clip_to_grid, ray, to_cell
+from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
 LineArray = npt.NDArray[np.int32]

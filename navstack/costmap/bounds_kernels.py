@@ -6,9 +6,8 @@
 
 import math
 
-from numba import njit
-
 from navstack.costmap.kernels import clip_to_grid, marked_cell, to_cell
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 

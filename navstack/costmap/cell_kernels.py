@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.costmap.beam_kernels import UNTRACED, LineArray, is_hit, view_from
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.kernels import is_in_range, polygon_columns, to_cell
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]

@@ -1,9 +1,9 @@
 """Removing obstacle groups of a few cells, as sensor noise makes them (nav2_costmap_2d's ``denoise_layer``)."""
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
 
 _FREE = np.uint8(FREE_SPACE)

@@ -1,10 +1,10 @@
 """Numba kernels of the inflation: finding sources and stamping cost kernels with the maximum."""
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
 
 RUN = 4  # cells beside each other that are stamped at once

@@ -7,9 +7,9 @@ World coordinates are in [m]; a grid is given by the ``origin`` (x, y) [m] of it
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
 _FREE = np.uint8(FREE_SPACE)

@@ -10,10 +10,10 @@ n cells along y so costs n + 2 radius rows instead of n (2 radius + 1).
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.inflation_kernels import BLOCK
+from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
 
 DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from navstack.jit import njit
 from navstack.localization.likelihood_field import CodeArray
 from navstack.types import BoolArray, FloatArray, IntArray
 

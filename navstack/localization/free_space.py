@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray, IntArray
 
 BLOCK = 64  # cells that are counted together

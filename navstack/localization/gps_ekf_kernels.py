@@ -11,8 +11,8 @@ product of the two in the measurement the filter takes its own noise for knowled
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 X, Y, YAW, SPEED, BIAS, SCALE, OFFSET, GPS_X, GPS_Y = range(9)

@@ -5,10 +5,10 @@ from copy import copy
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D
 
 CodeArray = npt.NDArray[np.unsignedinteger]

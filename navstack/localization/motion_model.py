@@ -4,8 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from numba import njit
-
+from navstack.jit import njit
 from navstack.params.amcl import MOTION_MODELS as SPELLINGS
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, Pose2D

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
 
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, FloatArray
 
 

@@ -7,9 +7,9 @@ Classification of the Dubins set (2001), write them. Poses are (x, y, yaw).
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.planning.ompl_kernels import has_room, is_free
 from navstack.types import BoolArray, ByteArray, FloatArray
 

@@ -6,8 +6,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.planning.navfn_kernels import BLOCK_SIZE, COST_OBSTACLE, POT_HIGH, Buffers, run_wave, set_border, unmark
 from navstack.types import ByteArray, Float32Array, FloatArray
 

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.planning.navfn_kernels import COST_NEUTRAL, POT_HIGH, round_half_away
 from navstack.types import Float32Array
 

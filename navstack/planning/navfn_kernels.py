@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.costmap.costmap import NO_INFORMATION
+from navstack.jit import njit
 from navstack.planning.prefetch import prefetch
 from navstack.types import ByteArray, Float32Array
 

@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, FloatArray
 
 

@@ -2,8 +2,7 @@
 
 import math
 
-from numba import njit
-
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 NO_COLLISION = -1.0

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.dwb.end_score import GOAL_ALIGNMENT, GOAL_DISTANCE
+from navstack.jit import njit
 from navstack.types import Float32Array, FloatArray, IntArray
 
 Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.dwb.bound_kernels import Grid, promising
 from navstack.control.dwb.end_kernels import end_poses
@@ -14,6 +13,7 @@ from navstack.control.dwb.velocity_samples import combine, project_velocity
 from navstack.control.footprint_cost import outline_cost
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
+from navstack.jit import njit
 from navstack.types import ByteArray, Float32Array, FloatArray, IntArray
 
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.dwb.kernels import SMALL_TURN
+from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
 TILE = 64  # trajectories that are driven side by side; a constant, so that the loops over them use vector instructions

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.dwb.bound_kernels import Grid
 from navstack.control.dwb.end_score import CELL_COST, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST, SIGNS
 from navstack.control.dwb.kernels import CellArray
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
 BORDER = 1e-6  # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough

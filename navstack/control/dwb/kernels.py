@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.control.dwb.velocity_samples import project_velocity
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]

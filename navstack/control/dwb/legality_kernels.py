@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.control.dwb.bound_kernels import Grid
 from navstack.control.dwb.end_kernels import BUFFER_SIZE, TILE, YAW, X, Y, by_falling_steps, start_tile, step_tile
@@ -13,6 +12,7 @@ from navstack.control.dwb.end_score_kernels import signs_of
 from navstack.control.dwb.kernels import OFF_MAP, cell_index, step_counts
 from navstack.control.dwb.velocity_samples import combine
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
 CellNumbers = npt.NDArray[np.uint32]

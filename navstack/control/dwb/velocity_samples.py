@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.params.dwb import DwbParams
 from navstack.types import FloatArray, IntArray, Twist2D
 

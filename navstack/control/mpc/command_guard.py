@@ -10,7 +10,6 @@ previous cycle, which is one by induction; where even that one is no longer clea
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.footprint_cost import outline_cost
 from navstack.control.mpc import stage_layout as at
@@ -18,6 +17,7 @@ from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 STRAIGHTEN, KEEP_CURVE = 0, 1  # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed

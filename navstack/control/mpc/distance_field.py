@@ -7,7 +7,6 @@ that costs nothing. Below the inscribed radius, where the cost says no more, the
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import (
     FREE_SPACE,
@@ -16,6 +15,7 @@ from navstack.costmap.costmap import (
     NO_INFORMATION,
 )
 from navstack.costmap.inflation import HIGHEST_FALLING_COST
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray
 
 _STENCIL = 2.0  # [cells] to either side, over which gradients are taken

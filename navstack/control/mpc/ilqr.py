@@ -8,13 +8,13 @@ those of velocities and accelerations are quadratic penalties, as the command is
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.ilqr_model import BOUND_WEIGHT, COLUMNS, REGULARISATION, ROWS, add_stage, jacobians
 from navstack.control.mpc.motion import advance
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import cost_terms
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 _ITERATIONS = 2  # backward and forward passes per step, at most

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.stages import is_far
+from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
 BOUND_WEIGHT = 100.0  # of squared excess over the bounds of velocities and accelerations

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state

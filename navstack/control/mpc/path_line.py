@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from navstack.control.mpc import stage_layout as at
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 SPACING = 0.1  # [m] of the line's points

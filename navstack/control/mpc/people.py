@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import FloatArray, Pose2D, Track
 
 FIELDS = 8  # x, y [m], vx, vy [m/s], radius [m], and the variance per axis: now [m2], per s [m2/s], per s2 [m2/s2]

@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.distance_field import distance_and_gradient
@@ -12,6 +11,7 @@ from navstack.control.mpc.motion import rollout
 from navstack.control.mpc.path_line import PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import progress_jerk
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray
 
 _BACK, _AHEAD = 5, 40  # segments of the line before and behind a step's one, in which the next one's is looked for

@@ -8,7 +8,7 @@ begins, so a stop once begun needs no memory.
 
 import math
 
-from numba import njit
+from navstack.jit import njit
 
 _CLOSE = 1e-8  # [m] by which a stop may end too early
 

@@ -8,11 +8,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
 from navstack.costmap.inflation import HIGHEST_FALLING_COST, inflation_cost
 from navstack.geometry import footprint_radii
+from navstack.jit import njit
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import LocalCosts
 from navstack.types import ByteArray, FloatArray

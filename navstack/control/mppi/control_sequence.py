@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import Float32Array
 
 # Savitzky and Golay's quadratic filter over nine points (``utils.hpp``).

@@ -1,8 +1,8 @@
 """Inner loops of the critics that look at velocities."""
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import Float32Array
 
 

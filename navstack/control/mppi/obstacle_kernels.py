@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from navstack.control.footprint_cost import outline_cost
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance, outline_worst
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]

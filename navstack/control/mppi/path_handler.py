@@ -2,11 +2,10 @@
 
 import math
 
-from numba import njit
-
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import shortest_angular_distance
+from navstack.jit import njit
 from navstack.params.mppi import MppiParams
 from navstack.types import FloatArray, Path, Pose2D
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
 
 _TABLE_FINENESS = 16  # places per point of the path

@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import Float32Array
 
 _BLOCK = 256  # trajectories rolled out together: their last poses stay in the fastest cache

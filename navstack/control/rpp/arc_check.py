@@ -2,10 +2,9 @@
 
 import math
 
-from numba import njit
-
 from navstack.control.footprint_cost import outline_cost
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.jit import njit
 from navstack.params.rpp import RppParams
 from navstack.types import ByteArray, FloatArray, Pose2D, Twist2D
 

@@ -5,8 +5,7 @@ The carrot as Nav2 main measures it (``controller_utils.cpp``) and as the Jazzy 
 
 import math
 
-from numba import njit
-
+from navstack.jit import njit
 from navstack.types import FloatArray
 
 SAME_HEADING = 1e-4  # [rad]

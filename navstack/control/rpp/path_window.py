@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
+from navstack.jit import njit
 from navstack.types import FloatArray, Path, Pose2D
 
 

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, FloatArray
 
 TERMS = 6  # per point: second difference x, y; curvature; distance x, y; cost

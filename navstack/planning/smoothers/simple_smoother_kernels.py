@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
 SAME_PLACE = 1e-4  # [m] along each axis

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.end_score import OUTLINE_COST, EndScore
@@ -12,6 +11,7 @@ from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.control.footprint_cost import outline_cost
 from navstack.costmap.costmap import LETHAL_OBSTACLE
+from navstack.jit import njit
 from navstack.params.dwb import DwbParams, ObstacleParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
