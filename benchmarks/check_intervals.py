@@ -1,18 +1,33 @@
-"""How often 95 % intervals hold the truth, on simulated costs of deliveries like those of a robot that meets people.
+"""How often 95 % intervals hold the truth: on simulated costs of deliveries, and on margins that were really driven.
 
-Usage: python benchmarks/check_intervals.py [REPLICATIONS]
+The simulated costs are those of a robot that meets people, without disasters. Real ones have a few: a loss of hundreds
+of dollars once in some hundred deliveries. For them every run folder is taken as all deliveries that there are, and
+runs of fewer deliveries are drawn from it: what is rarer than once in its deliveries is not in it either.
+
+Usage: python benchmarks/check_intervals.py [--replications 1000] [--runs FOLDER]...
 """
 
+import argparse
 import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
 
+from harness.repricing import choose, profits
 from harness.statistics import bootstrap_cvar, bootstrap_mean
+from harness.stored_run import load_run
 from navstack.types import FloatArray
 
-SIZES = (20, 50, 100, 200, 500)  # deliveries of a run
+SIZES = (20, 50, 100, 200, 500)  # deliveries of a run, simulated costs
+DRAWN = (20, 100, 400)  # deliveries of a run, drawn from real ones
+LEAST = 400  # deliveries of a folder that stands for all
 DRAWS = 500  # bootstrap draws per interval
 TRUTH_FROM = 4_000_000  # deliveries
+BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
 
 
 def costs(rng: np.random.Generator, n: int) -> FloatArray:
@@ -22,13 +37,11 @@ def costs(rng: np.random.Generator, n: int) -> FloatArray:
     return people + repair + late + spoiled
 
 
-def main() -> None:
-    """Print the share of intervals that hold the truth, per number of deliveries."""
-    replications = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
-    rng = np.random.default_rng(0)
+def simulated(replications: int, rng: np.random.Generator) -> Table:
+    """Share of intervals that hold the truth, per number of deliveries."""
+    table = Table("deliveries", "mean", "worst 5 %", title="simulated costs: held by", box=box.SIMPLE_HEAD)
     all_costs = np.sort(costs(rng, TRUTH_FROM))
     mean, worst = all_costs.mean(), all_costs[-TRUTH_FROM // 20 :].mean()
-    sys.stdout.write(f"{'deliveries':>10} {'mean':>7} {'worst 5 %':>10}\n")
     for n in SIZES:
         held = np.zeros(2)
         for _ in range(replications):
@@ -37,8 +50,52 @@ def main() -> None:
             for i, (span, truth) in enumerate(zip(spans, (mean, worst), strict=True)):
                 held[i] += span.low is not None and span.high is not None and span.low <= truth <= span.high
         shares = held / replications
-        worst_text = f"{shares[1]:.3f}" if spans[1].low is not None else "--"
-        sys.stdout.write(f"{n:>10} {shares[0]:>7.3f} {worst_text:>10}\n")
+        table.add_row(str(n), f"{shares[0]:.3f}", f"{shares[1]:.3f}" if spans[1].low is not None else "--")
+    return table
+
+
+def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray]]:
+    """Each stack with enough deliveries, and their margins [USD]."""
+    for folder in folders:
+        for file in sorted(folder.rglob("run.json")):
+            run = load_run(str(file.parent))
+            for stack in run.stacks:
+                if len(stack.rows) >= LEAST:
+                    place = "/".join(file.parent.relative_to(folder.parent).parts[-2:])
+                    yield f"{place}: {stack.name}", profits(run, stack, choose(run, None, (), ()))
+
+
+def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> Table:
+    """The same for the mean margin of real deliveries, and how often the low end lies above the truth."""
+    table = Table("run", "worst [USD]", title="real margins: held by, and low end too high in", box=box.SIMPLE_HEAD)
+    for n in DRAWN:
+        table.add_column(f"n = {n}", justify="right")
+    for name, margins in driven(folders):
+        cells = [_held(lambda n, m=margins: rng.choice(m, n), n, float(margins.mean()), replications) for n in DRAWN]
+        table.add_row(name, f"{margins.min():.0f}", *cells)
+    return table
+
+
+def _held(draw: Callable[[int], FloatArray], n: int, truth: float, replications: int) -> str:
+    held = above = 0
+    rng = np.random.default_rng(n)
+    for _ in range(replications):
+        span = bootstrap_mean(draw(n), rng, DRAWS)
+        held += span.low is not None and span.high is not None and span.low <= truth <= span.high
+        above += span.low is not None and span.low > truth
+    return f"{held / replications:.2f}, {above / replications:.2f}"
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--replications", type=int, default=1000)
+    parser.add_argument("--runs", type=Path, action="append", help="folder of run folders; default: results/baseline")
+    asked = parser.parse_args()
+    rng = np.random.default_rng(0)
+    console = Console(file=sys.stdout, width=120)
+    console.print(simulated(asked.replications, rng))
+    console.print(resampled(asked.runs or [BASELINE], asked.replications, rng))
 
 
 if __name__ == "__main__":

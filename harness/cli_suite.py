@@ -43,12 +43,11 @@ from harness.suite import (
     declare,
     is_begun,
     load_suite,
-    note_piece,
-    piece_of,
     require_alike,
     stored_suite,
     write_document,
 )
+from harness.suite_pieces import note_piece, piece_of
 from harness.table_files import Row
 
 

@@ -13,6 +13,7 @@ from harness.setup import nav2_parameters, prices_of, rules_of, scene_of, with_r
 from harness.stack import Stack
 from harness.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.table_files import Row
+from harness.worker_check import project_digest
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
 from harness.world.sensors import SensorParams
@@ -37,6 +38,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
         "map_sha256": map_digest(scene_of(study.template.map_name)),
+        "program_sha256": project_digest(),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
     }
 
@@ -95,9 +97,12 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
 
 
 def version_notes(folder: Path) -> list[str]:
-    """A note for each library that is another one than when the run began: then rows may differ."""
-    recorded = _read_manifest(folder).get("versions", {})
-    return [
+    """A note for the program and each library that is another one than when the run began: then rows may differ."""
+    content = _read_manifest(folder)
+    recorded = content["versions"]
+    changed = content.get("program_sha256", project_digest()) != project_digest()
+    notes = [f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"] * changed
+    return notes + [
         f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
         for name in LIBRARIES
         if recorded.get(name, version(name)) != version(name)

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from harness.shortest_paths import descend, distance_field, path_length, string_pull
 from navstack.costmap.field_cache import cached_array, content_key
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, SOLID_FROM, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.geometry import transform_points
 from navstack.types import BoolArray, Float32Array, FloatArray, IntArray, Pose2D
@@ -221,7 +221,7 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
     x = geometry.origin.x + (columns + 0.5) * geometry.resolution
     y = geometry.origin.y + (rows + 0.5) * geometry.resolution
     covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
-    if (geometry.data[rows, columns][covered] == OCCUPIED).any():
+    if (geometry.data[rows, columns][covered] >= SOLID_FROM).any():
         raise InputError(
             f"start ({start.x:g}, {start.y:g}) m, yaw {start.yaw:g}: the robot's footprint reaches into an obstacle "
             "there; give a start farther from it or another yaw"

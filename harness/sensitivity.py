@@ -7,12 +7,15 @@ import numpy as np
 
 from harness.economics.cost_model import Economics
 from harness.economics.optional_terms import TERMS
+from harness.economics.prices import Prices
 from harness.economics.sensitivity import (
+    Axis,
     Bar,
     BreakEvenSpread,
     TwoWay,
     axis,
     break_even_spread,
+    price_ranges,
     profit_per_run,
     ranges,
     tornado,
@@ -21,7 +24,7 @@ from harness.economics.sensitivity import (
 from harness.metrics import Row
 from harness.repricing import Choices, evaluator, profits
 from harness.stored_run import StoredRun, StoredStack
-from harness.valuation import missions, profit_draws
+from harness.valuation import missions, profit_draws, tells_of_rare
 from navstack.errors import InputError
 
 MAPS = (("delivery_fee", "injury.costs"), ("robot_cost", "deliveries_per_day"))
@@ -37,7 +40,7 @@ class Sensitivity:
     profit: float  # [USD/run] margin less the capex spread over the robot's life
     bars: list[Bar]
     maps: list[TwoWay]
-    spread: BreakEvenSpread
+    spread: BreakEvenSpread | None  # None: one mission, or deliveries that are all alike, tell nothing of it
     life_runs: float  # [run] of the robot
 
 
@@ -73,7 +76,7 @@ def document(run: StoredRun, results: Sequence[Sensitivity], choices: Choices, f
 
 def _pair(text: str) -> tuple[str, str]:
     x, comma, y = (part.strip() for part in text.partition(","))
-    if not comma or not x or not y or x == y:
+    if not comma or not x or not y:
         raise InputError(f"--map '{text}' is not two prices X,Y, e.g. delivery_fee,injury.costs")
     return x, y
 
@@ -83,20 +86,29 @@ def _of_stack(run: StoredRun, stack: StoredStack, choices: Choices, pairs: Seque
     economics, prices = evaluate({})
     optional = [key for name in choices.optional.names for key in TERMS[name][1]]
     margin = profits(run, stack, choices)
-    means, deviations = profit_draws(margin, missions(stack.rows), run.seed)
+    clusters, spread = missions(stack.rows), None
+    if tells_of_rare(margin, clusters):
+        spread = break_even_spread(economics.capex_usd, *profit_draws(margin, clusters, run.seed))
     return Sensitivity(
         stack=stack,
         economics=economics,
         profit=profit_per_run(economics, prices),
-        bars=tornado(evaluate, ranges(prices) | ranges(choices.optional.prices, optional)),
-        maps=[two_way(evaluate, axis(prices, x), axis(prices, y)) for x, y in pairs],
-        spread=break_even_spread(economics.capex_usd, means, deviations),
+        bars=tornado(evaluate, price_ranges(prices) | ranges(choices.optional.prices, optional)),
+        maps=[two_way(evaluate, *_axes(prices, *pair)) for pair in pairs],
+        spread=spread,
         life_runs=prices.robot_life_runs,
     )
 
 
+def _axes(prices: Prices, x: str, y: str) -> tuple[Axis, Axis]:
+    """Of a map; each price is on one of them at most."""
+    axes = axis(prices, x), axis(prices, y)
+    if common := sorted(axes[0].base.keys() & axes[1].base.keys()):
+        raise InputError(f"--map '{x},{y}' has {common[0]} on both axes; give two that have no price in common")
+    return axes
+
+
 def _document(result: Sensitivity) -> Row:
-    spread = result.spread
     return {
         "stack": result.stack.name,
         "episodes": len(result.stack.rows),
@@ -119,16 +131,20 @@ def _document(result: Sensitivity) -> Row:
             {
                 "x": {"price": each.x.key, "unit": each.x.unit or "factor", "values": each.x.values.tolist()},
                 "y": {"price": each.y.key, "unit": each.y.unit or "factor", "values": each.y.values.tolist()},
-                "profit_usd_per_run": each.profit.tolist(),
+                "profit_usd_per_run": np.where(np.isnan(each.profit), None, each.profit).tolist(),
             }
             for each in result.maps
         ],
-        "break_even": {
-            "never": spread.never,
-            "runs": quantiles(spread),
-            "within_runs": spread.curve_runs.tolist(),
-            "probability": spread.curve_probability.tolist(),
-        },
+        "break_even": None if result.spread is None else _break_even(result.spread),
+    }
+
+
+def _break_even(spread: BreakEvenSpread) -> Row:
+    return {
+        "never": spread.never,
+        "runs": quantiles(spread),
+        "within_runs": spread.curve_runs.tolist(),
+        "probability": spread.curve_probability.tolist(),
     }
 
 

@@ -32,7 +32,7 @@ from navstack.navigator import Navigator
 from navstack.params.nav2_file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass, read_text
 
-REDRAWS = 50  # of a mission of which the user gave one end
+REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
@@ -78,18 +78,20 @@ def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
             check_pose_free(scene.walkable, given, what)
     if task.start is not None:
         check_footprint_free(scene.geometry, task.start, robot_of(task.stack.robot).polygon)
+    radius = rules_of(task.rules).arrival_radius
     if task.start is not None and task.goal is not None:
-        check_apart(task.start, task.goal, rules_of(task.rules).arrival_radius)
+        check_apart(task.start, task.goal, radius)
         return sampler.mission(task.start, task.goal)
-    if task.start is None and task.goal is None:
-        return sampler.sample(rng)
+    is_drawn = task.start is None and task.goal is None
     for _ in range(REDRAWS):
         drawn = sampler.sample(rng)
-        with contextlib.suppress(InputError):  # the drawn end lies in another part of the map
-            return sampler.mission(task.start or drawn.start, task.goal or drawn.goal)
+        start, goal = task.start or drawn.start, task.goal or drawn.goal
+        with contextlib.suppress(InputError):  # too near, or the drawn end lies in another part of the map
+            check_apart(start, goal, radius)
+            return drawn if is_drawn else sampler.mission(start, goal)
     raise InputError(
-        f"none of {REDRAWS} missions drawn on this map connects to the pose given; "
-        "choose it in a larger part of the map, or give both --start and --goal"
+        f"none of {REDRAWS} missions drawn on this map has start and goal more than {radius:g} m apart, or connects to "
+        "the pose given; choose a larger map or part of it, or give both --start and --goal"
     )
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from harness.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
 from harness.liability import COUNTED, PERSON
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
-from harness.runs import JOURNAL, MANIFEST, no_run, other_study
+from harness.runs import JOURNAL, MANIFEST, count_finished, no_run, other_study
 from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_yaml, read_text
@@ -116,6 +117,11 @@ def _load(folder: Path) -> StoredRun:
         unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
         raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
+    if (waiting := count_finished(folder) - len(rows)) > 0:
+        sys.stderr.write(
+            f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is being driven, or "
+            "was cut off; --resume it to have them all\n"
+        )
     finished = [row for row in rows if row["error"] is None]
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")

@@ -6,24 +6,20 @@ It may be driven in pieces: some stacks first, or the first deliveries of all. W
 import dataclasses
 import itertools
 import json
-import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 from harness.durable_files import write_text
-from harness.manifest import LIBRARIES, PROGRAM, about, load_study, parameters
+from harness.manifest import about, load_study, parameters
 from harness.runs import MANIFEST, create_run, extend_run
 from harness.study import Study, make_study
 from harness.table_files import Row
-from harness.worker_check import project_digest
 from navstack.errors import InputError, ParameterError, UnknownNameError
-from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, load_yaml, read_text
+from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
 from navstack.params.yaml_text import load_text
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
-PIECES = "pieces.jsonl"  # when what drove how much of it
 MOST_CELLS = 1000
 
 
@@ -116,22 +112,6 @@ def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[s
     return {Path(name).stem for name in asked or declared}
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """One call of the program that drove a part of a suite."""
-
-    date: str
-    deliveries: int
-    program: str  # SHA-256 of its code, parameters and maps
-    versions: dict[str, str]
-
-
-def piece_of(deliveries: int) -> Piece:
-    """What this program drove today."""
-    versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
-    return Piece(time.strftime("%Y-%m-%d"), deliveries, project_digest(), versions)
-
-
 def load_suite(path: Path) -> Suite:
     """Read a suite file, files beside it as absolute paths.
 
@@ -208,12 +188,17 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
     """Make the run folder of a cell, or let one that has fewer episodes have more, driven as those that it has.
 
     Raises:
-        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would refuse too.
+        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would refuse too; cells
+            that were begun before have another world, other rules or other prices than today's.
     """
     folder = path / cell.name
     if not is_begun(path, cell):
         study = cell_study(suite, cell, episodes)
-        create_run(folder, about(study, command), parameters(study))
+        texts = parameters(study)
+        for other in cells(suite):
+            if is_begun(path, other):
+                _require_common(path, other, cell, texts)
+        create_run(folder, about(study, command), texts)
     elif load_study(folder).episodes < episodes:
         extend_run(folder, episodes)
 
@@ -221,6 +206,20 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
 def is_begun(path: Path, cell: Cell) -> bool:
     """Whether a suite folder has a run folder for a cell."""
     return (path / cell.name / MANIFEST).is_file()
+
+
+def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
+    """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
+    names = ["rules.yaml", "prices.yaml"]
+    if (begun.condition.world, begun.condition.pedestrians) == (cell.condition.world, cell.condition.pedestrians):
+        names.append("world.yaml")
+    folder = path / begun.name
+    for name in names:
+        if load_yaml(folder / "params" / name) != load_text(texts[name], name):
+            raise InputError(
+                f"'{path / cell.name}' would be driven with another {name} than '{folder}', whose deliveries the same "
+                "suite has; restore the file, or begin the suite in a new folder"
+            )
 
 
 def require_alike(path: Path, cell: Cell, study: Study) -> None:
@@ -240,26 +239,6 @@ def require_alike(path: Path, cell: Cell, study: Study) -> None:
             f"run folder '{folder}' was driven with another {other[0]} than today's; remove the folder to drive it "
             f"anew, or go on with the old one by --resume {path}"
         )
-
-
-def note_piece(path: Path, piece: Piece) -> None:
-    """Add a line to the log of a suite folder.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    known = read_text(path / PIECES) if (path / PIECES).is_file() else ""
-    write_file(path / PIECES, known + json.dumps(dataclasses.asdict(piece), sort_keys=True) + "\n")
-
-
-def pieces_of(path: Path) -> tuple[Piece, ...]:
-    """The log of a suite folder.
-
-    Raises:
-        InputError: it is damaged.
-    """
-    lines = read_text(path / PIECES).splitlines() if (path / PIECES).is_file() else []
-    return tuple(from_mapping(Piece, json.loads(line), f"{path / PIECES}: line {k}") for k, line in enumerate(lines, 1))
 
 
 def stored_suite(path: Path) -> Suite:

@@ -15,6 +15,7 @@ from harness.metrics import EPISODE_METRICS, Row, summarize, summarize_more
 from harness.statistics import (
     Interval,
     bootstrap_cvar,
+    cvar,
     number_clusters,
     percentile_interval,
     resampled_means,
@@ -189,11 +190,17 @@ def _risk(
     life = prices.robot_life_runs
     if opex is None or margin is None or clusters.max() == 0:
         return Risk(None, life, None)
-    worst = bootstrap_cvar(opex, _rng(seed), clusters=clusters)
-    if float(np.ptp(margin)) <= CENT:  # nothing is known of what is rare
+    alike = Interval(cvar(opex), None, None, len(opex))  # nothing is known of what is rare
+    worst = alike if float(np.ptp(opex)) <= CENT else bootstrap_cvar(opex, _rng(seed), clusters=clusters)
+    if not tells_of_rare(margin, clusters):
         return Risk(worst, life, None)
     means, deviations = profit_draws(margin, clusters, seed)
     return Risk(worst, life, break_even_probability(life, capex, means, deviations))
+
+
+def tells_of_rare(margin: FloatArray, clusters: IntArray) -> bool:
+    """Whether resamples of margins [USD], shape (n,), say anything: of one mission, or alike to a cent, they do not."""
+    return bool(clusters.max() > 0 and np.ptp(margin) > CENT)
 
 
 def profit_draws(margin: FloatArray, clusters: IntArray, seed: int) -> tuple[FloatArray, FloatArray]:

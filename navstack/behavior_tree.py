@@ -128,17 +128,23 @@ class NavigateToPose:
             return ()
         return self._controller_server.alternatives
 
-    def replan(self, state: RobotState) -> None:
-        """Compute a new path when one is due; every failure is counted and answered as the tree says."""
+    def replan(self, state: RobotState) -> Twist2D | None:
+        """Compute a new path when one is due; every failure is counted and answered as the tree says.
+
+        Returns:
+            Standstill where a failure ends the following of the old path, as the controller server commands when its
+            action is cancelled; else None.
+        """
         is_due = state.stamp >= self._next_plan - 1e-9 and not self._recovering
         if self.status is not Status.RUNNING or not (is_due and self._global_costmap.is_current):
-            return
+            return None
         try:
             with self._stopwatch:
                 plan = self._planner.plan(state.pose, self._goal, self._global_costmap.master, state.stamp)
         except PlanningError as error:
+            was_following = self._following
             self._planning_failed(error, state)
-            return
+            return Twist2D() if was_following and not self._following else None
         self._count(plans=self._counts.plans + 1)
         self._plan_retried, self._plan_error = False, ""
         self._next_plan = state.stamp + REPLANNING_PERIOD
@@ -147,6 +153,7 @@ class NavigateToPose:
         else:
             self._controller_server.begin(plan, state.stamp)
             self._following = True
+        return None
 
     def follow(self, state: RobotState, tracks: tuple[Track, ...]) -> Twist2D | None:
         """The command of this control cycle among ``tracks``, standstill without a path or costmap.

@@ -20,7 +20,7 @@ from navstack.types import Belief, Health, Observation, Odometry, Path, Pose2D, 
 if TYPE_CHECKING:
     from navstack.perception.tracker import Tracker
 
-_KEPT = 64  # states of late, at 30 Hz two seconds of them
+_KEPT = 64  # states of late, at 60 Hz a second of them
 LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
 
 
@@ -185,7 +185,7 @@ class Navigator:
             self._tree.resume(state.stamp)
         if self._behavior_clock.is_due(state.stamp):
             self._want(self._tree.recover(state))
-        self._tree.replan(state)
+        self._want(self._tree.replan(state))
         if self._control_clock.is_due(state.stamp):
             self._want(self._tree.follow(state, self.tracks))
 

@@ -1,5 +1,6 @@
 """How much each price matters: one price at a time, two at a time, and what the data leave open."""
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -72,7 +73,7 @@ class TwoWay:
 
     x: Axis
     y: Axis
-    profit: FloatArray  # (y, x) [USD/run]
+    profit: FloatArray  # (y, x) [USD/run]; NaN where the refund would be less than the fee that it contains
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +115,15 @@ def ranges(group: Any, keys: Sequence[str] | None = None) -> dict[str, Range]:
     return found
 
 
+def price_ranges(prices: Prices) -> dict[str, Range]:
+    """The range of each price with all others as they are: a refund is never less than the fee that it contains."""
+    found = ranges(prices)
+    fee, refund = found["delivery_fee"], found["refund"]
+    found["delivery_fee"] = dataclasses.replace(fee, high=min(fee.high, refund.value))
+    found["refund"] = dataclasses.replace(refund, low=max(refund.low, fee.value))
+    return found
+
+
 def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
     """One bar per price, the widest swing of profit first."""
     bars = []
@@ -151,13 +161,14 @@ def axis(prices: Prices, key: str) -> Axis:
 
 
 def two_way(evaluate: Evaluate, x: Axis, y: Axis) -> TwoWay:
-    """Profit at every combination of two axes."""
+    """Profit at every combination of two axes, see :class:`TwoWay`."""
     profit = np.empty((y.factors.size, x.factors.size))
     for i, up in enumerate(y.factors):
         for j, right in enumerate(x.factors):
             values = {key: value * right for key, value in x.base.items()}
             values |= {key: value * up for key, value in y.base.items()}
-            profit[i, j] = profit_per_run(*evaluate(values))
+            economics, prices = evaluate(values)
+            profit[i, j] = profit_per_run(economics, prices) if prices.food_price >= 0.0 else np.nan
     return TwoWay(x, y, profit)
 
 

@@ -23,7 +23,7 @@ def property_contacts(contacts: Sequence[CountedContact], kinds: frozenset[str])
 
 
 def soft_contacts(truth: Truth) -> int:
-    """Contact events too soft for the published rule to count."""
+    """Contact events that the published rule does not count: too soft, or in its pause after a counted one."""
     counted = [(c.stamp, c.partner_id, c.partner) for c in truth.counted_contacts]
 
     def was_counted(event: Contact) -> bool:
@@ -39,7 +39,7 @@ def soft_contacts(truth: Truth) -> int:
 def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
     """The events of an episode: counted contacts as published with their ``costs`` [USD], and contact events.
 
-    Contact events show the same impacts whole and those too soft to count; they carry no cost of their own.
+    Contact events show the same impacts whole and those that are not counted; they carry no cost of their own.
     """
     rows: list[Row] = [
         {

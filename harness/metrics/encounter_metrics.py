@@ -58,7 +58,12 @@ CONTACTS = (
         )
         for kind in PRICED_PROPERTY
     ),
-    count("soft_contacts", "Soft contacts", "Contact events too soft for the published rule to count.", OURS),
+    count(
+        "soft_contacts",
+        "Uncounted contacts",
+        "Contact events that the published rule does not count: too soft, or in its pause after a counted one.",
+        OURS,
+    ),
     Metric(
         "pieces_at_start",
         "Pieces at the start",

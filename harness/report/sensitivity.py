@@ -48,7 +48,9 @@ def _tornado(result: Sensitivity) -> Table:
 
 
 def _break_even(result: Sensitivity) -> str:
-    spread, bounds = result.spread, quantiles(result.spread)
+    if (spread := result.spread) is None:
+        return "one mission, or deliveries that are all alike, tell nothing of how sure break-even is"
+    bounds = quantiles(spread)
     if bounds["value"] is None:
         middle = "no break-even point in most resamples"
     else:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.economics.sensitivity import Axis, TwoWay
+from harness.economics.sensitivity import Axis, BreakEvenSpread, TwoWay
 from harness.report.figures import save_figure
 from harness.sensitivity import Sensitivity
 
@@ -35,7 +35,11 @@ def draw_figures(result: Sensitivity, folder: Path) -> list[Path]:
     for each in result.maps:
         stem = folder / f"{name}-map-{each.x.key}-{each.y.key}"
         paths += save_figure(stem, 3.6, partial(_two_way, study=each, name=name))
-    return paths + save_figure(folder / f"{name}-break-even", 3.0, partial(_break_even, result=result))
+    if result.spread is None:
+        return paths
+    return paths + save_figure(
+        folder / f"{name}-break-even", 3.0, partial(_break_even, result=result, spread=result.spread)
+    )
 
 
 def _tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
@@ -71,11 +75,11 @@ def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
     from matplotlib.ticker import MaxNLocator
 
     x, y = study.x.values, study.y.values
-    reach = float(np.quantile(np.abs(study.profit), COLOURED)) or 1.0
+    reach = float(np.nanquantile(np.abs(study.profit), COLOURED)) or 1.0
     levels = MaxNLocator(nbins=16, symmetric=True).tick_values(-reach, reach)
     filled = axes.contourf(x, y, study.profit, levels=levels, cmap="RdBu", extend="both")
     filled.set_edgecolor("face")  # no hairlines between the levels in PDF viewers
-    if study.profit.min() < 0.0 < study.profit.max():
+    if np.nanmin(study.profit) < 0.0 < np.nanmax(study.profit):
         line = axes.contour(x, y, study.profit, levels=[0.0], colors=LINE, linewidths=1.2)
         axes.clabel(line, fmt={0.0: "break-even"}, fontsize=7)
     axes.plot(_today(study.x), _today(study.y), "+", color=LINE, markersize=9, markeredgewidth=1.4)
@@ -86,9 +90,8 @@ def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
     bar.set_label("[$/run]")
 
 
-def _break_even(axes: "Axes", result: Sensitivity) -> None:
+def _break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread) -> None:
     """Probability that the robot has been paid back within so many deliveries."""
-    spread = result.spread
     axes.plot(spread.curve_runs, spread.curve_probability, color=AT_LOW, linewidth=1.6)
     axes.fill_between(spread.curve_runs, 1.0 - spread.never, 1.0, color=NEVER, alpha=0.25, linewidth=0)
     if spread.never > 0.02:

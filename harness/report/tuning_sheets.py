@@ -14,6 +14,7 @@ from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
+from harness.valuation import CENT
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,8 @@ def _proof(explanation: Explanation) -> str:
 
 def _verdict(difference: Interval) -> str:
     if difference.low is None or difference.high is None:
-        return "alike to a cent on every mission"
+        is_alike = difference.value is not None and abs(difference.value) < CENT
+        return "alike to a cent on every mission" if is_alike else "one mission, which tells nothing of others"
     if difference.low > 0.0:
         return "an improvement"
     return "a loss" if difference.high < 0.0 else "not told apart from no change"
@@ -94,7 +96,7 @@ def _verdict(difference: Interval) -> str:
 
 def _scores(scores: Row, explanation: Explanation) -> Sheet:
     """Every objective, the margin and the SLA, on training missions and on unseen ones."""
-    rows = []
+    rows, missed = [], []
     for part, title in (("train", "training"), ("test", "unseen test")):
         for name, score in (scores[part] or {}).items():
             difference = Interval(**score["difference"])
@@ -102,6 +104,7 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             needed = NOTHING if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
             cells = str(difference.n), *means, span(difference), p_text(score["p"], difference), needed
             rows.append((name, title, *cells))
+            missed += _missed(name, title, score["shortfall"])
     if explanation.optimism is not None:
         rows.append(("margin", "optimism", "", "", "", span(explanation.optimism), "", ""))
     headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
@@ -115,7 +118,14 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be "
             "tested: for lower_bound their margins, for cvar these and what exceeds the original's tail.",
         )
-    return Sheet("What it brings", headers, tuple(rows), texts=2, notes=notes)
+    return Sheet("What it brings", headers, tuple(rows), texts=2, notes=(*notes, *missed))
+
+
+def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
+    """Who misses an objective's side condition, and by how much."""
+    sides = zip(("original", "tuned"), shortfall, strict=True)
+    said = " and ".join(f"the {side} file by {share:.3f}" for side, share in sides if share > 0.0)
+    return [f"{name} is missed on {missions} missions: {said}; the margin alone is told."] if said else []
 
 
 def _finals(study: StudyResult) -> Sheet:

@@ -61,8 +61,8 @@ def pushing(pairs: Pairs, scores: Sequence[Score], threshold: float) -> Check:
         tuple(shown),
         why=f"a contact below {threshold:g} N s in one physics step costs nothing, however many there are; whoever is "
         "touched does not care",
-        advice="tune for shared_margin, which pays for every contact however soft, or keep soft contacts few with a "
-        "second objective (--objective margin,-soft_contacts)",
+        advice="tune for shared_margin, which pays for every contact however soft, or keep uncounted contacts few by "
+        "a second objective (--objective margin,-soft_contacts)",
     )
 
 
@@ -187,7 +187,7 @@ def _is_lost(gain: float | None, unpaid: float | None) -> bool:
 
 
 def _estimated_gain(pairs: Pairs, gain: float | None) -> float | None:
-    """Gain without threshold where only the number of soft contacts is known: each at the cost of the softest touch."""
+    """Gain without threshold where contacts are uncounted and only numbered: each at the cost of the softest touch."""
     if gain is None:
         return None
     more = pairs.incumbent.column("soft_contacts").mean() - pairs.original.column("soft_contacts").mean()

@@ -70,7 +70,7 @@ class Side:
         """Touches per delivery just too soft to be counted [1/run].
 
         With events: contact events with people of which no step reaches ``threshold`` [N s], but one reaches 0.7
-        of it, or all impacts together reach it. Without: all contacts too soft to count.
+        of it, or all impacts together reach it. Without: all contacts that were not counted.
         """
         if self.events is None:
             return self.column("soft_contacts")

@@ -4,17 +4,23 @@ The best of a hundred trials on few missions is one of the luckiest, too, and it
 few best on new missions is a fair sample of each, so that choosing among them by it costs little of that luck. They are
 halved (Karnin, Koren and Somekh 2013, "Almost optimal exploration in multi-armed bandits"): after each round the worse
 half drops out, and the others drive twice as many missions. All drive the same ones, so that means differ as pairs do.
-The original stays in to the end: where the last trial is no better on all missions, nothing is changed.
+The original stays in to the end: where the last trial is no better on all missions, nothing is changed. Missions that
+one of those that meet could not finish count for none of them: a worker that dies says nothing of a file.
 """
 
+import contextlib
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.metrics import Row
+from harness.tuning.audit_pairs import has_error
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.objective import Objective, UndefinedError
 from harness.tuning.result import COMPLETE, Trial
+
+MOST_LOST = 0.1  # share of its missions; a trial that loses more cannot be driven
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +29,7 @@ class Finalist:
 
     number: int  # of its trial; 0: the original
     candidate: Candidate
-    missions: int  # final ones that it drove
+    missions: int  # final ones that it and those that it met finished
     value: float  # of the first objective on them; minus infinity where it could not be driven
     shortfall: float  # by how much it misses the objective's side condition on them
 
@@ -52,12 +58,13 @@ def decide(
         return ()
     out: list[Finalist] = []
     for driven, kept in schedule(len(left), len(missions)):
-        order = _ranked([_drive(each, missions[:driven], objective, evaluator) for each in left])
+        order = _ranked(_meet(left, missions[:driven], objective, evaluator))
         out = [*order[kept:], *out]
         left = [trials[number] for number in sorted(each.number for each in order[:kept])]
-    original, best = _drive(trials[0], missions, objective, evaluator), order[0]
-    is_better = best.shortfall < original.shortfall or (
-        best.shortfall == original.shortfall and best.value > original.value + objective.resolution
+    original, best = _meet([trials[0], trials[order[0].number]], missions, objective, evaluator)
+    is_better = math.isfinite(original.value) and (
+        best.shortfall < original.shortfall
+        or (best.shortfall == original.shortfall and best.value > original.value + objective.resolution)
     )
     return (*((best, original) if is_better else (original, best)), *out)
 
@@ -95,15 +102,23 @@ def _rivals(trials: Sequence[Trial], count: int, objective: Objective, evaluator
     return sorted(different.values(), key=rank)[:count]
 
 
-def _drive(trial: Trial, missions: Sequence[int], objective: Objective, evaluator: Evaluator) -> Finalist:
-    rows = evaluator.rows(trial.candidate, missions)
-    value, shortfall = -math.inf, math.inf
-    if all(row.get("error") is None for row in rows):
-        try:
-            value, shortfall = objective.value(rows, len(rows)), objective.shortfall(rows)
-        except UndefinedError:
-            pass
-    return Finalist(trial.number, trial.candidate, len(missions), value, shortfall)
+def _meet(
+    trials: Sequence[Trial], missions: Sequence[int], objective: Objective, evaluator: Evaluator
+) -> list[Finalist]:
+    """Let trials drive the same missions; those count that all of them finished, but for trials that lost many."""
+    driven = [evaluator.rows(trial.candidate, missions) for trial in trials]
+    steady = [sum(map(has_error, rows)) <= MOST_LOST * len(rows) for rows in driven]
+    judges = list(itertools.compress(driven, steady))
+    sound = [not any(has_error(rows[place]) for rows in judges) for place in range(len(missions))]
+    found = []
+    for trial, rows, is_steady in zip(trials, driven, steady, strict=True):
+        counted = list(itertools.compress(rows, sound)) if is_steady else []
+        value, shortfall = -math.inf, math.inf
+        with contextlib.suppress(UndefinedError):
+            if counted:
+                value, shortfall = objective.value(counted, len(counted)), objective.shortfall(counted)
+        found.append(Finalist(trial.number, trial.candidate, len(counted), value, shortfall))
+    return found
 
 
 def _ranked(finalists: Sequence[Finalist]) -> list[Finalist]:

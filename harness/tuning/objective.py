@@ -13,7 +13,7 @@ better; where none is, or the other is wanted, ``-name`` for small and ``+name``
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.stats import t as student
@@ -22,7 +22,7 @@ from harness.metrics import EPISODE_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import cvar, wilson_interval
 from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
-from harness.valuation import CENT, OUTCOMES
+from harness.valuation import ARRIVED, CENT, OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
@@ -31,6 +31,7 @@ TAIL_WEIGHT = 0.5  # of their mean in ``cvar``
 CONFIDENCE = 0.95
 USD_PER_SHARE = 1000.0  # [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
 MOST_LOSS = 100.0  # [USD] of a delivery that ``capped_margin`` and ``shared_margin`` count
+NEED_CARGO = ("sla", "spoiled")  # outcomes that nobody knows where the cargo is not modelled
 MONEY = ("margin", "capped_margin", "shared_margin", "cvar", "lower_bound")
 NAMES = (*MONEY, "margin@sla>=0.9")
 
@@ -63,6 +64,10 @@ class Objective(Protocol):
         ``reference`` are deliveries that give a level where one is needed, the same for both sides of a pair.
         """
 
+    @property
+    def measured(self) -> "Objective":
+        """What reports tell of it: the quantity alone, without what a missed side condition takes off."""
+
     def shortfall(self, rows: Sequence[Row]) -> float:
         """By how much a side condition is missed, 0: it is kept, or there is none."""
 
@@ -77,6 +82,11 @@ class _Unbound:
     def resolution(self) -> float:
         """A cent."""
         return CENT
+
+    @property
+    def measured(self) -> Any:
+        """Itself."""
+        return self
 
     def shortfall(self, rows: Sequence[Row]) -> float:
         """Nothing is missed."""
@@ -112,6 +122,8 @@ class Mean(_Unbound):
         if self.column == MARGIN:
             return self.sign * margins(rows, self.name)
         if self.column in OUTCOMES:
+            if self.column in NEED_CARGO and any(row["outcome"] == ARRIVED for row in rows):
+                raise UndefinedError(f"objective '{self.name}' is undefined: the cargo was not simulated")
             return np.array([self.sign * (row["outcome"] == self.column) for row in rows])
         return self.sign * np.array([math.nan if row[self.column] is None else row[self.column] for row in rows])
 
@@ -183,6 +195,11 @@ class MarginAtSla:
     def resolution(self) -> float:
         """A cent."""
         return CENT
+
+    @property
+    def measured(self) -> Objective:
+        """The mean margin."""
+        return Mean(self.name, MARGIN)
 
     def value(self, rows: Sequence[Row], total: int) -> float:
         """The mean margin less a penalty in proportion to the missing share (exact for a large one: Fletcher 1987)."""

@@ -70,7 +70,7 @@ def _happened(row: Row) -> str:
     said = f"{row['outcome']} ({row['reason']}) after {row['duration_s']:.0f} s and {row['distance_m']:.0f} m"
     contacts, soft = row["pedestrian_contacts"], row["soft_contacts"]
     if contacts or soft:
-        said += f", {contacts} paid and {soft} soft contacts"
+        said += f", {contacts} counted and {soft} uncounted contacts"
     if row["gave_up"]:
         said += f", gave up: {row['gave_up']}"
     return f"{said}, {row[MARGIN]:.2f} USD"

@@ -18,8 +18,9 @@ def scores_document(result: StudyResult) -> Row:
     """Both files' scores: ``train``, ``test`` (None: none was driven) and, per quantity, the ``optimism`` of training.
 
     Differences are of the quantity's mean, incumbent less original, paired mission by mission: 95 % bootstrap interval
-    and sign-flip test. Optimism is the training difference less the test difference: what choosing the best of many on
-    the same missions has added.
+    and sign-flip test; ``shortfall`` says by how much original and incumbent miss the objective's side condition.
+    Optimism is the training difference less the test difference: what choosing the best of many on the same missions
+    has added.
     """
     objectives = parse_objectives(",".join(dict.fromkeys((*result.objectives, *ALWAYS))))
     train = _scores(objectives, *result.train_rows, result.seed)
@@ -46,7 +47,8 @@ def _scores(objectives: Sequence[Objective], original: Sequence[Row], incumbent:
 
 
 def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Row], seed: int) -> Row:
-    before, after = (objective.scores(rows, original) for rows in (original, incumbent))
+    told = objective.measured
+    before, after = (told.scores(rows, original) for rows in (original, incumbent))
     known = ~(np.isnan(before) | np.isnan(after))
     if not known.any():
         raise UndefinedError(f"objective '{objective.name}' is undefined on every mission for one of the two files")
@@ -57,8 +59,9 @@ def _score(objective: Objective, original: Sequence[Row], incumbent: Sequence[Ro
     )  # fmt: skip
     total = len(original)
     return {
-        "original": objective.value(original, total),
-        "incumbent": objective.value(incumbent, total),
+        "original": told.value(original, total),
+        "incumbent": told.value(incumbent, total),
+        "shortfall": [objective.shortfall(rows) for rows in (original, incumbent)],
         "difference": paired.difference.as_json(),
         "p": paired.p,
         "pairs_needed": paired.needed,

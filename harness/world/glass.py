@@ -8,7 +8,7 @@ import numpy as np
 from harness.world.lidar_kernels import cast_grid, clearance_field
 from harness.world.scene import Obstacle
 from harness.world.shapes import grow, window_of
-from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.geometry import relative_to, transform_points
 from navstack.jit import njit
 from navstack.types import FloatArray, Pose2D
@@ -46,7 +46,7 @@ class Glass:
         self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])  # edge of each pane
         edges = [_edges(polygon) for polygon in polygons] or [np.empty((0, 3))]
         self._edges = np.concatenate(edges)
-        self._behind = clearance_field((geometry.data >= OCCUPIED) & (self._numbers == 0))
+        self._behind = clearance_field((geometry.data >= SOLID_FROM) & (self._numbers == 0))
 
     def see_through(
         self,

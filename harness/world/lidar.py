@@ -11,7 +11,7 @@ from harness.world.glass import Glass
 from harness.world.lidar_kernels import cast_circles, cast_grid, clearance_field, finish_scan
 from harness.world.scene import Obstacle
 from harness.world.sensor import Sensor, check_not_negative, check_shares, check_timing
-from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
+from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to
 from navstack.types import FloatArray, LaserScan, Pose2D
@@ -88,7 +88,7 @@ class Lidar(Sensor):
 
         Args:
             params: of the sensor.
-            geometry: what the lidar can hit: cells of occupancy 100; unknown cells are transparent.
+            geometry: what the lidar can hit: solid cells (occupancy 65 and more); unknown ones are transparent.
             pedestrian_radius: [m].
             obstacles: the glass among them is found in ``geometry``, should the lidar see through any.
         """
@@ -97,7 +97,7 @@ class Lidar(Sensor):
         self._origin = geometry.origin
         self._resolution = geometry.resolution
         self._radius = pedestrian_radius
-        occupied = geometry.data >= OCCUPIED
+        occupied = geometry.data >= SOLID_FROM
         self._field = clearance_field(occupied)  # 0.03 s for 4000 x 4000 cells: not worth a file
         self._increment = params.field_of_view / params.beams
         self._angle_min = -0.5 * params.field_of_view

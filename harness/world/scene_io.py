@@ -22,12 +22,11 @@ from harness.world.scene import Obstacle, Scene, Zone
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.map_image import MAX_BYTES, MAX_PIXELS
 from navstack.costmap.map_io import load_map, load_metadata, save_map
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.files import check_regular
 from navstack.types import FloatArray, Pose2D
 
-SOLID_FROM = 65  # [%] occupancy from which a cell of a user's map is an obstacle (map_server's occupied_thresh)
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
 MAX_OBJECTS_BYTES = 20_000_000  # of a GeoJSON file; the shipped ones have 0.1 MB
 MAX_OBJECTS, MAX_CORNERS = 20_000, 10_000  # in a file, of a polygon

@@ -95,7 +95,7 @@ class ControllerServer:
         """
         if self._plan is None or self._goal is None:
             raise InvalidPathError("there is no plan to follow")
-        if not self._progress_checker.check(state.pose, state.stamp):
+        if not self._progress_checker.check(state.odom_pose, state.stamp):  # as with local_costmap.global_frame: odom
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
         twist = self._thresholded(state.twist)
         measured = state if twist is state.twist else RobotState(state.pose, twist, state.stamp, state.odom_pose)

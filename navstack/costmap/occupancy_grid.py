@@ -11,6 +11,7 @@ from navstack.types import Pose2D
 
 FREE = 0
 OCCUPIED = 100
+SOLID_FROM = 65  # [%] occupancy from which a cell of a map stands in the way (map_server's default occupied_thresh)
 UNKNOWN = -1
 
 

@@ -47,7 +47,9 @@ class CollisionMonitor:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the scan and the last action."""
+        """Forget the scan, the last action and the velocities that chose zones."""
+        for zone in self._zones:
+            zone.reset()
         self.action = _PASSED
         self._scan: Observation | None = None  # in the base frame at its time
         self._beams = 0  # of it

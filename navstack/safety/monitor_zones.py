@@ -20,6 +20,9 @@ class Zone:
         self._vertices = vertices
         self._radius = radius
 
+    def reset(self) -> None:
+        """Forget earlier velocities."""
+
     def select(self, command: Twist2D) -> bool:
         """Take the shape that belongs to a velocity; whether there is one."""
         return True
@@ -51,6 +54,10 @@ class VelocityZone(Zone):
         super().__init__(name, params, _NO_VERTICES)
         shapes = [params.shapes[each] for each in params.velocity_polygons]
         self._shapes = [(shape, parse_polygon(shape.points)) for shape in shapes]
+
+    def reset(self) -> None:
+        """See the base class."""
+        self._vertices = _NO_VERTICES
 
     def select(self, command: Twist2D) -> bool:
         """See the base class; there is none until a velocity was covered."""

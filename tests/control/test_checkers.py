@@ -138,6 +138,17 @@ def test_a_tolerance_of_minus_one_is_endless() -> None:
         command(server, 10.1)
 
 
+def test_progress_is_what_odometry_says_not_a_belief_that_wanders() -> None:
+    blocked, driving = (serve(NoLegalVelocity({}), failure_tolerance=-1.0) for _ in range(2))
+    for stamp in range(11):
+        far, near = Pose2D(1.0 * stamp, 0.0, 0.0), Pose2D()
+        driving.compute_command(RobotState(near, STANDING, stamp, far), None)
+        blocked.compute_command(RobotState(far, STANDING, stamp, near), None)
+    driving.compute_command(RobotState(near, STANDING, 11.0, far), None)
+    with pytest.raises(NoProgressError):
+        blocked.compute_command(RobotState(far, STANDING, 11.0, near), None)
+
+
 def test_what_more_attempts_would_not_cure_is_raised_at_once() -> None:
     server = serve(InvalidPathError("nowhere near"), failure_tolerance=1.0)
     command(server, 0.0)

@@ -122,3 +122,23 @@ def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[
     assert table and max(map(len, table)) <= 120
     compare_command(str(first), str(second), (), as_json=True)
     assert json.loads(capsys.readouterr().out)["pairs"] == 40
+
+
+def test_what_the_tables_lack_is_told(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write_run("run", episodes=3)
+    load_run(str(run))
+    assert capsys.readouterr().err == ""
+    (run / "journal.jsonl").write_text("{}\n" * 5, encoding="utf-8")
+    load_run(str(run))
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "2 more finished deliveries than its tables tell of" in line and "--resume" in line
+
+
+def test_another_state_of_the_program_is_told(write_run: WriteRun) -> None:
+    runs = [write_run(name) for name in "ab"]
+    assert compared(*runs)["warnings"] == []
+    for run, digest in zip(runs, "ab", strict=True):
+        file = run / "run.json"
+        file.write_text(json.dumps({**json.loads(file.read_text()), "program_sha256": 64 * digest}))
+    (warning,) = compared(*runs)["warnings"]
+    assert warning.startswith("other program: ")

@@ -101,7 +101,8 @@ def test_break_even_spread_of_known_means() -> None:
     ("maps", "message"),
     [
         (("delivery_fee",), "is not two prices X,Y"),
-        (("delivery_fee,delivery_fee",), "is not two prices X,Y"),
+        (("delivery_fee,delivery_fee",), "delivery_fee on both axes"),
+        (("injury.costs,injury.costs.mais_1",), "mais_1 on both axes"),
         (("delivery_fee,injury.cost",), "unknown price 'injury.cost'; did you mean 'injury.costs'"),
     ],
 )
@@ -109,6 +110,33 @@ def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...],
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
         sensitivity_command(str(run), None, (), (), maps, None, as_json=True)
+
+
+def test_a_refund_below_its_fee_is_no_price(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write_run("run", episodes=2)
+    sensitivity_command(str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True)
+    result = json.loads(capsys.readouterr().out)["runs"][0]
+    bars = {bar["price"]: bar for bar in result["tornado"]}
+    assert bars["refund"]["low"] == 30.0 and bars["delivery_fee"]["high"] == bars["refund"]["value"]
+    profit = result["maps"][0]["profit_usd_per_run"]
+    fees, refunds = (result["maps"][0][axis]["values"] for axis in "xy")
+    for refund, row in zip(refunds, profit, strict=True):
+        assert [value is None for value in row] == [fee > refund for fee in fees]
+
+
+def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def alike(row: dict[str, Any]) -> None:
+        row.update({"outcome": "sla", "pedestrian_injury_usd": 0.0, "distance_m": 50.0, "duration_s": 40.0})
+
+    for run in (write_run("one", episodes=1), write_run("alike", episodes=6, crowd=0.0, change=alike)):
+        figures = tmp_path / f"{run.name}-figures"
+        sensitivity_command(str(run), None, (), (), (), figures, as_json=True)
+        assert json.loads(capsys.readouterr().out)["runs"][0]["break_even"] is None, run.name
+        assert not list(figures.glob("*break-even*"))
+        sensitivity_command(str(run), None, (), (), (), None, as_json=False)
+        assert "tell nothing of how sure break-even is" in capsys.readouterr().out
 
 
 def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:

@@ -11,6 +11,7 @@ from harness.cli import main
 from harness.execution import InProcess, Workers
 from harness.resources import names, shipped
 from harness.runs import JOURNAL, RunFolder, count_finished
+from harness.setup import rules_of
 from harness.suite import Portion, cells, load_suite
 from navstack.errors import ParameterError
 
@@ -161,6 +162,19 @@ def test_a_cell_that_was_driven_with_other_parameters_is_not_added_to(
     status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
     assert status == 1 and "another rules.yaml than today's; remove the folder" in line and line.count("\n") == 1
     assert navbench(capsys, "--resume", str(out), *portion)[0] == 0
+
+
+def test_a_cell_is_not_begun_in_another_world_than_its_neighbours(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "out"
+    first, at_once = ("--stack", "parked", "--episodes", "1"), ("--workers", "1", "--json")
+    assert navbench(capsys, str(file), "--out", str(out), *first, *at_once)[0] == 0
+    (tmp_path / "short.yaml").write_text(RULES.replace("timeout: 1.0", "timeout: 1.5"))
+    rules_of.cache_clear()  # as in a new process
+    status, _, line = navbench(capsys, "--resume", str(out), *at_once)
+    assert status == 1 and "would be driven with another rules.yaml than" in line and line.count("\n") == 1
+    assert [path.parent.name.endswith("parked") for path in out.glob("*/run.json")] == [True]
 
 
 def cut_off(path: Path) -> None:

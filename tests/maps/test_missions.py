@@ -1,13 +1,17 @@
 """Missions: drawn by the published rules, always feasible, measured along the navigation mesh."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
+from harness.setup import mission_of
+from harness.study import make_study
 from harness.world.scene_io import load_scene
+from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError, MapError
 from navstack.types import FloatArray, Pose2D
@@ -159,3 +163,11 @@ def test_maps_without_room_are_refused() -> None:
     turned = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.1, Pose2D(0.0, 0.0, 0.5))
     with pytest.raises(MapError, match="yaw"):
         MissionSampler(turned).sample(np.random.default_rng(0))
+
+
+def test_no_drawn_delivery_is_over_before_it_begins(tmp_path: Path) -> None:
+    save_map(room(80, 80), tmp_path / "yard.yaml")  # 8 m x 8 m: of uniform draws one in six is within 2 m
+    tasks = make_study(stacks=["parked"], episodes=60, map_name=str(tmp_path / "yard.yaml"), missions="uniform").tasks()
+    for each in tasks:
+        mission = mission_of(each, each.generators()["mission"])
+        assert math.hypot(mission.goal.x - mission.start.x, mission.goal.y - mission.start.y) > 2.0

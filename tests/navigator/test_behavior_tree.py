@@ -90,7 +90,7 @@ class Rig:
         for _ in range(times):
             state = RobotState(Pose2D(5.0, 5.0), Twist2D(), self.ticks * TICK)
             recovery = self.tree.recover(state)
-            self.tree.replan(state)
+            self.stopped = self.tree.replan(state)
             command = self.tree.follow(state, ())
             self.world.is_current = self.local.is_current = True
             self.ticks += 1
@@ -120,6 +120,19 @@ def test_a_failed_plan_clears_the_global_costmap_and_is_tried_again_while_the_ol
     assert rig.planner.stamps[-1] == pytest.approx(1.1)
     assert (rig.world.cleared, rig.local.cleared, rig.tree.counts.recoveries) == (1, 0, 0)
     assert rig.controller.begun == 1
+
+
+def test_the_old_command_ends_in_the_tick_in_which_planning_gives_up_following() -> None:
+    rig = Rig()
+    rig.tick(10)
+    assert rig.stopped is None
+    rig.plan_fails("NO_VALID_PATH")
+    rig.tick()
+    assert rig.stopped is None  # the old path is followed until the second attempt
+    rig.tick()
+    assert rig.stopped == Twist2D()
+    rig.tick()
+    assert rig.stopped is None  # who recovers commands
 
 
 def test_a_successful_plan_gives_the_next_failure_a_second_attempt_again() -> None:

@@ -134,6 +134,8 @@ def test_velocity_polygons_follow_the_command_and_the_last_one_stays() -> None:
     assert process(made, (2.0, 0.0), command=Twist2D(1.0)) == STANDSTILL
     assert process(made, (2.0, 0.0), command=Twist2D(3.0)) == STANDSTILL  # the fast one stays
     assert process(made, (2.0, 0.0), command=Twist2D(0.2)) == Twist2D(0.2)
+    made.reset()
+    assert process(made, (0.0, 0.0), command=Twist2D(3.0)) == Twist2D(3.0)  # nothing is left of what was driven before
 
 
 @pytest.mark.parametrize(

@@ -128,6 +128,14 @@ def test_a_wall_is_hit_where_its_cell_begins_whatever_the_frames():
     assert ranges[180] == pytest.approx(4.0)
 
 
+def test_a_grey_cell_that_stands_as_a_body_is_seen():
+    """Of a map in the modes ``scale`` and ``raw``."""
+    grid = empty_grid()
+    grid.data[:, 300] = 65
+    grid.data[:, 290] = 64
+    assert make_lidar(grid).exact_ranges(Pose2D(1.0, 2.0, 0.0), NOBODY)[180] == pytest.approx(4.0)
+
+
 def test_beyond_the_map_and_in_unknown_cells_nothing_is_hit():
     grid = empty_grid()
     grid.data[:] = -1

@@ -11,7 +11,8 @@ from harness.metrics import Row
 from harness.report.suite.names import label_of
 from harness.statistics import Interval, PairedDifference, holm
 from harness.stored_run import StoredRun, load_run
-from harness.suite import Cell, Condition, Piece, Suite, cells, conditions, is_begun, pieces_of, stored_suite
+from harness.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
+from harness.suite_pieces import Piece, pieces_of
 from harness.valuation import Valuation, valuation_document, value
 
 MARGIN = "contribution_margin"

@@ -109,7 +109,7 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     found = partings(*study.test_rows)
     differences = sorted((abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True)
     assert [abs(each.difference) for each in found] == pytest.approx(differences[:3])
-    assert "1 paid" in sentence(found[0])
+    assert "1 counted" in sentence(found[0])
     first = found[0]
     assert first.replay(COMMAND).endswith(f"--seed {first.seed} --episodes {first.episode + 1} --record full")
     assert partings(study.test_rows[0], study.test_rows[0]) == ()

@@ -87,7 +87,7 @@ def test_who_drives_alike_meets_once_and_who_cannot_be_driven_comes_last() -> No
     noisy = world(original=0.0, trial_1=3.0, trial_2=3.0, trial_3=1.0, trial_4=math.nan)
     found = decide(trials, 3, FINAL, MARGIN_ONLY, noisy)
     assert [each.number for each in found] == [1, 0, 3, 4]
-    assert found[-1].as_json() == {"trial": 4, "missions": 64, "value": None}
+    assert found[-1].as_json() == {"trial": 4, "missions": 0, "value": None}
 
 
 def test_there_is_no_choice_without_a_rival() -> None:
@@ -106,3 +106,32 @@ def test_the_side_condition_comes_first() -> None:
     late = Late({"original": 0.0, "trial-1": 50.0, "trial-2": 1.0}, shared=True)
     found = decide([trial(0, 0.0), trial(1, 50.0), trial(2, 1.0)], 2, FINAL, objective, late)
     assert [each.number for each in found] == [2, 0, 1]
+
+
+class Losing(Noisy):
+    """Workers die on some deliveries."""
+
+    def __init__(self, truth: dict[str, float], lost: set[tuple[str, int]]) -> None:
+        super().__init__(truth, shared=True)
+        self._lost = lost
+
+    def _row(self, name: str, mission: int) -> Row:
+        row = super()._row(name, mission)
+        return {"error": "its worker died", MARGIN: None} if (name, mission) in self._lost else row
+
+
+def test_a_lost_delivery_counts_for_nobody() -> None:
+    trials = [trial(0, -5.0), trial(1, 3.0), trial(2, 2.0)]
+    truth = {"original": 3.0, "trial-1": -50.0, "trial-2": -60.0}
+    found = decide(trials, 2, FINAL, MARGIN_ONLY, Losing(truth, {("original", 105)}))
+    assert [(each.number, each.missions) for each in found] == [(0, 127), (1, 127), (2, 128)]
+    truth |= {"trial-1": 9.0}
+    found = decide(trials, 2, FINAL, MARGIN_ONLY, Losing(truth, {("trial-1", 105), ("trial-2", 107)}))
+    assert [(each.number, each.missions) for each in found] == [(1, 127), (0, 127), (2, 126)]
+
+
+def test_an_original_that_loses_many_stays() -> None:
+    lost = {("original", mission) for mission in range(100, 120)}
+    world = Losing({"original": 3.0, "trial-1": 9.0}, lost)
+    found = decide([trial(0, -5.0), trial(1, 3.0)], 1, FINAL, MARGIN_ONLY, world)
+    assert [each.number for each in found] == [0, 1] and found[0].missions == 0

@@ -1,0 +1,51 @@
+"""The log of a suite folder: when which program drove how much of it."""
+
+import dataclasses
+import json
+import time
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from harness.manifest import LIBRARIES, PROGRAM
+from harness.suite import write_file
+from harness.worker_check import project_digest
+from navstack.params.strict import from_mapping, read_text
+
+PIECES = "pieces.jsonl"
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One call of the program that drove a part of a suite."""
+
+    date: str
+    deliveries: int
+    program: str  # SHA-256 of its code, parameters and maps
+    versions: dict[str, str]
+
+
+def piece_of(deliveries: int) -> Piece:
+    """What this program drove today."""
+    versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
+    return Piece(time.strftime("%Y-%m-%d"), deliveries, project_digest(), versions)
+
+
+def note_piece(path: Path, piece: Piece) -> None:
+    """Add a line to the log of a suite folder.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    known = read_text(path / PIECES) if (path / PIECES).is_file() else ""
+    write_file(path / PIECES, known + json.dumps(dataclasses.asdict(piece), sort_keys=True) + "\n")
+
+
+def pieces_of(path: Path) -> tuple[Piece, ...]:
+    """The log of a suite folder.
+
+    Raises:
+        InputError: it is damaged.
+    """
+    lines = read_text(path / PIECES).splitlines() if (path / PIECES).is_file() else []
+    return tuple(from_mapping(Piece, json.loads(line), f"{path / PIECES}: line {k}") for k, line in enumerate(lines, 1))
