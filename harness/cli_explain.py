@@ -65,7 +65,7 @@ def explain(
     stored = load_run(run)
     stored = stored if stack is None else stored.only(stack)
     side_of(stored)  # one stack
-    evidence = _evidence(stored, episode, again, bool(settings))
+    evidence = _evidence(stored, episode, again)
     if evidence is None:
         _say_nothing_to_tell(stored, episode, as_json)
         return
@@ -84,7 +84,7 @@ def explain(
     _print(evidence, told, saving, figures)
 
 
-def _evidence(run: "StoredRun", episode: int, again: bool, rewinds: bool) -> "Evidence | None":
+def _evidence(run: "StoredRun", episode: int, again: bool) -> "Evidence | None":
     """What there is to tell; None: nothing cost anything."""
     from harness.explain.evidence import decisions_file, delivery_row, drive_again, events_of, recorded
     from harness.explain.moments import is_costly
@@ -148,10 +148,10 @@ def _draw(
     from harness.explain.moments import costliest
     from harness.report.explain_figure import draw_seconds
 
-    scene, files = _scene(run), []
-    costly = costliest([each.seconds.moment for each in told])
     if out is not None:
         _make(out)
+    scene, files = _scene(run), []
+    costly = costliest([each.seconds.moment for each in told])
     for each in told:
         number = each.seconds.moment.number
         wanted = [plot] if plot is not None and each.seconds.moment is costly else []
@@ -163,10 +163,10 @@ def _draw(
 
 
 def _scene(run: "StoredRun") -> "Scene | None":
-    from harness.world.scene_io import load_scene
+    from harness.report.page.scenery import scene_of_run
 
     try:
-        return load_scene(str(run.about["map_name"]))
+        return scene_of_run(run)
     except NavstackError as error:
         click.echo(f"note: the figure has no map: {error}", err=True)
         return None

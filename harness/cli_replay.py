@@ -65,13 +65,13 @@ def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
 def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded
     from harness.report.page.replays import bodies
+    from harness.report.page.scenery import scene_of_run
     from harness.report.replay_bag import write_bag
-    from harness.world.scene_io import load_scene
 
     recorded, arrays = one_recorded(run, episode)
     robot, radius = bodies(recorded.entry)
     try:
-        grid = load_scene(str(run.about["map_name"])).geometry
+        grid = scene_of_run(run).geometry
     except NavstackError as error:
         click.echo(f"note: the file has no map: {error}", err=True)
         grid = None
@@ -87,8 +87,8 @@ def _check_gif(path: Path) -> None:
 def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded
     from harness.report.page.replays import bodies
+    from harness.report.page.scenery import scene_of_run
     from harness.report.replay_gif import write_gif
-    from harness.world.scene_io import load_scene
 
     _check_gif(path)
     recorded, arrays = one_recorded(run, episode)
@@ -98,11 +98,8 @@ def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     ending = f"{recorded.row['outcome'].replace('_', ' ')} after {recorded.row['duration_s']:.1f} s"
     if recorded.entry.margin is not None:
         ending += f": {-recorded.loss:+.2f} $"
-    scene = load_scene(str(run.about["map_name"]))
-    try:
-        count = write_gif(path, arrays, recorded.entry.events_of(episode), scene, robot.polygon, radius, ending)
-    except OSError as error:
-        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
+    scene, events = scene_of_run(run), recorded.entry.events_of(episode)
+    count = write_gif(path, arrays, events, scene, robot.polygon, radius, ending)
     click.echo(f"{path}: {count} frames, {path.stat().st_size / 1e6:.1f} MB")
 
 
@@ -124,10 +121,7 @@ def _write_close_up(run: "StoredRun", episode: int, path: Path) -> None:
     task = next(wanted, None)
     if task is None:
         raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
-    try:
-        animate(task, path)
-    except OSError as error:
-        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
+    animate(task, path, [event for event in run.events if (event["stack"], event["episode"]) == (name, episode)])
     click.echo(str(path))
 
 

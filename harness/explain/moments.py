@@ -1,5 +1,6 @@
 """The moments of a delivery that cost something: contacts that are paid for, and what ended it badly."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,8 +42,11 @@ class Moment:
 
 
 def costs_of(row: Row, prices: Prices) -> dict[str, float | None]:
-    """What one delivery comes to by :data:`COMPONENTS` [USD]; None where the cargo is not modelled."""
-    money = running(deliveries([row], prices.rolling_resistance_force), prices)
+    """What one delivery comes to by :data:`COMPONENTS` [USD]; None where that depends on cargo that is not modelled."""
+    measured = deliveries([row], prices.rolling_resistance_force)
+    if row["pieces_at_start"] is None:  # which only the outcome of an arrival says
+        measured = dataclasses.replace(measured, sla=None, spoiled=None)
+    money = running(measured, prices)
     values = {name: getattr(money, name) for name in COMPONENTS}
     return {name: None if value is None else float(np.ravel(value)[0]) for name, value in values.items()}
 

@@ -77,8 +77,9 @@ def _motion(seconds: Seconds) -> str:
         return f"It stood still for the whole {-seconds.at[0]:.1f} s."
     change = float(commanded[-1] - commanded[early])
     braked = "braked" if change < -CHANGED else "sped up" if change > CHANGED else "neither braked nor sped up"
+    when = "in the last second " if -seconds.at[0] >= 1.0 else ""
     return (
-        f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and in the last second {braked} "
+        f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and {when}{braked} "
         f"(commanded {commanded[early]:.2f}, then {commanded[-1]:.2f} m/s)."
     )
 

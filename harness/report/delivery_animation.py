@@ -7,6 +7,7 @@ Usage: python -m harness.report.delivery_animation GIF [--stack NAME] [--seed N]
 import argparse
 import math
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.metrics import Row, event_rows
+from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
 from harness.setup import build_brain, build_world, mission_of, robot_of, rules_of, scene_of, world_params
 from harness.study import EpisodeTask, make_study
@@ -32,6 +35,7 @@ FRAMES_PER_SECOND = 10.0  # shown; simulated time runs at half speed
 SLOW_DOWN = 2.0
 REACH = 4.5  # [m] shown around the robot
 WIDTH_INCH, HEIGHT_INCH, DPI = 8.0, 4.4, 80
+SAME = ("type", "stamp_s", "partner", "partner_id", "impulse_ns")  # of contacts that come out again
 ROBOT, PERSON, CONTACT, PIECE, GONE = "#0b6e4f", "#7b3fa0", "#d1242f", "#e3a008", "#b42318"
 
 
@@ -62,17 +66,23 @@ def drive(task: EpisodeTask) -> list[Frame]:
     return frames
 
 
-def animate(task: EpisodeTask, gif: Path) -> None:
+def animate(task: EpisodeTask, gif: Path, stored: Sequence[Row] | None = None) -> None:
     """Drive a delivery and write its worst moment as an animated GIF.
 
+    Args:
+        task: the delivery.
+        gif: file to write.
+        stored: its rows of ``events.parquet``; None: it was not driven before.
+
     Raises:
-        InputError: the robot touched nothing.
+        InputError: the robot touched nothing, or something else than stored; or the file cannot be written.
     """
-    from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     frames = drive(task)
+    if stored is not None:
+        _check_same(task, frames[-1].truth, stored)
     contacts = frames[-1].truth.contacts
     if not contacts:
         raise InputError(f"{task.stack.name} touched nothing in episode {task.episode} of seed {task.seed}")
@@ -80,16 +90,32 @@ def animate(task: EpisodeTask, gif: Path) -> None:
     figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI)
     FigureCanvasAgg(figure)
     above, beside = figure.add_axes((0.02, 0.04, 0.52, 0.86)), figure.add_axes((0.62, 0.22, 0.35, 0.62))
-    writer = PillowWriter(fps=round(FRAMES_PER_SECOND))
-    with writer.saving(figure, str(gif), DPI):
-        for frame in shown(frames, moment):
-            above.clear()
-            beside.clear()
-            figure.texts.clear()
-            _draw_place(above, task, frame, contacts)
-            _draw_bucket(beside, task, frame)
-            _draw_facts(figure, frame, moment)
-            writer.grab_frame()
+    pictures = []
+    for frame in shown(frames, moment):
+        above.clear()
+        beside.clear()
+        figure.texts.clear()
+        _draw_place(above, task, frame, contacts)
+        _draw_bucket(beside, task, frame)
+        _draw_facts(figure, frame, moment)
+        pictures.append(drawn(figure))
+    write_frames(gif, pictures, FRAMES_PER_SECOND)
+
+
+def _check_same(task: EpisodeTask, truth: Truth, stored: Sequence[Row]) -> None:
+    """Check that a delivery touched what its events say.
+
+    Raises:
+        InputError: it did not.
+    """
+    driven = event_rows(truth, [0.0] * len(truth.counted_contacts))
+    now, then = (Counter(tuple(row[key] for key in SAME) for row in rows) for rows in (driven, stored))
+    if now != then:
+        raise InputError(
+            f"episode {task.episode} of {task.stack.name} comes out otherwise when it is driven again ({now.total()} "
+            f"contacts that are not the {then.total()} stored): other libraries, or another kind of machine; show it "
+            "where it was driven"
+        )
 
 
 def shown(frames: Sequence[Frame], moment: float) -> list[Frame]:
@@ -138,15 +164,15 @@ def _draw_bucket(axes: "Axes", task: EpisodeTask, frame: Frame) -> None:
 def _draw_facts(figure: Any, frame: Frame, moment: float) -> None:
     truth = frame.truth
     counted = [contact.impulse for contact in truth.counted_contacts]
-    state = truth.cargo
+    cargo = truth.cargo
+    lost = f"\npieces lost {cargo.pieces_outside} of {cargo.pieces_at_start}" if cargo else ""
     figure.text(0.02, 0.93, f"{truth.stamp - moment:+.2f} s", fontsize=12, family="monospace")
     figure.text(
         0.62,
         0.04,
         f"speed {math.hypot(truth.twist.linear_x, truth.twist.linear_y):.2f} m/s   "
         f"tilt {math.degrees(truth.tilt):.0f} deg\n"
-        f"counted contacts {len(counted)}: {sum(counted):.0f} N s\n"
-        f"pieces lost {state.pieces_outside if state else 0} of {state.pieces_at_start if state else 0}",
+        f"counted contacts {len(counted)}: {sum(counted):.0f} N s{lost}",
         fontsize=9,
         family="monospace",
     )

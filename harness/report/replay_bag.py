@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from harness.liability import COUNTED
 from harness.metrics import Row
 from harness.metrics.replay_log import NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter
-from harness.report.page.deliveries import COUNTED
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import compose, relative_to
@@ -181,7 +181,9 @@ def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:
         arrays["trace"][:, 0].tolist(), arrays["crowd"], ends, arrays["track_count"], strict=True
     ):
         people = [
-            _marker("people", number, stamp, place, radius, PURPLE) for number, place in enumerate(crowd.tolist())
+            _marker("people", number, stamp, place, radius, PURPLE)
+            for number, place in enumerate(crowd.tolist())
+            if np.isfinite(place).all()  # the absent are nowhere
         ]
         yield "/people", kind, stamp, {"markers": people}
         seen = [

@@ -9,6 +9,7 @@ import numpy as np
 
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
+from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
@@ -46,8 +47,10 @@ def write_gif(
         footprint: of the robot, (N, 2) [m], base frame.
         person_radius: [m].
         ending: what is said at the end.
+
+    Raises:
+        InputError: the file cannot be written.
     """
-    from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -57,14 +60,14 @@ def write_gif(
     picture = _Picture(axes, arrays, events, scene, footprint, person_radius)
     told = figure.text(0.015, 0.945, "", fontsize=10, family="monospace")
     times, speed = frame_times(float(arrays["trace"][-1, 0]))
-    writer = PillowWriter(fps=FRAMES_PER_SECOND)
-    with writer.saving(figure, str(path), DPI):
-        for number, time in enumerate(times):
-            cost = picture.show(time)
-            told.set_text(f"{time:5.1f} s ({speed:.3g} x)   costs of contacts {cost:.2f} $")
-            if number >= len(times) - LAST:
-                told.set_text(ending)
-            writer.grab_frame()
+    frames = []
+    for number, time in enumerate(times):
+        cost = picture.show(time)
+        told.set_text(f"{time:5.1f} s ({speed:.3g} x)   costs of contacts {cost:.2f} $")
+        if number >= len(times) - LAST:
+            told.set_text(ending)
+        frames.append(drawn(figure))
+    write_frames(path, frames, FRAMES_PER_SECOND)
     return len(times)
 
 

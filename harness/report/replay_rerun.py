@@ -60,7 +60,8 @@ def _log_rows(rr: Any, stream: Any, arrays: Mapping[str, Any], footprint: FloatA
             if not np.isnan(pose).any():
                 body = _flat(transform_points(Pose2D(*pose.tolist()), outline))
                 stream.log(entity, rr.LineStrips3D([body], colors=colour, radii=0.03))
-        stream.log("people", rr.Points3D(_flat(crowd), radii=person_radius, colors=PURPLE))
+        there = crowd[np.isfinite(crowd).all(axis=1)]
+        stream.log("people", rr.Points3D(_flat(there), radii=person_radius, colors=PURPLE))
         tracks = arrays["tracks"][end - count : end]
         arrows = {"origins": _flat(tracks[:, 1:3]), "vectors": _flat(tracks[:, 3:5])}
         stream.log("tracks", rr.Arrows3D(**arrows, colors=AMBER))

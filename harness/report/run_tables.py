@@ -60,7 +60,7 @@ def _world_of(study: Study) -> str:
     """Where the deliveries were driven, and among whom."""
     template = study.template
     people = world_params(template.world, template.pedestrians, template.people).people
-    return (
-        f"map {Path(template.map_name).stem}, {template.missions} missions, seed {template.seed}, "
-        f"{people.count} people ({people.model})"
-    )
+    who = f"{people.count} people ({people.model})"
+    if people.model == "replay":  # whose number is the recording's
+        who = f"people replayed from {Path(people.replay.file).name}"
+    return f"map {Path(template.map_name).stem}, {template.missions} missions, seed {template.seed}, {who}"

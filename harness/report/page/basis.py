@@ -5,11 +5,13 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from harness.economics.price import price_keys
 from harness.report.page.entries import Entry
 from harness.stored_run import CONDITIONS, StoredRun
+from harness.study import is_recording
 
 Json = dict[str, Any]
 
@@ -33,9 +35,11 @@ def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
         entries: the stacks of the page.
         notes: what else is to be known of this page.
     """
-    runs = list({entry.run.folder.resolve(): entry.run for entry in entries}.values())
+    runs: dict[Path, list[Entry]] = {}
+    for entry in entries:
+        runs.setdefault(entry.run.folder.resolve(), []).append(entry)
     return {
-        "runs": [_run(run, [entry for entry in entries if entry.run.folder == run.folder]) for run in runs],
+        "runs": [_run(of_run[-1].run, of_run) for of_run in runs.values()],
         "prices": _prices(entries),
         "limits": list(LIMITS),
         "notes": list(notes),
@@ -58,10 +62,20 @@ def _run(run: StoredRun, entries: Sequence[Entry]) -> Json:
         "missions": about.get("missions"),
         "map": run.map_name,
         "map version": str(about.get("map_sha256", ""))[:12],
-        "people": f"{people.get('count', '?')} ({people.get('model', '?')})",
+        "people": _people(run, people),
         **{f"{name} version": digest(run.condition(name)) for name in CONDITIONS},
         "versions": {str(key): str(value) for key, value in about.get("versions", {}).items()},
     }
+
+
+def _people(run: StoredRun, people: Mapping[str, Any]) -> str:
+    """How many walk by which model, or which recording of them is replayed; it has people of its own."""
+    if people.get("model") != "replay":
+        return f"{people.get('count', '?')} ({people.get('model', '?')})"
+    replay, asked = people.get("replay"), run.about.get("people")
+    stored = replay.get("file") if isinstance(replay, Mapping) else None  # under a name of the run folder's own
+    name = asked if isinstance(asked, str) and is_recording(asked) else stored
+    return f"replayed from {Path(str(name)).name}"
 
 
 def digest(content: Any) -> str:

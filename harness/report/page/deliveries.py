@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from harness.liability import COUNTED, EVENT
 from harness.metrics import PRICED_PROPERTY, Row
 from harness.report.page.entries import Entry
 from navstack.types import FloatArray
@@ -17,7 +18,6 @@ Json = dict[str, Any]
 FACTS = {
     "duration": "duration_s",
     "distance": "distance_m",
-    "shortest": "shortest_path_m",
     "lost": "pieces_lost",
     "people": "pedestrian_contacts",
     "soft": "soft_contacts",
@@ -28,7 +28,6 @@ FACTS = {
 }
 MONEY = {"profit": "contribution_margin", "cost": "opex"}
 PATH_TOLERANCE = 0.05  # [m] of a trajectory on the map
-COUNTED, WHOLE = "counted_contact", "contact_event"
 
 
 def recording_of(entry: Entry, episode: int) -> Path:
@@ -39,7 +38,7 @@ def recording_of(entry: Entry, episode: int) -> Path:
 def delivery_list(entries: Sequence[Entry]) -> Json:
     """All deliveries, column by column."""
     columns: dict[str, list[Any]] = {
-        name: [] for name in ("entry", "episode", "outcome", "reason", "property", *MONEY, *FACTS)
+        name: [] for name in ("entry", "episode", "outcome", "reason", "property", "touched", *MONEY, *FACTS)
     }
     for number, entry in enumerate(entries):
         rows = entry.stack.rows
@@ -47,11 +46,17 @@ def delivery_list(entries: Sequence[Entry]) -> Json:
         for name in ("episode", "outcome", "reason"):
             columns[name] += [row[name] for row in rows]
         columns["property"] += [sum(row[f"{kind}_contacts"] or 0 for kind in PRICED_PROPERTY) for row in rows]
+        touching = {event["episode"] for event in entry.run.events if _is_contact_of(entry, event)}
+        columns["touched"] += [row["episode"] in touching for row in rows]
         for name, key in FACTS.items():
             columns[name] += [rounded(row[key]) for row in rows]
         for name, term in MONEY.items():
             columns[name] += [rounded(value, 4) for value in money_of(entry, term)]
     return columns
+
+
+def _is_contact_of(entry: Entry, event: Row) -> bool:
+    return event["stack"] == entry.stack.name and event["type"] in (COUNTED, EVENT)
 
 
 def money_of(entry: Entry, term: str) -> list[float | None]:
@@ -69,10 +74,10 @@ def rounded(value: Any, decimals: int = 3) -> Any:
 
 
 def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
-    """Start and goal [m] of every delivery: entry, episode, map, four coordinates."""
+    """Start and goal [m] of every delivery: entry, episode, label of the map, four coordinates."""
     keys = ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
     return [
-        [number, row["episode"], row["map"], *(rounded(row[key], 2) for key in keys)]
+        [number, row["episode"], entry.map_label, *(rounded(row[key], 2) for key in keys)]
         for number, entry in enumerate(entries)
         for row in entry.stack.rows
     ]
@@ -102,7 +107,7 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
     """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
     events = [event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])]
     counted = [event for event in events if event["type"] == COUNTED]
-    shown = [event for event in events if event["type"] == WHOLE and not _is_counted(event, counted)]
+    shown = [event for event in events if event["type"] == EVENT and not _is_counted(event, counted)]
     return [
         [
             *(rounded(event[key], 2) for key in ("x_m", "y_m", "stamp_s")),

@@ -19,7 +19,7 @@ from harness.report.page.deliveries import contacts_of, delivery_list, missions_
 from harness.report.page.entries import Entry, entries_of, left_out, without_events
 from harness.report.page.recording_code import FINE, load_recording
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
-from harness.report.page.scenery import scenery_of
+from harness.report.page.scenery import sceneries
 from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
 from harness.stored_run import StoredRun
 from navstack.errors import InputError
@@ -47,7 +47,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     recorded = recorded_of(entries)
     readable, ways, troubles = trajectories(recorded)
     replays = [replay(each, load_recording(each.path)) for each in chosen(readable, most_replays)]
-    scenery, notes = _scenery(runs)
+    scenery, notes = sceneries(entries)
     notes += left_out(runs)
     left = len(readable) - len(replays)
     if left:
@@ -65,7 +65,6 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         "breakEven": break_even(entries),
         "comparisons": comparisons(entries),
         "deliveries": delivery_list(entries),
-        "recorded": [[each.number, each.row["episode"]] for each in recorded],
         "scenery": scenery,
         "missions": missions_of(entries),
         "contacts": contacts_of(entries),
@@ -78,7 +77,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
 def replay_page(recorded: Recorded, arrays: Json, date: str) -> str:
     """A page with the replay of one delivery, its scans whole."""
     entry = recorded.entry
-    scenery, notes = _scenery([entry.run])
+    scenery, notes = sceneries([entry])
     label = f"{entry.label}, episode {recorded.row['episode']}"
     data = {
         "kind": "replay",
@@ -113,26 +112,7 @@ def one_recorded(run: StoredRun, episode: int) -> tuple[Recorded, Json]:
 
 
 def _entry(entry: Entry) -> Json:
-    return {"label": entry.label, "stack": entry.stack.name, "folder": entry.run.folder.resolve().name}
-
-
-def _scenery(runs: Sequence[StoredRun]) -> tuple[Json, list[str]]:
-    """Every map once, by the name that rows call it, and what is not drawn."""
-    drawn: Json = {}
-    notes = []
-    digests: dict[str, object] = {}  # of the maps that are drawn
-    for run in runs:
-        digest = run.about.get("map_sha256")
-        if run.map_name in drawn:
-            if digest != digests[run.map_name]:
-                notes.append(f"the map of {run.folder.name} is not drawn: another one is called '{run.map_name}', too")
-            continue
-        scenery, note = scenery_of(run)
-        if scenery is not None:
-            drawn[run.map_name], digests[run.map_name] = scenery, digest
-        if note:
-            notes.append(note)
-    return drawn, notes
+    return {"label": entry.label}
 
 
 def _assembled(data: Json, replays: Sequence[Json]) -> str:

@@ -19,6 +19,7 @@ class Entry:
     """One stack of one run."""
 
     label: str  # unlike every other on the page
+    map_label: str  # of the run's map: its name, and its version where another map of the page has that name, too
     run: StoredRun
     stack: StoredStack
     prices: Prices
@@ -74,7 +75,22 @@ def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
         label if labels.count(label) == 1 else f"{label} ({labels[:number].count(label) + 1})"
         for number, label in enumerate(labels)
     ]
-    return [_entry(label, *pair) for label, pair in zip(unlike, pairs, strict=True)]
+    maps = _map_labels([run for run, _ in pairs])
+    return [_entry(label, maps[_map_of(run)], run, stack) for label, (run, stack) in zip(unlike, pairs, strict=True)]
+
+
+def _map_labels(runs: Sequence[StoredRun]) -> dict[tuple[str, str], str]:
+    """A label for each map, by its name and its digest."""
+    maps = list(dict.fromkeys(map(_map_of, runs)))
+    names = [name for name, _ in maps]
+    return {
+        (name, digest): name if names.count(name) == 1 else f"{name} ({digest[:12] or 'unknown'})"
+        for name, digest in maps
+    }
+
+
+def _map_of(run: StoredRun) -> tuple[str, str]:
+    return run.map_name, str(run.about.get("map_sha256", ""))
 
 
 def left_out(runs: Sequence[StoredRun]) -> list[str]:
@@ -87,10 +103,10 @@ def left_out(runs: Sequence[StoredRun]) -> list[str]:
     ]
 
 
-def _entry(label: str, run: StoredRun, stack: StoredStack) -> Entry:
+def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Entry:
     prices = run.prices()
     each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)
-    return Entry(label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each)
+    return Entry(label, map_label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each)
 
 
 def without_events(entry: Entry) -> Entry:

@@ -6,6 +6,7 @@ from typing import Any
 
 from harness.metrics import Row
 from harness.outcome import Rules
+from harness.report.page.deliveries import rounded
 from harness.report.page.entries import Entry
 from harness.report.page.recording_code import SEEN
 from navstack.errors import InputError
@@ -23,7 +24,8 @@ def reasons_of(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[dict[s
         arrays: its recording.
 
     Returns:
-        Nothing where no event cost anything, or the recording is an older one that does not tell enough.
+        Times rounded as those of contacts. Nothing where no event cost anything, or the recording is an older one that
+        does not tell enough.
     """
     # what explains can also drive a delivery again: simulator and brain are imported only where there is a recording
     from harness.explain.document import explained
@@ -44,6 +46,6 @@ def reasons_of(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[dict[s
     except InputError:  # a damaged table of decisions, or a delivery that was over at once: the replay stands without
         return []
     return [
-        {"time": moment.stamp, "cost": moment.cost, "words": each.words}
+        {"time": rounded(moment.stamp, 2), "cost": moment.cost, "words": each.words}
         for moment, each in zip(moments, told, strict=True)
     ]

@@ -69,9 +69,8 @@ def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Jso
     return {
         "entry": recorded.number,
         "episode": row["episode"],
-        "map": row["map"],
+        "map": entry.map_label,
         "outcome": row["outcome"],
-        "reason": row["reason"],
         "duration": rounded(row["duration_s"]),
         "start": [row["start_x_m"], row["start_y_m"]],
         "goal": [row["goal_x_m"], row["goal_y_m"]],

@@ -2,16 +2,18 @@
 
 import base64
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from harness.manifest import map_digest
+from harness.report.page.entries import Entry
 from harness.stored_run import StoredRun
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
-from navstack.errors import NavstackError
+from navstack.errors import InputError, NavstackError
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -21,16 +23,31 @@ LARGEST_PICTURE = 1500  # [pixel] along a side
 GROUND, WALKABLE, SOLID = 0, 1, 2  # what a pixel shows
 
 
-def scenery_of(run: StoredRun) -> tuple[Json | None, str]:
-    """The map of a run, and what stands against drawing it (empty: nothing)."""
-    name = str(run.about["map_name"])
-    try:
-        scene = load_scene(name)
-    except NavstackError as error:
-        return None, f"the map of {run.folder.name} is not drawn: {error}"
+def sceneries(entries: Sequence[Entry]) -> tuple[Json, list[str]]:
+    """Every map of a page once, by its label, and why others are not drawn."""
+    drawn: Json = {}
+    troubles = []
+    for entry in {entry.run.folder: entry for entry in entries}.values():
+        if entry.map_label in drawn:
+            continue
+        try:
+            drawn[entry.map_label] = draw(scene_of_run(entry.run))
+        except NavstackError as error:
+            note = f"the map of {entry.run.folder.resolve().name} is not drawn: {error}"
+            troubles.append((entry.map_label, note))
+    return drawn, [note for label, note in troubles if label not in drawn]
+
+
+def scene_of_run(run: StoredRun) -> Scene:
+    """The map on which a run was driven.
+
+    Raises:
+        NavstackError: it cannot be read, or has changed since.
+    """
+    scene = load_scene(str(run.about["map_name"]))
     if map_digest(scene) != run.about.get("map_sha256"):
-        return None, f"the map of {run.folder.name} is not drawn: '{run.map_name}' has changed since"
-    return draw(scene), ""
+        raise InputError(f"map '{run.map_name}' has changed since the run; restore it, or make the run again")
+    return scene
 
 
 def draw(scene: Scene) -> Json:
@@ -40,7 +57,6 @@ def draw(scene: Scene) -> Json:
     bounds = [x0, y0, x0 + grid.width * grid.resolution, y0 + grid.height * grid.resolution]
     polygons = len(scene.obstacles) <= MOST_OBSTACLES
     return {
-        "name": scene.name,
         "bounds": [round(edge, 3) for edge in bounds],
         "zones": [[zone.kind, _corners(zone.polygon)] for zone in scene.zones],
         "obstacles": [[each.kind, _corners(each.polygon)] for each in scene.obstacles] if polygons else [],

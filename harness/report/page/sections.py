@@ -17,7 +17,7 @@ from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import Column, number_text, span_text, table_notes
 from harness.statistics import Interval
-from harness.valuation import ARRIVED, DOLLARS, OUTCOMES, missions
+from harness.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -57,7 +57,6 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
         "sla": _interval(column.interval("sla"), column.value("sla")),
         "opex": _interval(column.interval("opex"), column.value("opex")),
         "breakEvenRuns": column.economics.break_even_runs,
-        "lifeRuns": risk.within_runs if risk else None,
         "probability": risk.break_even_probability if risk else None,
         "worst": _interval(risk.opex_cvar95_usd_per_run, None) if risk and risk.opex_cvar95_usd_per_run else None,
     }
@@ -149,6 +148,8 @@ def profit(entries: Sequence[Entry]) -> list[Json]:
 def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
     """Sums over the first missions [USD], and the 2.5 % and 97.5 % quantiles of sums over as many resampled ones.
 
+    The quantiles are None where there is one mission only, or all came to the same: too few to tell.
+
     Args:
         margin: of each delivery [USD], shape (n,).
         clusters: number of each delivery's mission, shape (n,).
@@ -156,17 +157,15 @@ def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
     """
     count = int(clusters.max()) + 1
     totals = np.bincount(clusters, weights=margin, minlength=count)  # missions in the order of their first delivery
+    shown = np.unique(np.linspace(0, count - 1, min(count, CURVE_POINTS)).round().astype(int))
+    per_mission = len(margin) / count
+    curve = {"k": _rounded((shown + 1) * per_mission, 1), "sum": _rounded(totals.cumsum()[shown], 2)}
+    if np.ptp(totals) <= CENT:
+        return {**curve, "low": None, "high": None}
     draws = max(200, min(DRAWS, MOST_DRAWN // count))
     drawn = totals[np.random.default_rng(seed).integers(0, count, (draws, count))].cumsum(axis=1)
-    shown = np.unique(np.linspace(0, count - 1, min(count, CURVE_POINTS)).round().astype(int))
     low, high = np.percentile(drawn[:, shown], (2.5, 97.5), axis=0)
-    per_mission = len(margin) / count
-    return {
-        "k": _rounded((shown + 1) * per_mission, 1),
-        "sum": _rounded(totals.cumsum()[shown], 2),
-        "low": _rounded(low, 2),
-        "high": _rounded(high, 2),
-    }
+    return {**curve, "low": _rounded(low, 2), "high": _rounded(high, 2)}
 
 
 def break_even(entries: Sequence[Entry]) -> list[Json]:
@@ -183,7 +182,6 @@ def break_even(entries: Sequence[Entry]) -> list[Json]:
                 "capex": money.capex_usd,
                 "runs": money.break_even_runs,
                 "life": risk.within_runs,
-                "probability": risk.break_even_probability,
                 **break_even_histogram(draws, money.capex_usd),
             }
         )

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from harness.cli import main
+from harness.manifest import map_digest
+from harness.world.scene_io import load_scene
 
 
 def explain(*arguments: str) -> Any:
@@ -36,6 +38,20 @@ def test_the_command_tells_and_draws_a_recorded_delivery(
     first = document["events"][0]["instants"][0]
     assert (first["time_to_event_s"], first["distance_m"]) == (pytest.approx(-5.0), pytest.approx(7.5, abs=0.6))
     assert first["track_error_m"] is None
+
+
+def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes = []
+    monkeypatch.setattr("harness.report.explain_figure.draw_seconds", lambda *given: scenes.append(given[2]))
+    about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    for digest in (about["map_sha256"], map_digest(load_scene("sidewalk"))):
+        (folder / "run.json").write_text(json.dumps({**about, "map_sha256": digest}), encoding="utf-8")
+        assert explain(str(folder), "0", "--event", "1", "--plot", str(tmp_path / "a.png")) == 0
+    err = capsys.readouterr().err
+    assert err.count("note: the figure has no map: map 'sidewalk' has changed since the run") == 1
+    assert [scene is None for scene in scenes] == [True, False]
 
 
 def test_one_event_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -79,6 +79,18 @@ def test_a_timeout_is_told_since_the_robot_was_stuck_or_from_its_end() -> None:
     assert stuck.cost == pytest.approx(prices.delivery_fee.value)
 
 
+@pytest.mark.parametrize("outcome", ["timeout", "physical_assistance"])
+def test_without_cargo_what_depends_on_it_has_no_cost(outcome: str) -> None:
+    prices, row = load_prices("costnav"), {"outcome": outcome, "reason": "timeout", "pieces_at_start": None}
+    told = evidence(events=(), row=row)
+    (moment,) = moments_of(told, RULES, prices)
+    assert moment.cost is None
+    assert "cost undefined without cargo" in paragraph(told, seconds_before(told, moment, 5.0))
+    money = costs_of(told.row, prices)
+    undefined = {"service_compensation", "opex", "revenue", "contribution_margin"}
+    assert {name for name, value in money.items() if value is None} == undefined
+
+
 def test_needing_help_costs_the_fee_and_the_repair() -> None:
     prices = load_prices("costnav")
     hit = evidence(row={"outcome": "physical_assistance", "reason": "impulse", "collision_impulse_ns": 180.0})

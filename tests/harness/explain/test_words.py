@@ -55,6 +55,14 @@ def test_the_words_follow_other_records() -> None:
     assert "Nothing in this stack decides" in words
 
 
+@pytest.mark.parametrize(("stamp", "before"), [(8.0, 0.6), (0.8, 5.0)])
+def test_less_than_a_second_is_not_called_one(stamp: float, before: float) -> None:
+    given = evidence()
+    words = paragraph(given, seconds_before(given, moment_at(stamp), before))
+    assert "s before, it drove 1.00 m/s and neither braked nor sped up" in words
+    assert "in the last second" not in words
+
+
 def alternative(kind: str, speed: float, path: float, obstacle: float) -> Alternative:
     scores = (CriticScore("PathDist", path, path, 0), CriticScore("BaseObstacle", obstacle, obstacle, 0))
     return Alternative(kind, Twist2D(speed), path + obstacle, scores)

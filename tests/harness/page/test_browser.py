@@ -12,30 +12,14 @@ from harness.cli import main
 from harness.manifest import map_digest
 from harness.world.scene_io import load_scene
 
+from .in_browser import Browse, choose, picture, shown, wait
+
 EVIL = "<script>alert(1)"
-SOON = 20.0  # [s] that anything may take on a busy machine
 INTERACTIVE_MS = 3000.0
 FRAME_MS = 1000.0 / 30.0
 LEAST_FRAMES = 30  # in a second of playing
 TRIES = 4  # of what takes a while on a busy machine
 WIDTHS = (1440, 390)
-
-Browse = Callable[[Path, int], Any]
-
-
-def wait(browser: Any, condition: str) -> Any:
-    """What a JavaScript expression gives once it is true."""
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    return WebDriverWait(browser, SOON, 0.05).until(lambda each: each.execute_script(f"return {condition}"))
-
-
-def choose(browser: Any, select: str, value: str) -> None:
-    """Choose an entry of a list, as a user does."""
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.support.ui import Select
-
-    Select(browser.find_element(By.ID, select)).select_by_value(value)
 
 
 def replay_facts(browser: Any, number: str) -> dict[str, Any]:
@@ -44,15 +28,6 @@ def replay_facts(browser: Any, number: str) -> dict[str, Any]:
         f"return JSON.parse(document.getElementById('data').textContent).replays[{number}]"
     )
     return facts
-
-
-def shown(browser: Any) -> list[list[str]]:
-    """The cells of the list of deliveries."""
-    rows: list[list[str]] = browser.execute_script(
-        "return [...document.querySelectorAll('#deliveries-table tbody tr')]"
-        ".map(row => [...row.cells].map(cell => cell.textContent))"
-    )
-    return rows
 
 
 def requested(browser: Any) -> set[str]:
@@ -195,12 +170,6 @@ def _check_reasons(browser: Any, move: str) -> None:
         "const box = document.querySelector('#player .why').getBoundingClientRect();"
         "return box.left >= 0 && box.right <= document.documentElement.clientWidth"
     )
-
-
-def picture(browser: Any) -> str:
-    """What the replay's canvas shows."""
-    content: str = browser.execute_script("return document.querySelector('#player canvas').toDataURL()")
-    return content
 
 
 def test_a_large_report_is_quick(

@@ -14,12 +14,15 @@ import pytest
 
 from harness.cli import main
 from harness.manifest import map_digest
+from harness.metrics import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.sections import break_even_histogram, profit_curve
 from harness.stored_run import StoredStack, load_run
+from harness.table_files import read_rows, write_table
 from harness.world.scene_io import load_scene
 
 EVIL = "<script>alert(1)"
+NO_CONTACT = ("the food", "from here on", "it was still", "the robot needed help")  # words of other events
 MOST_BYTES = 15_000_000  # of three stacks with 100 deliveries each and 20 recordings
 
 
@@ -52,7 +55,7 @@ def test_a_report_holds_the_figures_of_its_runs(write_run: Callable[..., Path], 
     assert len(data["scenery"]["sidewalk"]["obstacles"]) == len(load_scene("sidewalk").obstacles)
     assert data["basis"]["runs"][0]["seed"] == 0
     assert any(price["key"] == "delivery_fee" and price["source"] for price in data["basis"]["prices"])
-    assert (len(data["replays"]), len(data["trajectories"]), len(data["recorded"])) == (2, 3, 3)
+    assert (len(data["replays"]), len(data["trajectories"])) == (2, 3)
     assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
 
 
@@ -67,7 +70,7 @@ def test_a_replay_tells_why_in_the_words_of_explain(
             main(["explain", str(folder), str(episode), "--json"])
         events = json.loads(out.getvalue())["events"]
         shown.append(len(events))
-        assert [(each["stamp_s"], each["cost_usd"], each["words"]) for each in events] == [
+        assert [(round(each["stamp_s"], 2), each["cost_usd"], each["words"]) for each in events] == [
             (each["time"], each["cost"], each["words"]) for each in told[episode]
         ]
     assert max(shown) > 1
@@ -102,12 +105,79 @@ def test_a_damaged_recording_is_named_and_the_others_are_carried(
     assert any("mine-1.npz: is damaged" in note for note in data["basis"]["notes"])
 
 
-def test_two_maps_of_one_name_are_told_apart(write_run: Callable[..., Path]) -> None:
+def test_two_maps_of_one_name_are_told_apart_and_neither_is_drawn_for_the_other(
+    write_run: Callable[..., Path], record: Callable[..., None]
+) -> None:
+    digest, folders = map_digest(load_scene("sidewalk")), []
+    for name, known in (("a", "0123456789abcdef"), ("b", digest)):
+        folders.append(write_run(name, episodes=2, map_sha256=known))
+        record(folders[-1], "mine", range(1))
+    data = data_of(report_page([load_run(str(folder)) for folder in folders], 5, ""))
+    other, own = "sidewalk (0123456789ab)", f"sidewalk ({digest[:12]})"
+    assert list(data["scenery"]) == [own]
+    assert [each["map"] for each in data["replays"]] == [other, own]
+    assert [mission[2] for mission in data["missions"]] == [other] * 2 + [own] * 2
+    (note,) = data["basis"]["notes"]
+    assert "the map of a is not drawn: map 'sidewalk' has changed since the run" in note
+
+
+def test_a_map_that_one_of_two_runs_still_finds_is_drawn_for_both(
+    write_run: Callable[..., Path], rename_map: Callable[[Path, str], None]
+) -> None:
     digest = map_digest(load_scene("sidewalk"))
-    runs = [load_run(str(write_run(name, episodes=2, map_sha256=known))) for name, known in (("a", digest), ("b", "0"))]
-    data = data_of(report_page(runs, 0, ""))
-    assert list(data["scenery"]) == ["sidewalk"]
-    assert any("the map of b is not drawn: another one is called 'sidewalk'" in note for note in data["basis"]["notes"])
+    folders = [write_run(name, episodes=2, map_sha256=digest) for name in ("a", "b")]
+    rename_map(folders[0], "/nowhere/sidewalk.yaml")
+    data = data_of(report_page([load_run(str(folder)) for folder in folders], 0, ""))
+    assert (list(data["scenery"]), data["basis"]["notes"]) == (["sidewalk"], [])
+    assert {mission[2] for mission in data["missions"]} == {"sidewalk"}
+
+
+def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(write_run: Callable[..., Path]) -> None:
+    folder = write_run("one", episodes=2)
+    world, manifest = folder / "params" / "world.yaml", folder / "run.json"
+    told = [data_of(page_of(folder))["basis"]["runs"][0]["people"]]
+    text, replayed = world.read_text(encoding="utf-8"), "replay: {file: people.csv}\n  model: replay"
+    world.write_text(text.replace("model: random_walk", replayed), encoding="utf-8")
+    about = json.loads(manifest.read_text(encoding="utf-8"))
+    for asked in (None, "/data/plaza.csv"):
+        manifest.write_text(json.dumps({**about, "people": asked}), encoding="utf-8")
+        told.append(data_of(page_of(folder))["basis"]["runs"][0]["people"])
+    assert told == ["20 (random_walk)", "replayed from people.csv", "replayed from plaza.csv"]
+
+
+def test_a_run_that_is_given_by_two_ways_is_one_run_with_all_its_stacks(
+    write_run: Callable[..., Path], tmp_path: Path
+) -> None:
+    folder = write_run("one", stacks=("mine", "other"), episodes=3)
+    (tmp_path / "link").symlink_to(folder)
+    runs = [load_run(f"{folder}:mine"), load_run(f"{tmp_path / 'link'}:other")]
+    (run,) = data_of(report_page(runs, 0, ""))["basis"]["runs"]
+    assert run["deliveries"] == {"mine": 3, "other": 3}
+
+
+def test_a_delivery_that_touched_anything_is_listed_as_such(write_run: Callable[..., Path]) -> None:
+    def forget(row: dict[str, Any]) -> None:  # as after a counted contact with something that has no price
+        row |= dict.fromkeys((name for name in row if name.endswith("_contacts")), 0)
+
+    folder = write_run("one", episodes=12, change=forget)
+    run = load_run(str(folder))
+    touching = {event["episode"] for event in run.events}
+    assert 0 < len(touching) < 12
+    assert data_of(page_of(folder))["deliveries"]["touched"] == [number in touching for number in range(12)]
+
+
+def test_an_event_and_its_contact_have_one_time(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
+    folder = write_run("one", episodes=6, crowd=1.0)
+    record(folder, "mine", range(6))
+    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    write_table(folder / "events.parquet", EVENT_COLUMNS, [{**e, "stamp_s": e["stamp_s"] + 0.0167} for e in events])
+    shared = 0
+    for each in data_of(page_of(folder))["replays"]:
+        stamps = {hit[2] for hit in each["contacts"] if hit[5] > 0}
+        told = {why["time"] for why in each["reasons"] if not why["words"].split(": ")[1].startswith(NO_CONTACT)}
+        assert told == stamps
+        shared += len(told)
+    assert shared > 0
 
 
 def test_the_same_stack_of_two_runs_has_two_names(write_run: Callable[..., Path]) -> None:
@@ -166,13 +236,19 @@ def test_without_cargo_the_money_is_undefined_and_the_page_says_so(write_run: Ca
     assert data["deliveries"]["profit"] == [None] * 5
 
 
-def test_profit_is_summed_in_order_and_its_band_narrows_to_certainty() -> None:
+def test_profit_is_summed_in_order_within_a_band_of_what_chance_allows() -> None:
     curve = profit_curve(np.array([2.0, -1.0, 4.0]), np.arange(3), 0)
     assert (curve["k"], curve["sum"]) == ([1.0, 2.0, 3.0], [2.0, 1.0, 5.0])
     assert curve["low"][-1] >= -3.0 and curve["high"][-1] <= 12.0
-    sure = profit_curve(np.full(4, 2.5), np.array([0, 0, 1, 1]), 0)
-    assert sure["k"] == [2.0, 4.0]
-    assert sure["low"] == sure["sum"] == sure["high"] == [5.0, 10.0]
+
+
+def test_no_band_is_claimed_from_one_mission_or_from_missions_that_are_alike() -> None:
+    for margin, clusters, sums in (
+        (np.full(4, 2.5), np.array([0, 0, 1, 1]), [5.0, 10.0]),
+        (np.array([-3.0]), np.array([0]), [-3.0]),
+    ):
+        curve = profit_curve(margin, clusters, 0)
+        assert (curve["sum"], curve["low"], curve["high"]) == (sums, None, None)
 
 
 def test_a_margin_that_is_not_positive_never_breaks_even() -> None:

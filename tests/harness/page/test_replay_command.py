@@ -1,5 +1,6 @@
 """``navbench replay``: messages that rosbags reads back, and one clear line for what cannot be."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
+from harness.report.replay_bag import write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.report.replay_rerun import show_in_rerun
 from harness.table_files import read_rows
@@ -36,6 +38,10 @@ TOPICS = {
     "/footprint": "geometry_msgs/msg/PolygonStamped",
     "/cmd_vel": "geometry_msgs/msg/TwistStamped",
 }
+
+
+ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
+CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
 
 
 @pytest.fixture
@@ -130,6 +136,31 @@ def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(folder
     assert (last.z, last.w) == (before.z, before.w)
 
 
+def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
+    assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
+    err = capsys.readouterr().err
+    assert "note: the file has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+    with AnyReader([tmp_path / "d.mcap"]) as reader:
+        assert "/map" not in {connection.topic for connection in reader.connections}
+    assert run(str(folder), "1", "--gif", str(tmp_path / "d.gif")) == 1
+    err = capsys.readouterr().err
+    assert "map 'sidewalk' has changed since the run; restore it" in err and err.count("\n") == 1
+    assert not (tmp_path / "d.gif").exists()
+
+
+def test_the_absent_stand_nowhere(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
+    arrays = make_arrays({**ROW, "duration_s": 2.0})
+    arrays["crowd"][:10, 1] = np.inf
+    write_bag(tmp_path / "d.mcap", arrays, [], None, CORNERS, 0.3)
+    with AnyReader([tmp_path / "d.mcap"]) as reader:
+        people = [c for c in reader.connections if c.topic == "/people"]
+        messages = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=people)]
+    shown = [[marker.id for marker in message.markers] for message in messages]
+    assert shown == [[0, 2, 3, 4]] * 10 + [[0, 1, 2, 3, 4]] * (len(arrays["trace"]) - 10)
+
+
 def test_our_own_reader_of_recorded_logs_takes_the_file(folder: Path, tmp_path: Path) -> None:
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     with Bag([tmp_path / "d.mcap"], TYPES) as bag:
@@ -166,13 +197,11 @@ def test_what_cannot_be_shown_is_said_in_one_line(
 
 
 def test_rerun_is_asked_for_in_one_line(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
-    row = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
-    corners = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
     try:
         import rerun  # noqa: F401
     except ImportError:
         with pytest.raises(Exception, match=r"pip install 'navbench\[rerun\]'"):
-            show_in_rerun("one", make_arrays(row), corners, 0.3, tmp_path / "one.rrd")
+            show_in_rerun("one", make_arrays(ROW), CORNERS, 0.3, tmp_path / "one.rrd")
         return
-    show_in_rerun("one", make_arrays(row), corners, 0.3, tmp_path / "one.rrd")
+    show_in_rerun("one", make_arrays(ROW), CORNERS, 0.3, tmp_path / "one.rrd")
     assert (tmp_path / "one.rrd").stat().st_size > 10_000

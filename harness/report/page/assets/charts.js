@@ -16,7 +16,7 @@ function card(each, colour) {
     ['intact and in time', percent(each.sla.v)],
     ['cost of each', usd(each.opex.v)],
     each.worst && isNumber(each.worst.v) && ['worst 5 % cost', usd(each.worst.v)],
-    ['break-even', isNumber(each.breakEvenRuns) ? `${num(each.breakEvenRuns)} runs` : 'never'],
+    ['break-even', isNumber(each.breakEvenRuns) ? `${num(each.breakEvenRuns)} runs` : isNumber(each.margin.v) ? 'never' : 'undefined'],
     isNumber(each.probability) && ['P(within its life)', num(each.probability, 3)],
   ].filter(Boolean);
   const known = isNumber(each.margin.v);
@@ -34,7 +34,7 @@ function waterfallPanels() {
     .concat(some.flatMap(each => [each.margin.lo, each.margin.hi]), 0).filter(isNumber);
   const own = reach(DATA.waterfall.filter(each => !each.paper)), paper = reach(DATA.waterfall.filter(each => each.paper));
   const wide = Math.max(...own) - Math.min(...own), all = [...own, ...paper];
-  const apart = Math.max(...all) - Math.min(...all) > 3 * wide;  // then one scale would flatten one's own
+  const apart = wide > 0 && Math.max(...all) - Math.min(...all) > 3 * wide;  // then one scale would flatten one's own
   const scaleOf = each => !apart ? all : each.paper ? paper : own;
   const panel = (each, number) => {
     const low = Math.min(...scaleOf(each)), high = Math.max(...scaleOf(each));
@@ -60,9 +60,10 @@ function waterfall(each, width, low, high) {
   const height = rows.length * row + 24, x = linear(low, high, left, width - right);
   const picture = s('svg', { width, height });
   if (!rows.length) return fill(picture, {}, [s('text', { x: 0, y: 16, class: 't' }, 'undefined: the cargo was not simulated')]);
-  for (const tick of ticks(low, high, Math.max(2, (width - left - right) / 40))) {
+  const count = Math.max(3, (width - left - right) / 48), decimals = Math.max(0, Math.ceil(-Math.log10(tickStep(low, high, count)) - 1e-9));
+  for (const tick of ticks(low, high, count)) {
     picture.append(s('line', { x1: x(tick), x2: x(tick), y1: 0, y2: height - 20, class: tick ? 'grid' : 'axis' }),
-      s('text', { x: x(tick), y: height - 5, 'text-anchor': 'middle', class: 't' }, usd(tick, Math.abs(high - low) < 4 ? 1 : 0)));
+      s('text', { x: x(tick), y: height - 5, 'text-anchor': 'middle', class: 't' }, usd(tick, decimals)));
   }
   rows.forEach((step, k) => {
     const y = k * row, from = Math.min(x(step.from), x(step.to)), size = Math.abs(x(step.to) - x(step.from));

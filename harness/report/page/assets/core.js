@@ -42,11 +42,13 @@ const short = value => {
   return size >= 1e4 ? `${num(value / 1e3)} k` : num(value, size < 10 && value % 1 ? (size < 1 ? 2 : 1) : 0);
 };
 
-function ticks(low, high, count) {
+function tickStep(low, high, count) {
   const rough = (high - low) / Math.max(count, 1) || 1;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map(each => each * power).find(each => each >= rough);
-  const found = [];
+  return [1, 2, 5, 10].map(each => each * power).find(each => each >= rough);
+}
+function ticks(low, high, count) {
+  const step = tickStep(low, high, count), found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step || 0);
   return found;
 }
@@ -81,7 +83,7 @@ function check(label, checked, act, colour) {
   return h('label', {}, box, colour && h('span', { class: 'key', tint: colour }), label);
 }
 
-// The tooltip shows the data-tip of whatever is pointed at.
+// The tooltip shows the data-tip of whatever is pointed at, tapped or has the focus.
 const tip = $('tip');
 function showTip(text, x, y) {
   tip.textContent = text;
@@ -91,11 +93,20 @@ function showTip(text, x, y) {
   tip.style.left = `${Math.max(6, Math.min(x + 14, innerWidth - box.width - 6))}px`;
   tip.style.top = `${y + box.height + 24 > innerHeight ? y - box.height - 10 : y + 16}px`;
 }
-document.addEventListener('pointermove', event => {
+const tipOf = element => element.closest('[data-tip]');
+function pointAt(event) {
   if (event.target.closest('.stage')) return;
-  const told = event.target.closest('[data-tip]');
+  const told = tipOf(event.target);
   showTip(told ? told.getAttribute('data-tip') : '', event.clientX, event.clientY);
+}
+document.addEventListener('pointermove', pointAt);
+document.addEventListener('pointerdown', pointAt);
+document.addEventListener('pointercancel', () => showTip(''));  // a finger scrolls
+document.addEventListener('focusin', event => {
+  const told = tipOf(event.target), box = event.target.getBoundingClientRect();
+  if (told) showTip(told.getAttribute('data-tip'), box.left, box.bottom);
 });
+document.addEventListener('focusout', event => { if (tipOf(event.target)) showTip(''); });
 
 // Light and dark: as the system has it, until somebody chooses.
 const listeners = [];

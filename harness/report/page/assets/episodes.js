@@ -10,15 +10,16 @@ const LISTED = [  // key, title, how it is written, whether it is a number
   ['distance', 'way m', value => num(value, 1), true], ['nearest', 'nearest m', value => num(value, 2), true],
   ['localization', 'belief m', value => num(value, 2), true], ['recoveries', 'recov.', value => num(value), true],
 ];
-const MEANT = { soft: 'contacts too soft for the published rule to count', nearest: 'least distance to a person [m]', injury: 'expected cost of injuries [USD]',
+const MEANT = { soft: 'contacts that the published rule does not count: too soft, or within its pause after another', nearest: 'least distance to a person [m]', injury: 'expected cost of injuries [USD]',
   localization: 'error of the believed position, 95th percentile [m]', recoveries: 'recoveries begun', profit: 'fee earned less all costs [USD]',
   cost: 'refunds, injuries, damage, repair and electricity [USD]', people: 'counted contacts with people', property: 'paid contacts with furniture and buildings', lost: 'pieces of cargo outside the bucket' };
+const PLAIN = ['arrived', 'timeout', 'cargo lost', 'cargo not modelled'];  // reasons that say no more than their outcome
 const COSTS = {
   all: ['any cost', () => true],
   injury: ['someone was hurt', row => row.injury > 0],
   loss: ['lost money', row => isNumber(row.profit) && row.profit < 0],
   cost: ['cost more than $1', row => row.cost > 1],
-  contact: ['touched something', row => row.people > 0 || row.property > 0 || row.soft > 0],
+  contact: ['touched something', row => row.touched],
   recorded: ['has a replay', row => replayNumber(row.entry, row.episode) >= 0],
 };
 
@@ -40,7 +41,7 @@ function deliveryList(open) {
     draw();
   } } }, options.map(([value, text]) => option(value, text))));
   const heads = LISTED.map(([key, title, , isNumeric]) => h('th', { scope: 'col', class: isNumeric ? 'n' : null, 'data-key': key, 'data-tip': MEANT[key] },
-    h('button', { type: 'button', on: { click: () => {
+    h('button', { type: 'button', 'aria-description': MEANT[key], on: { click: () => {
       state.rising = state.sort === key ? !state.rising : true;
       state.sort = key;
       draw();
@@ -66,9 +67,9 @@ function deliveryList(open) {
     const replay = replayNumber(row.entry, row.episode);
     return h('tr', {}, h('td', {}, replay >= 0 ? h('button', { type: 'button', 'data-replay': replay,
       'aria-label': `Replay ${DATA.entries[row.entry].label} episode ${row.episode}`, on: { click: () => open(replay) } }, '▶') : ''),
-    LISTED.map(([key, , write, isNumeric]) => h('td', { class: isNumeric ? (key === 'profit' && row[key] < 0 ? 'n loss' : 'n') : null,
-      'data-tip': key === 'outcome' ? row.reason : null },
-    key === 'entry' && h('span', { class: 'dot', tint: tint(row.entry) }), write(row[key]))));
+    LISTED.map(([key, , write, isNumeric]) => h('td', { class: isNumeric ? (key === 'profit' && row[key] < 0 ? 'n loss' : 'n') : null },
+      key === 'entry' && h('span', { class: 'dot', tint: tint(row.entry) }), write(row[key]),
+      key === 'outcome' && row.reason && !PLAIN.includes(row.reason) && h('span', { class: 'span' }, row.reason))));
   }
   draw();
   return [

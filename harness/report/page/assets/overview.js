@@ -66,28 +66,30 @@ function overview(open) {
     }));
     return way ? { entry: way.entry, episode: way.episode, time: 0, text: `${DATA.entries[way.entry].label}, episode ${way.episode}` } : null;
   }
-  canvas.addEventListener('pointermove', event => {
-    const found = event.buttons ? null : pointed(event);
+  for (const kind of ['pointermove', 'pointerdown']) canvas.addEventListener(kind, event => {
+    const found = kind === 'pointermove' && event.buttons ? null : pointed(event);
     const replay = found ? replayNumber(found.entry, found.episode) : -1;
     canvas.style.cursor = replay >= 0 ? 'pointer' : 'grab';
     showTip(found ? found.text + (replay >= 0 ? '\nclick for the replay' : '') : '', event.clientX, event.clientY);
   });
-  canvas.addEventListener('pointerleave', () => showTip(''));
+  canvas.addEventListener('pointerleave', event => { if (event.pointerType === 'mouse') showTip(''); });
   canvas.addEventListener('click', event => {
     if (wasDragged()) return;
     const found = pointed(event), replay = found ? replayNumber(found.entry, found.episode) : -1;
     if (replay >= 0) open(replay, Math.max(0, found.time - 3));
   });
   const set = key => value => { state[key] = value; draw(); };
+  const chooser = h('select', { id: 'which-map', on: { change: () => { state.map = chooser.value; camera.show(extent(), 1.02); draw(); } } },
+    all.map(name => option(name, name)));
+  chooser.value = state.map;
   const counted = DATA.contacts.filter(each => each[8]).length;
   return [h('div', { class: 'bar' },
-    all.length > 1 && h('label', {}, 'map', h('select', { on: { change: event => { state.map = event.target.value; camera.show(extent(), 1.02); draw(); } } },
-      all.map(name => option(name, name)))),
+    all.length > 1 && h('label', { for: 'which-map' }, 'map', chooser),
     DATA.entries.map((each, k) => check(each.label, true, on => { if (on) state.entries.add(k); else state.entries.delete(k); draw(); }, tint(k))),
     h('span', { class: 'grow' }),
     check(`ways (${ways.length} recorded)`, state.ways, set('ways')), check('starts and goals', state.ends, set('ends')),
     check(`counted contacts (${counted})`, true, set('contacts'), 'var(--loss)'),
-    check(`softer ones (${DATA.contacts.length - counted})`, false, set('soft'))), place];
+    check(`contacts not counted (${DATA.contacts.length - counted})`, false, set('soft'))), place];
 }
 
 function distance([px, py], [ax, ay], [bx, by]) {

@@ -3,13 +3,15 @@ function profitCurves() {
   const curves = DATA.profit;
   if (!curves.length) return h('p', { class: 'note' }, 'Undefined: the cargo was not simulated.');
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
-  const label = `Profit summed over deliveries: ${curves.map(each =>
-    `${each.label} ${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))}`).join('; ')}`;
-  const legend = h('div', { class: 'legend' }, curves.map(each => h('span', {}, h('span', { class: 'key', tint: colour(each) }), each.label)));
+  const told = each => `${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))}`
+    + (each.low ? `, 95 % of resampled ${usd(each.low.at(-1), 0)} to ${usd(each.high.at(-1), 0)}` : '');
+  const label = `Profit summed over deliveries: ${curves.map(each => `${each.label} ${told(each)}`).join('; ')}`;
+  const legend = h('div', { class: 'legend' }, curves.map(each =>
+    h('span', {}, h('span', { class: 'key', tint: colour(each) }), `${each.label}: ${told(each)}`)));
   return [legend, figure(label, width => {
     const height = Math.min(360, Math.max(250, width * .55)), left = 52, right = 12, top = 10, bottom = 38;
     const last = Math.max(...curves.map(each => each.k.at(-1)));
-    const ends = curves.flatMap(each => [...each.low, ...each.high, ...each.sum, 0]);
+    const ends = curves.flatMap(each => [...(each.low || []), ...(each.high || []), ...each.sum, 0]);
     const low = Math.min(...ends), high = Math.max(...ends);
     const x = linear(0, last, left, width - right), y = linear(low, high, height - bottom, top);
     const picture = s('svg', { width, height });
@@ -21,15 +23,14 @@ function profitCurves() {
       picture.append(s('text', { x: x(tick), y: height - bottom + 17, 'text-anchor': 'middle', class: 't' }, num(tick)));
     }
     picture.append(s('text', { x: (left + width - right) / 2, y: height - 3, 'text-anchor': 'middle', class: 't' }, 'deliveries'));
-    for (const each of curves) {
+    for (const each of curves.filter(each => each.low)) {
       const there = each.k.map((k, i) => `${x(k).toFixed(1)} ${y(each.high[i]).toFixed(1)}`);
       const back = each.k.map((k, i) => `${x(k).toFixed(1)} ${y(each.low[i]).toFixed(1)}`).reverse();
       picture.append(s('path', { d: `M${[...there, ...back].join('L')}Z`, fill: colour(each), 'fill-opacity': .14 }));
     }
     for (const each of curves) {
       const line = [`${x(0)} ${y(0)}`, ...each.k.map((k, i) => `${x(k).toFixed(1)} ${y(each.sum[i]).toFixed(1)}`)];
-      picture.append(s('path', { d: `M${line.join('L')}`, fill: 'none', stroke: colour(each), 'stroke-width': 2.2, 'stroke-linejoin': 'round',
-        'data-tip': `${each.label}\n${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))} deliveries\n95 % of resampled: ${usd(each.low.at(-1), 0)} to ${usd(each.high.at(-1), 0)}` }));
+      picture.append(s('path', { d: `M${line.join('L')}`, fill: 'none', stroke: colour(each), 'stroke-width': 2.2, 'stroke-linejoin': 'round', 'data-tip': `${each.label}: ${told(each)}` }));
     }
     return picture;
   })];

@@ -6,21 +6,26 @@ const BEFORE_EVENT = 2;  // [s] before an event to which a jump leads
 function player() {
   const place = h('div', { id: 'player', tabindex: -1 }), camera = new Camera();
   const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
-  const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, frames: 0, drawn: 0 };
-  let last = 0, parts = null, strip = null, reasons = null, view = null;
+  const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, asked: 0, frames: 0, drawn: 0 };
+  const view = stage('Replay', width => width < 640 ? 1.05 : .62, camera, draw, () => { if (state.drawn) reset(); else camera.metres = NEAR; },
+    () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
+  let last = 0, parts = null, strip = null, reasons = null;
 
   async function open(number, time = 0) {
+    const asked = state.asked += 1;
     pause();
     place.setAttribute('aria-busy', 'true');
     try {
       if (number !== state.number || !state.recording) {
         const fields = await decodeRecording($(`recording-${number}`).textContent);
+        if (asked !== state.asked) return;  // another one was chosen meanwhile
         state.recording = new Recording(DATA.replays[number], fields);
         state.number = number;
         build();
       }
       seek(time);
     } catch (error) {
+      if (asked !== state.asked) return;
       state.number = -1;
       place.replaceChildren(h('p', { class: 'note loss', role: 'alert' }, `This replay cannot be shown. ${error.message}`));
     }
@@ -42,11 +47,9 @@ function player() {
   }
   function build() {
     const facts = state.recording.facts, name = `${DATA.entries[facts.entry].label}, episode ${facts.episode}`;
-    camera.width = 1;
+    view.canvas.setAttribute('aria-label', `Replay of ${name}`);
     state.follow = true;
-    view = stage(`Replay of ${name}`, width => width < 640 ? 1.05 : .62, camera, draw, () => { if (parts && state.drawn) reset(); else camera.metres = NEAR; },
-      () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
-    state.drawn = 0;
+    camera.metres = NEAR;
     const button = (text, label, act, more) => h('button', { type: 'button', 'aria-label': label, ...more, on: { click: act } }, text);
     const stops = state.recording.stops.length;
     parts = {
@@ -106,7 +109,7 @@ function player() {
     reasons.move(time);
   }
   function draw() {
-    if (!state.recording || !view || camera.width === 1) return;
+    if (!state.recording || camera.width === 1) return;
     if (state.follow) [camera.x, camera.y] = state.recording.pose(state.recording.driven, state.recording.row(state.time));
     drawReplay(view.context, view.canvas.ratio || 1, camera, state.recording, state.time, shown);
     state.drawn += 1;

@@ -85,10 +85,22 @@ class Recording {
     return found;
   }
   costs(time) { return this.events.reduce((sum, each) => sum + (each.time <= time + 1e-3 ? each.cost : 0), 0); }
-  nearest(row) {
-    const [x, y] = this.pose(this.driven, row);
-    return this.people(row).reduce((least, [px, py]) => Math.min(least, Math.hypot(px - x, py - y)), Infinity);
+  nearest(row) {  // [m] between the robot's outline and the disc of whoever is nearest; 0: they touch
+    const [x, y, yaw] = this.pose(this.driven, row), c = Math.cos(yaw), n = Math.sin(yaw), radius = this.facts.personRadius;
+    return this.people(row).reduce((least, [px, py]) => {
+      const place = [c * (px - x) + n * (py - y), c * (py - y) - n * (px - x)];
+      return Math.min(least, Math.max(0, gap(place, this.facts.footprint) - radius));
+    }, Infinity);
   }
+}
+function gap([px, py], corners) {  // from a point to a polygon; 0: it is inside
+  let inside = false, least = Infinity;
+  corners.forEach(([ax, ay], k) => {
+    const [bx, by] = corners[(k + 1) % corners.length];
+    if (ay > py !== by > py && px < ax + (py - ay) / (by - ay) * (bx - ax)) inside = !inside;
+    least = Math.min(least, distance([px, py], [ax, ay], [bx, by]));
+  });
+  return inside ? 0 : least;
 }
 function starts(counts) {
   const found = new Int32Array(counts.length + 1);

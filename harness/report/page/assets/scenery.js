@@ -40,7 +40,7 @@ function prepare(name) {
     path.closePath();
     return { kind, path, box };
   };
-  const ready = { bounds: scenery.bounds, zones: scenery.zones.map(shape), obstacles: scenery.obstacles.map(shape), picture: null };
+  const ready = { zones: scenery.zones.map(shape), obstacles: scenery.obstacles.map(shape), picture: null };
   if (scenery.picture) {
     const image = new Image();
     image.onload = () => { ready.picture = { image, bounds: scenery.picture.bounds }; listeners.forEach(act => act()); };

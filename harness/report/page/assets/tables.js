@@ -36,11 +36,12 @@ function comparisonTable(pair) {
       h('span', { class: 'span' }, `${figures(each.difference.lo)} to ${figures(each.difference.hi)}`)),
     h('td', {}, forest(each.difference)), h('td', { class: 'n' }, each.p < .001 ? '< 0.001' : num(each.p, 3)),
     h('td', { class: 'n' }, each.pHolm < .001 ? '< 0.001' : num(each.pHolm, 3)),
-    h('td', {}, each.better && h('strong', {}, each.better)));
+    h('td', {}, each.better && h('strong', {}, each.better)), h('td', { class: 'n' }, num(each.needed)));
   const table = rows => scroller(`${pair.b} against ${pair.a}`, h('table', { class: 'wide' }, h('thead', {}, h('tr', {},
     h('th', { scope: 'col' }, `${num(pair.pairs)} common missions`),
     [pair.a, pair.b, 'difference'].map(name => h('th', { scope: 'col', class: 'n' }, name)),
-    h('th', { scope: 'col' }, '95 % interval'), h('th', { scope: 'col', class: 'n' }, 'p'), h('th', { scope: 'col', class: 'n' }, 'p (Holm)'), h('th', { scope: 'col' }, 'better'))),
+    h('th', { scope: 'col' }, '95 % interval'), ['p', 'p (Holm)'].map(name => h('th', { scope: 'col', class: 'n' }, name)), h('th', { scope: 'col' }, 'better'),
+    h('th', { scope: 'col', class: 'n' }, 'needed'))),
   h('tbody', {}, rows.map(row))));
   const first = pair.rows.filter(each => each.first), more = pair.rows.filter(each => !each.first);
   const left = pair.leftOut[0] + pair.leftOut[1];
@@ -49,7 +50,8 @@ function comparisonTable(pair) {
     first.length ? table(first) : h('p', { class: 'note' }, 'Alike on every mission in the foremost metrics.'),
     more.length > 0 && h('details', {}, h('summary', {}, `${more.length} further metrics that differ`), table(more)),
     h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals by bootstrap over missions; `
-      + `p by sign flips, and adjusted (Holm) for all ${pair.rows.length} metrics that differ; ${pair.alike} are alike on every mission.`
+      + `p by sign flips, and adjusted (Holm) for all ${pair.rows.length} metrics that differ; ${pair.alike} are alike on every mission. `
+      + 'Needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).'
       + (left ? ` ${left} deliveries have no partner and are left out.` : '')),
   ].flat().filter(Boolean);
 }
@@ -59,7 +61,7 @@ function figures(value) {
   return num(value, size === 0 || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : size >= .01 ? 3 : 4);
 }
 function forest(interval) {
-  const width = 128, height = 18;
+  const width = 108, height = 18;
   if (!isNumber(interval.lo)) return '';
   const reach = Math.max(Math.abs(interval.lo), Math.abs(interval.hi)) * 1.08 || 1, x = linear(-reach, reach, 0, width);
   const sure = interval.lo > 0 || interval.hi < 0, colour = sure ? 'var(--accent)' : 'var(--faint)';
@@ -83,7 +85,7 @@ function basisContent() {
     h('details', {}, h('summary', {}, `Prices (${prices.length}) and their sources`), scroller('Prices', h('table', {},
       h('thead', {}, h('tr', {}, ['price', 'value', 'unit', 'source'].map((name, k) => h('th', { scope: 'col', class: k === 1 ? 'n' : null }, name)))),
       h('tbody', {}, prices.map(price => h('tr', {}, h('th', { scope: 'row' }, price.key.replaceAll('_', ' ')),
-        h('td', { class: 'n' }, num(price.value, price.value % 1 ? (Math.abs(price.value) < .1 ? 4 : 2) : 0), price.differs && ' *'),
+        h('td', { class: 'n' }, sign(price.value.toLocaleString('en-US', { maximumSignificantDigits: 10 })), price.differs && ' *'),
         h('td', {}, price.unit), h('td', { class: 'wrap' }, price.source))))))),
     prices.some(price => price.differs) && h('p', { class: 'note loss' }, '* other runs of this page have another value.'),
     h('h3', {}, 'What they do not say'), h('ul', { class: 'limits' }, limits.map(text => h('li', {}, text))),

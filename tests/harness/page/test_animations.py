@@ -1,0 +1,111 @@
+"""Animated GIFs: whole or not there, and of the delivery that they claim to show."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from harness.metrics import event_rows
+from harness.report import delivery_animation, gif_file, replay_gif
+from harness.report.delivery_animation import Frame, animate
+from harness.report.gif_file import write_frames
+from harness.report.replay_gif import write_gif
+from harness.study import EpisodeTask, make_study
+from harness.truth import CargoState, Contact, CountedContact, Partner, Truth
+from harness.world.scene_io import load_scene
+from navstack.errors import InputError
+from navstack.types import Pose2D, Twist2D
+
+ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
+CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
+HIT = {"stamp": 1.0, "partner": Partner.PEDESTRIAN, "kind": "pedestrian", "partner_id": 3, "x": 0.3, "y": 0.0}
+SPEEDS = {"robot_speed": 1.0, "partner_speed": 0.5}
+
+
+class Stopped(Exception):
+    """What ends an animation early."""
+
+
+@pytest.mark.parametrize("shown", [0, 3])
+def test_an_animation_that_ends_early_leaves_the_old_one(
+    shown: int, tmp_path: Path, make_arrays: Callable[..., dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times: list[float] = []
+
+    def show(self: Any, time: float) -> float:
+        times.append(time)
+        if len(times) > shown:
+            raise Stopped
+        return 0.0
+
+    monkeypatch.setattr(replay_gif._Picture, "show", show)
+    (tmp_path / "d.gif").write_bytes(b"old")
+    with pytest.raises(Stopped):
+        write_gif(tmp_path / "d.gif", make_arrays(ROW), [], load_scene("sidewalk"), CORNERS, 0.3, "over")
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("d.gif", b"old")]
+
+
+def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = [Image.new("RGB", (8, 8), colour) for colour in ("red", "blue")]
+
+    def full(*args: Any, **kwargs: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Image.Image, "save", full)
+    with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); choose another"):
+        write_frames(tmp_path / "d.gif", frames, 10.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def frames_of(impulse: float, cargo: CargoState | None = None) -> list[Frame]:
+    """Two seconds of standing still, with a contact in the middle."""
+    event = Contact(**HIT, **SPEEDS, duration=0.1, impulse=impulse, impacts=1, delta_v=0.5, peak_step_impulse=impulse)
+    counted = CountedContact(**HIT, **SPEEDS, impulse=impulse)
+    return [
+        Frame(
+            Truth(stamp, Pose2D(), 0.0, Twist2D(), np.zeros((0, 4)), (counted,), (event,), cargo, 0.0),
+            np.zeros((0, 3)),
+        )
+        for stamp in np.arange(0.0, 2.0, 0.1).tolist()
+    ]
+
+
+@pytest.fixture
+def task() -> EpisodeTask:
+    return next(make_study(stacks=["nav2-gps"], episodes=1, workers=1).tasks())
+
+
+def test_a_close_up_is_of_the_delivery_that_is_stored(
+    task: EpisodeTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(delivery_animation, "drive", lambda task: frames_of(80.0))
+    stored = event_rows(frames_of(80.0)[-1].truth, [3.0])
+    animate(task, tmp_path / "same.gif", stored)
+    with Image.open(tmp_path / "same.gif") as animation:
+        assert animation.format == "GIF"
+    other = event_rows(frames_of(81.0)[-1].truth, [3.0])
+    for rows in (other, stored[:1], [*stored, stored[0]]):
+        with pytest.raises(InputError, match="episode 0 of nav2-gps comes out otherwise when it is driven again"):
+            animate(task, tmp_path / "other.gif", rows)
+    assert not (tmp_path / "other.gif").exists()
+
+
+def test_a_close_up_tells_of_pieces_only_where_there_is_cargo(
+    task: EpisodeTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+
+    def drawn(figure: Any) -> Image.Image:
+        told.append(figure.texts[-1].get_text())
+        return gif_file.drawn(figure)
+
+    monkeypatch.setattr(delivery_animation, "drawn", drawn)
+    for cargo, said in ((None, False), (CargoState(50, 2), True)):
+        monkeypatch.setattr(delivery_animation, "drive", lambda task, cargo=cargo: frames_of(80.0, cargo)[8:12])
+        animate(task, tmp_path / "d.gif")
+        assert ("pieces lost 2 of 50" in told[-1], "pieces" in told[-1]) == (said, said)
