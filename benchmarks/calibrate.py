@@ -39,7 +39,7 @@ from harness.manifest import about, load_study, parameters
 from harness.preflight import check
 from harness.report.published import load_published
 from harness.runs import MANIFEST, create_run, require_usable
-from harness.signals import stop_like_ctrl_c
+from harness.signals import run_script
 from harness.stored_run import StoredRun, load_run
 from harness.study import Study
 from harness.study_workers import Where
@@ -229,5 +229,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    stop_like_ctrl_c()
-    main()
+    run_script(main)

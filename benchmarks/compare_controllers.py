@@ -16,7 +16,7 @@ from pathlib import Path
 from harness.cli_run import resume_command, run_command
 from harness.compare import Comparison, Side, compare
 from harness.report.markdown import interval_text, table
-from harness.signals import stop_like_ctrl_c
+from harness.signals import run_script
 from harness.statistics import wilson_interval
 from harness.stored_run import load_run
 from harness.study import make_study
@@ -130,5 +130,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    stop_like_ctrl_c()
-    main()
+    run_script(main)

@@ -23,7 +23,7 @@ from harness.report.suite.figures import FOLDER
 from harness.report.suite.results import Results, read_results
 from harness.report.suite.tables import margins
 from harness.resources import shipped
-from harness.signals import stop_like_ctrl_c
+from harness.signals import run_script
 from harness.study_workers import Where
 from harness.suite import DECLARATION, Portion, declare, load_suite
 from navstack.errors import NavstackError
@@ -106,5 +106,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    stop_like_ctrl_c()
-    main()
+    run_script(main)

@@ -21,7 +21,7 @@ SMALL = 6.5  # [pt] of numbers beside the lines
 EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"  # Okabe and Ito's colours, which most eyes tell apart
 PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9")
 OUTCOME_COLOURS = ("#009e73", "#e69f00", "#8a8a8a", "#d55e00")
-FAR, LINEAR = -30.0, 10.0  # [USD] a margin below the first makes the axis logarithmic beyond the second
+FAR, LINEAR = -100.0, 10.0  # [USD] a margin below the first makes the axis logarithmic beyond the second
 DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0)  # [USD] that such an axis names
 STRETCH = 20.0  # a stack whose value is so many times the median's is cut, and its value stands beside it
 
