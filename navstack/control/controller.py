@@ -25,11 +25,14 @@ class Controller(ABC):
     wants_tracks = False  # whether it looks at what moves about
 
     def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
-        """Draw all chance from ``rng`` from now on."""
+        """Draw all chance from ``rng`` from now on: a new navigation begins, :meth:`reset` follows."""
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget everything about the previous goal."""
+        """Forget the previous attempt to follow a plan: a new one begins, maybe to the same goal."""
+
+    def resume(self) -> None:  # noqa: B027 - those who begin with the measured velocity need not know
+        """Go on in the same attempt after a time in which no command was asked for and the robot was made to stand."""
 
     @abstractmethod
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:

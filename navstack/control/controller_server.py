@@ -52,6 +52,7 @@ class ControllerServer:
 
     def resume(self, now: float) -> None:
         """Go on after a time in which no command was asked for: neither progress nor patience counts it."""
+        self._controller.resume()
         self._progress_checker.reset()
         self._last_valid = now
 

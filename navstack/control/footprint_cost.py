@@ -2,14 +2,17 @@
 
 import math
 
-from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, Pose2D
 
 
 @njit(cache=True)
 def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
-    """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``)."""
+    """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``).
+
+    LETHAL_OBSTACLE wherever there is a lethal cell, whether or not another one is unknown.
+    """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     step_x = 1 if x1 >= x0 else -1
     step_y = 1 if y1 >= y0 else -1
@@ -18,7 +21,10 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     worst = 0
     x, y = x0, y0
     for _ in range(along + 1):
-        worst = max(worst, costs[y, x])
+        cost = int(costs[y, x])
+        if cost == LETHAL_OBSTACLE:
+            return LETHAL_OBSTACLE
+        worst = max(worst, cost)
         error += across
         if error >= along:
             error -= along
@@ -41,7 +47,42 @@ def outline_cost(
     y: float,
     yaw: float,
 ) -> int:
-    """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map."""
+    """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map.
+
+    As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or earlier ones.
+    """
+    return walk_outline(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, True)
+
+
+@njit(cache=True)
+def outline_is_lethal(
+    costs: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    yaw: float,
+) -> bool:
+    """Whether a lethal cell is under the outline of ``footprint`` (V, 2) at a pose, or it reaches off the map."""
+    worst = walk_outline(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, False)
+    return bool(worst == LETHAL_OBSTACLE)
+
+
+@njit(cache=True)
+def walk_outline(
+    costs: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    yaw: float,
+    unknown_hides: bool,
+) -> int:
+    """See :func:`outline_cost`; unless ``unknown_hides``, every lethal cell counts."""
     height, width = costs.shape
     cosine, sine = math.cos(yaw), math.sin(yaw)
     count = len(footprint)
@@ -55,7 +96,10 @@ def outline_cost(
             return LETHAL_OBSTACLE
         mx, my = int(fx), int(fy)
         if i > 0:
-            worst = max(worst, line_cost(costs, last_x, last_y, mx, my))
+            cost = line_cost(costs, last_x, last_y, mx, my)
+            if cost == LETHAL_OBSTACLE and not (unknown_hides and worst == NO_INFORMATION):
+                return LETHAL_OBSTACLE
+            worst = max(worst, cost)
         last_x, last_y = mx, my
     return worst
 

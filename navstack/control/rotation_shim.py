@@ -44,21 +44,30 @@ class RotationShimController(Controller):
         self._footprint = footprint
         self._period = 1.0 / controller_frequency  # [s]
         self._xy_goal_tolerance = xy_goal_tolerance
+        self._forget_navigation()
         self.reset()
 
     def seed(self, rng: np.random.Generator) -> None:
-        """For the primary controller."""
+        """See the base class; what attempts leave to later ones is forgotten."""
         self._primary.seed(rng)
+        self._forget_navigation()
 
     def reset(self) -> None:
-        """Forget the plan, the last command and everything the primary controller remembers."""
-        self._plan: Path | None = None
+        """Forget the last command and everything the primary controller remembers.
+
+        As upstream, a turn and the last plan's goal outlive the attempt.
+        """
+        self._plan: Path | None = None  # of this attempt
         self._heading_is_open = False  # the plan's heading is still to be looked at
-        self._turning = False
         self._at_goal = False
         self._last_yaw_rate = 0.0  # [rad/s] commanded
         self._turn: DecisionRecord | None = None  # of the last cycle; None: the primary controller decided
         self._primary.reset()
+
+    def resume(self) -> None:
+        """See the base class: turns begin at rest."""
+        self._last_yaw_rate = 0.0
+        self._primary.resume()
 
     @property
     def decision(self) -> DecisionRecord | None:
@@ -90,12 +99,15 @@ class RotationShimController(Controller):
         self._last_yaw_rate = command.angular_z
         return command
 
+    def _forget_navigation(self) -> None:
+        self._turning = False
+        self._goal = np.empty((0, 3))  # (1, 3) the last plan's last pose; (0, 3): there is none
+
     def _begin(self, plan: Path) -> None:
-        before = self._plan.poses[-1:] if self._plan is not None else None
-        same_goal = before is not None and np.array_equal(before, plan.poses[-1:])
+        same_goal = np.array_equal(self._goal, plan.poses[-1:])
         once = self._params.rotate_to_heading_once
         self._heading_is_open = not (once and same_goal and not self._turning)
-        self._plan = plan
+        self._plan, self._goal = plan, plan.poses[-1:]
         self._at_goal = False
 
     def _turn_to_goal(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D | None:

@@ -94,7 +94,7 @@ def find_bodies(
     Args:
         ranges: (n,) [m].
         foreground: (n,) of :func:`mark_foreground`.
-        increment: [rad] between beams.
+        increment: [rad] between beams; negative: the beams turn clockwise.
         is_closed: whether the last beam is beside the first.
         cluster_gap: [m], see :class:`TrackerParams`.
         min_points: returns of a group.
@@ -122,7 +122,7 @@ def find_bodies(
             nearest = min(nearest, ranges[following])
             length += 1
         end = (start + i + length - 1) % n
-        if length >= min_points and length * increment * nearest <= max_width:
+        if length >= min_points and length * abs(increment) * nearest <= max_width:
             bodies[found, 0] = start + i + 0.5 * (length - 1)
             bodies[found, 1] = nearest + body_radius
             hidden = not is_closed and (at == 0 or end == n - 1)

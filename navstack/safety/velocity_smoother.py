@@ -1,5 +1,7 @@
 """Keeps commands within speed and acceleration limits: nav2_velocity_smoother (``velocity_smoother.cpp``, Jazzy)."""
 
+import math
+
 from navstack.params.safety import VelocitySmootherParams
 from navstack.types import Twist2D
 
@@ -33,9 +35,10 @@ class VelocitySmoother:
         self._stopped = False
 
     def receive(self, command: Twist2D, stamp: float) -> None:
-        """Take a new command that arrived at ``stamp`` [s]."""
-        self._command = _axes(command)
-        self._command_stamp = stamp
+        """Take a new command that arrived at ``stamp`` [s]; one that is not finite is left out (``validateTwist``)."""
+        axes = _axes(command)
+        if all(map(math.isfinite, axes)):
+            self._command, self._command_stamp = axes, stamp
 
     def smooth(self, command: Twist2D | None, measured: Twist2D, stamp: float) -> Twist2D:
         """The velocity to send to the base at time ``stamp`` [s].

@@ -86,10 +86,13 @@ class FailingController(Controller):
     """Fails from the second cycle on."""
 
     def __init__(self, error: ControlError) -> None:
-        self._error, self.cycles = error, 0
+        self._error, self.cycles, self.resumed = error, 0, 0
 
     def reset(self) -> None:
         self.cycles = 0
+
+    def resume(self) -> None:
+        self.resumed += 1
 
     def compute_velocity(self, state, plan, surroundings) -> Twist2D:
         self.cycles += 1
@@ -136,6 +139,13 @@ def test_a_tolerance_of_minus_one_is_endless() -> None:
     assert command(server, 9.9) == STANDING
     with pytest.raises(NoProgressError):
         command(server, 10.1)
+
+
+def test_the_controller_is_told_that_it_was_not_asked_for_a_time() -> None:
+    controller = FailingController(NoLegalVelocity({}))
+    checkers = SimpleGoalChecker(SimpleGoalCheckerParams()), SimpleProgressChecker(SimpleProgressCheckerParams())
+    ControllerServer(ControllerServerParams(), controller, *checkers).resume(1.0)
+    assert controller.resumed == 1
 
 
 def test_progress_is_what_odometry_says_not_a_belief_that_wanders() -> None:

@@ -7,8 +7,9 @@ import pytest
 
 from navstack.control.dwb import kernels, velocity_samples
 from navstack.control.footprint_cost import footprint_cost, line_cost
+from navstack.control.mppi.body import outline_worst
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
-from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.types import Pose2D
 
 ORIGIN = (-1.0, -0.5)
@@ -222,7 +223,8 @@ def test_line_cost_sees_exactly_the_cells_of_nav2s_line() -> None:
     costs = rng.integers(0, 256, (25, 25)).astype(np.uint8)
     for _ in range(300):
         x0, y0, x1, y1 = (int(v) for v in rng.integers(0, 25, 4))
-        expected = max(int(costs[y, x]) for x, y in bresenham_twin(x0, y0, x1, y1))
+        found = [int(costs[y, x]) for x, y in bresenham_twin(x0, y0, x1, y1)]
+        expected = LETHAL_OBSTACLE if LETHAL_OBSTACLE in found else max(found)
         assert line_cost(costs, x0, y0, x1, y1) == expected
     assert line_cost(costs, 3, 4, 3, 4) == costs[4, 3]
 
@@ -235,6 +237,17 @@ def test_footprint_cost_turns_with_the_robot_and_ends_at_the_map() -> None:
     assert footprint_cost(costmap, bar, Pose2D()) == LETHAL_OBSTACLE
     assert footprint_cost(costmap, bar, Pose2D(yaw=0.5)) == 0
     assert footprint_cost(costmap, bar, Pose2D(x=1.6)) == LETHAL_OBSTACLE  # off the map
+
+
+def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only() -> None:
+    bar = np.array(((0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (-0.5, 0.2)))  # front, right side, rear, left side
+    front, beside, side = (49, 59), (47, 59), (45, 49)
+    for lethal, unknown, expected in ((front, beside, 254), (front, side, 254), (side, front, 255)):
+        costs = np.zeros((100, 100), dtype=np.uint8)
+        costs[lethal], costs[unknown] = LETHAL_OBSTACLE, NO_INFORMATION
+        assert footprint_cost(Costmap(costs, 0.05, -2.475, -2.475), bar, Pose2D()) == expected
+        place = (2.475 / 0.05, 2.475 / 0.05, 1.0, 0.0)
+        assert outline_worst(costs, *place, bar / 0.05) == expected
 
 
 def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:

@@ -272,6 +272,22 @@ def test_it_believes_the_odometry_where_that_is_far_off(free: Surroundings) -> N
     assert controller.compute_velocity(held, straight(8.0), free).linear_x < 0.1
 
 
+def test_it_goes_on_from_the_odometry_after_it_was_not_asked(free: Surroundings) -> None:
+    controller = make(solver="numba")
+    drive(controller, straight(8.0), free, 2.0)
+    slowed = RobotState(Pose2D(2.0), Twist2D(1.5), 2.2)  # less off than it takes to be believed otherwise
+    controller.resume()
+    assert controller.compute_velocity(slowed, straight(8.0), free).linear_x == pytest.approx(1.5, abs=0.06)
+
+
+def test_odometry_that_is_not_finite_counts_as_rest(free: Surroundings) -> None:
+    controller = make(solver="numba")
+    blind = RobotState(Pose2D(), Twist2D(math.nan, 0.0, math.inf), 0.0)
+    command = controller.compute_velocity(blind, straight(8.0), free)
+    assert command == controller.decision.command and controller.decision.status == "solved"
+    assert 0.0 < command.linear_x < 0.1 and abs(command.angular_z) < 0.01
+
+
 def test_an_empty_plan_is_refused_in_one_line(free: Surroundings) -> None:
     with pytest.raises(InvalidPathError, match="no poses"):
         make().compute_velocity(RobotState(Pose2D(), Twist2D()), Path(np.empty((0, 3))), free)

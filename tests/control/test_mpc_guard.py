@@ -11,6 +11,8 @@ from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, guarded, 
 from navstack.control.mpc.distance_field import distance_table
 from navstack.control.mpc.people import FIELDS
 from navstack.control.mpc.stages import Field
+from navstack.control.mpc.stop_profile import stop_distance
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import FloatArray
 
 FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
@@ -100,6 +102,39 @@ def test_keeping_the_curve_stops_beside_an_obstacle_that_a_straight_stop_would_m
     assert not stop_is_safe(state, STRAIGHTEN, *known)
 
 
+@pytest.mark.parametrize("speed", [1.0, 1.5, 2.0])
+def test_a_stop_through_a_wall_one_cell_deep_is_not_safe(speed: float) -> None:
+    state = np.array((0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0))
+    length = stop_distance(speed, 0.0, LIMITS[at.MAX_DECELERATION], LIMITS[at.MAX_JERK])
+    near, far = math.ceil(0.19 / 0.05), math.floor((0.19 + length) / 0.05)  # cells ahead of the front edge
+    for cell in range(near, far):
+        x = (cell + 0.5) * 0.05
+        known = (PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+        assert not stop_is_safe(state, STRAIGHTEN, *known)
+    x = (far + 1.5) * 0.05
+    assert stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), *known[3:])
+
+
+def test_a_stop_of_a_turn_whose_rear_sweeps_over_a_post_is_not_safe() -> None:
+    state = np.array((0.0, 0.0, 0.0, 0.0, 1.2, 0.0, 0.0))
+    turned = stop_distance(1.2, 0.0, LIMITS[at.MAX_YAW_ACCELERATION], LIMITS[at.MAX_YAW_JERK])
+    for share in np.linspace(0.1, 0.9, 30):
+        yaw = share * turned
+        x, y = -0.62 * math.cos(yaw) + 0.3 * math.sin(yaw), -0.62 * math.sin(yaw) - 0.3 * math.cos(yaw)
+        field = field_of([(x - 0.05, y - 0.05, x + 0.05, y + 0.05)])
+        assert not stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+
+
+def test_an_unknown_cell_under_the_outline_hides_no_lethal_one() -> None:
+    field = field_of([(0.19, 0.0, 0.19, 0.0), (-0.657, 0.0, -0.657, 0.0)])  # front and rear edge
+    known = (PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+    for x, y in ((0.19, -0.2), (-0.2, -0.3)):  # on the front edge and on the side after it
+        field.costs[math.floor((y + 10.0) / 0.05), math.floor((x + 10.0) / 0.05)] = NO_INFORMATION
+        assert not stop_is_safe(np.zeros(7), STRAIGHTEN, *known)
+    field.costs[field.costs == LETHAL_OBSTACLE] = 0
+    assert stop_is_safe(np.zeros(7), STRAIGHTEN, *known)
+
+
 @pytest.mark.parametrize(("vx", "is_safe"), [(-1.2, False), (1.5, True)])
 def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, is_safe: bool) -> None:
     state = np.array((0.0, 0.0, 0.0, 1.8, 0.0, 0.0, 0.0))
@@ -108,3 +143,13 @@ def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, 
     assert stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS) is is_safe
     standing = np.zeros(7)
     assert stop_is_safe(standing, STRAIGHTEN, *known, person, RADIUS)  # at rest nobody is run into
+
+
+@pytest.mark.parametrize("v", [0.0, 0.1])
+def test_a_turning_robot_does_not_sweep_over_a_person(v: float) -> None:
+    state = np.array((0.0, 0.0, 0.0, v, 0.8, 0.0, 0.0))
+    person = np.array(((-0.6, -1.05, 0.0, 1.2, 0.3, 0.0, 0.0, 0.0),))  # walks to where the rear turns
+    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
+    assert not stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS)
+    assert stop_is_safe(state, STRAIGHTEN, *known, NOBODY, RADIUS)
+    assert guarded(state, 0.0, 0.0, *known[:2], STRAIGHTEN, *known[2:], person, RADIUS)[2] > 0.0

@@ -29,10 +29,13 @@ class Primary(Controller):
     """Always the same command."""
 
     def __init__(self) -> None:
-        self.resets = 0
+        self.resets = self.resumed = 0
 
     def reset(self) -> None:
         self.resets += 1
+
+    def resume(self) -> None:
+        self.resumed += 1
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         return PRIMARY
@@ -102,6 +105,35 @@ def test_rotate_to_heading_once_looks_again_only_for_another_goal() -> None:
     assert make().compute_velocity(across, ahead(), surroundings()).linear_x == 0.0
 
 
+def test_a_turn_begins_at_rest_after_a_time_in_which_it_was_not_asked() -> None:
+    shim, plan, state = make(), ahead(), RobotState(Pose2D(yaw=-2.0), Twist2D())
+    rates = [shim.compute_velocity(state, plan, surroundings()).angular_z for _ in range(3)]
+    shim.resume()
+    assert shim.compute_velocity(state, plan, surroundings()).angular_z == rates[0]
+
+
+def test_a_turn_goes_on_in_the_next_attempt_and_ends_with_the_navigation() -> None:
+    shim, plan = make(), ahead()
+    assert shim.compute_velocity(RobotState(Pose2D(yaw=-2.0), Twist2D()), plan, surroundings()).linear_x == 0.0
+    near = RobotState(Pose2D(yaw=-0.6), Twist2D())  # between the thresholds
+    shim.reset()
+    assert shim.compute_velocity(near, plan, surroundings()).linear_x == 0.0
+    shim.seed(np.random.default_rng(0))
+    shim.reset()
+    assert shim.compute_velocity(near, plan, surroundings()) == PRIMARY
+
+
+def test_rotate_to_heading_once_does_not_turn_again_in_the_next_attempt_to_the_same_goal() -> None:
+    once = make(replace(PARAMS, rotate_to_heading_once=True))
+    along, across = RobotState(Pose2D(), Twist2D()), RobotState(Pose2D(yaw=2.0), Twist2D())
+    assert once.compute_velocity(along, ahead(), surroundings()) == PRIMARY
+    once.reset()
+    assert once.compute_velocity(across, ahead(), surroundings()) == PRIMARY
+    once.seed(np.random.default_rng(0))
+    once.reset()
+    assert once.compute_velocity(across, ahead(), surroundings()).linear_x == 0.0
+
+
 def test_path_orientations_may_give_the_heading() -> None:
     poses = ahead().poses.copy()
     poses[:, 2] = math.pi / 2.0
@@ -111,11 +143,12 @@ def test_path_orientations_may_give_the_heading() -> None:
     assert by_orientation.compute_velocity(state, plan, surroundings()).angular_z > 0.0
 
 
-def test_a_plan_of_one_pose_and_reset_reach_the_primary() -> None:
+def test_a_plan_of_one_pose_reset_and_resume_reach_the_primary() -> None:
     primary = Primary()
     shim = RotationShimController(PARAMS, primary, FOOTPRINT, 30.0, 0.25)
     state = RobotState(Pose2D(yaw=2.0), Twist2D())
     assert shim.compute_velocity(state, Path(np.zeros((1, 3))), surroundings()) == PRIMARY
     before = primary.resets
     shim.reset()
-    assert primary.resets == before + 1
+    shim.resume()
+    assert (primary.resets, primary.resumed) == (before + 1, 1)

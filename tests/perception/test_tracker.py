@@ -206,3 +206,13 @@ def test_a_body_at_the_end_of_an_open_scan_may_not_be_wholly_seen(first: int, is
     ranges[first : first + 6], foreground[first : first + 6] = 3.0, True
     assert find_bodies(ranges, foreground, 0.02, is_closed, 0.25, 2, 1.0, 0.3, bodies) == 1
     assert bodies[0].tolist() == [first + 2.5, 3.3, hidden]
+
+
+@pytest.mark.parametrize("increment", [0.02, -0.02])
+@pytest.mark.parametrize(("beams", "found"), [(16, 1), (18, 0)])
+def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
+    increment: float, beams: int, found: int
+) -> None:
+    ranges, foreground, bodies = np.full(50, np.inf), np.zeros(50, dtype=np.bool_), np.empty((50, 3))
+    ranges[20 : 20 + beams], foreground[20 : 20 + beams] = 3.0, True
+    assert find_bodies(ranges, foreground, increment, False, 0.25, 2, 1.0, 0.3, bodies) == found

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from navstack.errors import ParameterError
@@ -40,6 +42,17 @@ def test_without_commands_the_robot_is_brought_to_a_stop_and_starts_again() -> N
     assert smoother.smooth(Twist2D(0.1), STANDING, 0.45).linear_x == pytest.approx(0.1)
     smoother.reset()
     assert smoother.smooth(None, STANDING, 0.5) == STANDING
+
+
+@pytest.mark.parametrize("wrong", [Twist2D(math.nan), Twist2D(0.3, 0.0, math.inf)])
+def test_a_command_that_is_not_finite_is_as_none(wrong: Twist2D) -> None:
+    smoother, undisturbed = (VelocitySmoother(VelocitySmootherParams(velocity_timeout=0.2)) for _ in range(2))
+    assert smoother.smooth(wrong, STANDING, 0.0) == STANDING
+    for k, command in enumerate((Twist2D(0.3), wrong, Twist2D(0.4), *[wrong] * 10)):
+        stamp = 0.05 * (k + 1)
+        expected = undisturbed.smooth(None if command is wrong else command, STANDING, stamp)
+        assert smoother.smooth(command, STANDING, stamp) == expected
+    assert expected == STANDING
 
 
 @pytest.mark.parametrize(

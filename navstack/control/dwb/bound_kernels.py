@@ -35,7 +35,7 @@ def promising(
     for c in range(len(kinds)):
         if kinds[c] == GOAL_DISTANCE or kinds[c] == GOAL_ALIGNMENT:
             x, y = (robot[0] - grid[0]) / grid[2], (robot[1] - grid[1]) / grid[2]
-            away[c] = abs(x - goals[c, 0]) + abs(y - goals[c, 1]) - 2.0 - math.sqrt(2.0) * numbers[c] / grid[2]
+            away[c] = abs(x - goals[c, 0]) + abs(y - goals[c, 1]) - 2.0 - math.sqrt(2.0) * abs(numbers[c]) / grid[2]
     found, count, bound = np.empty(len(commands), dtype=np.int64), 0, 0.0
     for k in range(len(commands)):
         if k == 0 or commands[k, 0] != commands[k - 1, 0]:

@@ -11,19 +11,18 @@ import math
 
 import numpy as np
 
-from navstack.control.footprint_cost import outline_cost
+from navstack.control.footprint_cost import outline_is_lethal
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
-from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
 from navstack.types import FloatArray
 
 STRAIGHTEN, KEEP_CURVE = 0, 1  # how a stop treats the yaw rate: to 0 as fast as can be, or together with the speed
-_LOOK = 0.1  # [s] between two looks for collisions along a stop
+_LOOK = 0.1  # [s] between two looks for people along a stop
 _SHARES = (0.0, 0.25, 0.5, 0.75)  # of the stop that is mixed in, in this order
-_STANDING = 1e-3  # [m/s] below which a person who comes is not run into
+_STANDING = 1e-3  # [m/s] of the fastest point of the footprint, below which a person who comes is not run into
 _ROUNDING = 1e-9
 
 
@@ -142,50 +141,67 @@ def stop_is_safe(
     people: FloatArray,
     radius: float,
 ) -> bool:
-    """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing; see :func:`guarded`."""
+    """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing; see :func:`guarded`.
+
+    Between two looks for static obstacles no point of the footprint moves farther than a cell.
+    """
     duration = _duration(start, kind, limits)
     if math.isnan(duration):
         return False
     cycles = int(math.ceil(duration / period - 1e-9))
     every = max(1, int(round(_LOOK / period)))
+    reach = _reach(footprint)
     x, y, yaw = start[0], start[1], start[2]
     motion = start[3:].copy()
+    unseen = math.inf  # [m] that some point may have moved since the last look
     for i in range(cycles + 1):
         if abs(motion[0] * motion[1]) > limits[at.MAX_LATERAL] + _ROUNDING:
             return False
         if abs(motion[1]) > limits[at.MAX_YAW_RATE] + _ROUNDING:
             return False
-        if i % every == 0 or i == cycles:
-            if _touches(x, y, yaw, motion[0], (i + 1) * period, field, footprint, circles, people, radius):
+        fastest = abs(motion[0]) + reach * abs(motion[1])
+        if fastest >= _STANDING and (i % every == 0 or i == cycles):
+            if _runs_into(x, y, yaw, (i + 1) * period, circles, people, radius):
                 return False
         last = motion
         motion = stopped(start[3], start[4], start[5], start[6], kind, limits, (i + 1) * period)
         turned = 0.5 * period * (last[1] + motion[1])
         way = 0.5 * period * (last[0] + motion[0])
-        x, y = x + way * math.cos(yaw + 0.5 * turned), y + way * math.sin(yaw + 0.5 * turned)
-        yaw += turned
-    return True
+        moved = abs(way) + reach * abs(turned)
+        parts = max(1, int(math.ceil(moved / field.grid[2])))
+        way, turned, moved = way / parts, turned / parts, moved / parts
+        for _ in range(parts):
+            if unseen + moved > field.grid[2]:
+                if _touches(x, y, yaw, field, footprint):
+                    return False
+                unseen = 0.0
+            x, y = x + way * math.cos(yaw + 0.5 * turned), y + way * math.sin(yaw + 0.5 * turned)
+            yaw += turned
+            unseen += moved
+    return not _touches(x, y, yaw, field, footprint)
 
 
 @njit(cache=True)
-def _touches(
-    x: float,
-    y: float,
-    yaw: float,
-    v: float,
-    time: float,
-    field: Field,
-    footprint: FloatArray,
-    circles: FloatArray,
-    people: FloatArray,
-    radius: float,
-) -> bool:
-    """Whether the footprint's outline lies on an obstacle, or one of its circles, still moving, on a person."""
+def _reach(footprint: FloatArray) -> float:
+    """How far the farthest corner is from the base, in [m]."""
+    farthest = 0.0
+    for corner in footprint:
+        farthest = max(farthest, math.hypot(corner[0], corner[1]))
+    return farthest
+
+
+@njit(cache=True)
+def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
+    """Whether the footprint's outline lies on an obstacle."""
     origin_x, origin_y, resolution = field.grid
-    if outline_cost(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw) == LETHAL_OBSTACLE:
-        return True
-    if v < _STANDING:
-        return False
+    return outline_is_lethal(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw)
+
+
+@njit(cache=True)
+def _runs_into(
+    x: float, y: float, yaw: float, time: float, circles: FloatArray, people: FloatArray, radius: float
+) -> bool:
+    """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     for person in people:
         px, py, _ = predicted(person, time)

@@ -113,7 +113,7 @@ class JerkLimitedMpcController(Controller):
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything about the previous goal."""
+        """See the base class."""
         self._plan: Path | None = None
         self._line: PathLine | None = None
         self._segment = 0  # of the line, at which the robot is
@@ -123,6 +123,10 @@ class JerkLimitedMpcController(Controller):
         self._jerks = np.zeros_like(self._times, shape=(len(self._times), 2))  # of the last solution
         self._turning = self._at_goal = False
         self._cycle: _Cycle | None = None  # the last
+
+    def resume(self) -> None:
+        """See the base class: the odometry counts, and the last solution is of no use."""
+        self._stamp = -math.inf
 
     @property
     def decision(self) -> DecisionRecord | None:
@@ -203,14 +207,16 @@ class JerkLimitedMpcController(Controller):
     def _start(self, state: RobotState) -> FloatArray:
         """The state (7,) from which to plan: the pose believed and the motion commanded, which no noise disturbs.
 
-        Where the odometry says something very different, or the robot has been driven by someone else, that counts.
+        Where the odometry says something very different, or the robot has been driven by someone else, that counts;
+        what is not finite of it is 0.
         """
         v, omega, a, alpha = self._motion.tolist()
         measured = state.twist
         off = max(abs(measured.linear_x - v), abs(measured.angular_z - omega))
         if off > self._params.velocity_mismatch or not state.stamp - self._stamp < _STALE:
-            v = min(max(measured.linear_x, 0.0), self._params.max_speed)
-            omega = min(max(measured.angular_z, -self._params.max_yaw_rate), self._params.max_yaw_rate)
+            v, omega = (each if math.isfinite(each) else 0.0 for each in (measured.linear_x, measured.angular_z))
+            v = min(max(v, 0.0), self._params.max_speed)
+            omega = min(max(omega, -self._params.max_yaw_rate), self._params.max_yaw_rate)
             lateral = self._params.max_lateral_acceleration
             if v * abs(omega) > lateral:
                 omega = math.copysign(lateral / v, omega)

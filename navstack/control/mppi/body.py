@@ -138,7 +138,7 @@ def outline_worst(costs: ByteArray, cx: float, cy: float, cosine: float, sine: f
 
 @njit(cache=True)
 def line_worst(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
-    """The greatest cost on the Bresenham line of ``line_cost``."""
+    """The greatest cost on the Bresenham line of ``line_cost``, and LETHAL_OBSTACLE where that says so."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     width = costs.shape[1]
     step_x = 1 if x1 >= x0 else -1
@@ -150,7 +150,10 @@ def line_worst(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     error = along // 2
     worst = 0
     for _ in range(along + 1):
-        worst = max(worst, int(flat[cell]))
+        cost = int(flat[cell])
+        if cost == LETHAL_OBSTACLE:
+            return LETHAL_OBSTACLE
+        worst = max(worst, cost)
         error += across
         aside = 1 if error >= along else 0  # no branch: it would be guessed wrong too often
         cell += step_along + aside * step_aside

@@ -110,7 +110,7 @@ def is_occupied(
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 
     As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under the outline hides
-    a lethal one.
+    a lethal one as :func:`~navstack.control.footprint_cost.outline_cost` says.
     """
     height, width = costs.shape
     fx, fy = (x - origin_x) / resolution, (y - origin_y) / resolution
