@@ -88,7 +88,8 @@ def plan_command(request: Request) -> int:
     nav2, smoother = nav2_of(task), None
     if request.smoother is not None:
         smoother = make_smoother(request.smoother, nav2)
-    ends, ground = ends_of(task), make_ground(task)
+    ends = ends_of(task)
+    ground = make_ground(task, ends[0])
     planners = [make_planner(name, nav2, ground.shape, request.seconds or 0.0) for name in names]
     compile_first(ground.shape)
     answers = [

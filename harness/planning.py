@@ -18,7 +18,7 @@ from navstack.errors import PlanningError, UnknownNameError
 from navstack.params.nav2_bindings import PLUGINS
 from navstack.params.nav2_file import Nav2File
 from navstack.params.nav2_views import read_planners, read_smoothers
-from navstack.params.planners import OMPL_ALGORITHMS, OmplParams
+from navstack.params.planners import OMPL_ALGORITHMS, STATE_SPACES, OmplParams
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
 from navstack.planning.planners import PLANNERS
@@ -32,6 +32,7 @@ NAMES = (*NAVFN, *OMPL_ALGORITHMS)
 SMOOTHER_NAMES = {kind.split("::")[-1]: kind for kind in SMOOTHERS}
 COST_WEIGHT = 4.0  # a path through cost 252 counts as five of its length: what NavFn makes of the costs
 UNLIMITED = 10**9  # iterations, where the time is limited
+COMPILING = 2000  # iterations, on next to nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +58,16 @@ class Answer:
     improvement: tuple[tuple[float, float], ...]  # of the search: wall time [s] and the planner's own cost [m]
 
 
-def make_ground(task: EpisodeTask) -> Ground:
-    """The costmap of a task's stack, without scans, and the obstacles behind it."""
+def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
+    """The costmap of a task's stack, without scans, and the obstacles behind it.
+
+    A costmap that moves with the robot is centred on ``start``, without one on the map's lower left corner.
+    """
     scene, on_mesh = scene_of(task.map_name), task.stack.planning_map == "navigation_mesh"
     grid = scene.navigation_mesh if on_mesh else scene.geometry
     keepout = None if on_mesh else scene.walkable.data != FREE
     layered = build_global_costmap(nav2_of(task), grid, keepout)
-    layered.update(Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
+    layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED
     obstacles = Obstacles(taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y)
     return Ground(layered.master, robot_shape(layered), obstacles, robot_of(task.stack.robot).polygon)
@@ -86,9 +90,12 @@ def compile_first(shape: RobotShape) -> None:
     costmap = Costmap(np.zeros((60, 60), dtype=np.uint8), 0.05, 0.0, 0.0)
     for kind, make in PLANNERS.items():
         params = PLUGINS["planners"][kind]()
+        spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
-            params = dataclasses.replace(params, max_iterations=100, tolerance=0.0)
-        path = make(params, shape).plan(Pose2D(0.5, 0.5), Pose2D(2.5, 2.0), costmap)
+            quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0)
+            spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
+        for each in spaces:
+            path = make(each, shape).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
     for kind, make_smoothing in SMOOTHERS.items():
         make_smoothing(PLUGINS["smoothers"][kind]()).smooth(path, costmap)
 

@@ -47,7 +47,10 @@ class Comparison:
 
     def angles(self, what: str, ours: Any, theirs: Any, tolerance: float) -> None:
         """As :meth:`near`, for angles [rad] that may differ by whole turns."""
-        turn = np.asarray(ours, dtype=np.float64) - np.asarray(theirs, dtype=np.float64)
+        a, b = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
+        if not self._same_shape(what, a, b):
+            return
+        turn = a - b
         self.near(what, (turn + np.pi) % (2.0 * np.pi) - np.pi, np.zeros_like(turn), tolerance)
 
     def require(self, holds: bool, otherwise: str) -> None:

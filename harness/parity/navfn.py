@@ -25,7 +25,9 @@ from navstack.types import ByteArray, FloatArray, Path, Pose2D
 ALGORITHMS = ("dijkstra", "astar")
 SUFFIXES = ("potential", "navfn_cost", "path", "navfn_path_cells")
 POTENTIAL_TOLERANCE = 1e-3  # relative
-POSE_TOLERANCE = 1e-5  # [m, rad] of the last pose
+POSITION_TOLERANCE = 1e-6  # [m]
+HEADING_TOLERANCE = 1e-5  # [rad]
+POINT_TOLERANCE = 1e-5  # [cells] of the descent
 PARAMETERS = {"tol": "tolerance", "unk": "allow_unknown", "fin": "use_final_approach_orientation"}  # else defaults
 LETHAL = 254  # cost that NavFn gives to the border of the map
 LONGEST_UPSTREAM = 4  # points per column or row of the map after which upstream's descent gives up
@@ -77,7 +79,7 @@ def check(case: Case, comparison: Comparison) -> None:
     elif error:
         _check_failure(case, comparison, result, costmap, goal, params.tolerance)
     elif isinstance(result, Path):
-        _check_path(comparison, result.poses, case["path"], costmap.resolution)
+        _check_path(case, comparison, result.poses, costmap)
     else:
         comparison.require(False, f"{_said(result)}; recorded: a path of {len(case['path'])} poses")
 
@@ -130,18 +132,27 @@ def _check_failure(
     comparison.allow(TOO_LONG_UPSTREAM)
 
 
-def _check_path(comparison: Comparison, ours: FloatArray, theirs: FloatArray, resolution: float) -> None:
-    """Within one cell of each other everywhere, and the same last pose."""
-    apart = hausdorff(ours[:, :2], theirs[:, :2])
-    comparison.near("distance of the paths [m]", apart, 0.0, resolution)
-    comparison.near("last position", ours[-1, :2], theirs[-1, :2], POSE_TOLERANCE)
-    comparison.angles("last heading", ours[-1, 2], theirs[-1, 2], POSE_TOLERANCE)
+def _check_path(case: Case, comparison: Comparison, ours: FloatArray, costmap: Costmap) -> None:
+    """The same poses, and the same points of the descent."""
+    theirs = case["path"]
+    comparison.near("positions [m]", ours[:, :2], theirs[:, :2], POSITION_TOLERANCE)
+    comparison.angles("headings", ours[:, 2], theirs[:, 2], HEADING_TOLERANCE)
+    if "navfn_path_cells" in case:
+        points = case["navfn_path_cells"]
+        descent = _descent(ours, len(points), costmap)
+        comparison.near("points of the descent [cells]", descent, points, POINT_TOLERANCE)
 
 
-def hausdorff(a: FloatArray, b: FloatArray) -> float:
-    """The greatest distance [m] from a point of one set (N, 2) to the nearest of the other, whichever way round."""
-    apart = np.hypot(a[:, None, 0] - b[None, :, 0], a[:, None, 1] - b[None, :, 1])
-    return float(max(apart.min(axis=0).max(), apart.min(axis=1).max()))
+def _descent(poses: FloatArray, count: int, costmap: Costmap) -> FloatArray:
+    """The points (M, 2) in [cells], from the goal on, that poses (N, 3) were made of.
+
+    The last pose is the goal: after the grid point at which the descent begins, or, where ``count`` is N, in its place.
+    """
+    places = (poses[::-1, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+    if count != len(poses):
+        return places[1:]
+    places[0] = np.floor(places[0] + 0.5)
+    return places
 
 
 def _said(result: Path | PlanningError) -> str:

@@ -195,8 +195,10 @@ class ObstacleLayer(Layer):
             kernels.combine_maximum(master, region, self.grid, margin, margin, keep_unknown)
 
     def clear(self) -> None:
-        """Back to what was never seen."""
+        """Back to what was never seen, below the robot too, which may stand elsewhere by the next update."""
         self.grid[:] = self._fill
+        self._columns = (0, -1)
+        self._extra = Bounds.empty()
 
     def clear_box(self, x0: int, xn: int, y0: int, yn: int, window: Window) -> None:
         """Make the cells unknown (``CostmapLayer::clearArea``)."""

@@ -1,6 +1,5 @@
 """Parameters of the collision monitor: names and defaults are those of Nav2 Jazzy's ``nav2_collision_monitor``."""
 
-import ast
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,6 +8,7 @@ import numpy as np
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
+from navstack.params.vertices import parse_vertices
 from navstack.types import FloatArray
 
 SHAPES = ("polygon", "circle", "velocity_polygon")
@@ -26,11 +26,8 @@ def parse_polygon(text: str) -> FloatArray:
     Raises:
         ParameterError: the text is not a list of at least four pairs of numbers.
     """
-    try:
-        vertices = ast.literal_eval(text.strip())
-    except (ValueError, SyntaxError, RecursionError, MemoryError):
-        vertices = None
-    if not isinstance(vertices, list) or len(vertices) < FEWEST_VERTICES:
+    vertices = parse_vertices(text)
+    if vertices is None or len(vertices) < FEWEST_VERTICES:
         raise ParameterError(f"points '{text}' is not a list of at least {FEWEST_VERTICES} pairs [x, y] in metres")
     return make_footprint(vertices).astype(np.float32).astype(np.float64)
 

@@ -4,7 +4,6 @@ The layers stand in :attr:`CostmapParams.layers` under their instance names; ``p
 order. A layer's type selects its dataclass in :data:`LAYER_PARAMS`.
 """
 
-import ast
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,10 +13,16 @@ import numpy as np
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
+from navstack.params.vertices import parse_vertices
 from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
 CIRCLE_VERTICES = 16  # of a footprint made from robot_radius
+# Names of numbers that stand for a choice: the known ones, and the one that Nav2 takes in place of any other.
+CHOICES: dict[str, tuple[tuple[int, ...], int]] = {
+    "combination_method": ((OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN), MAXIMUM),
+    "group_connectivity_type": ((4, 8), 8),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +61,12 @@ class ObstacleLayerParams:
     footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
     min_obstacle_height: float = 0.0  # [m] lower points do not mark; a planar scan has no heights
     max_obstacle_height: float = 2.0  # [m] higher points do not mark
-    combination_method: int = MAXIMUM  # with the layers below: 0 overwrite, 1 maximum, 2 maximum but unknown stays
+    combination_method: int = MAXIMUM  # with the layers below: 0 overwrite, 2 maximum but unknown stays, else maximum
     observation_sources: tuple[str, ...] = ()
     sources: Mapping[str, ObservationSourceParams] = field(default_factory=dict)  # by the names just above
 
     def __post_init__(self) -> None:
-        if self.combination_method not in (OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN):
-            raise ParameterError(f"combination_method {self.combination_method} is not 0, 1 or 2")
+        _take_choice(self, "combination_method")
 
     @property
     def active_sources(self) -> tuple[ObservationSourceParams, ...]:
@@ -93,11 +97,10 @@ class DenoiseLayerParams:
 
     enabled: bool = True
     minimal_group_size: int = 2  # [cells] smaller groups of obstacle cells are freed; 1 or less: none
-    group_connectivity_type: int = 8  # neighbours that make a group: 4, or 8 with the diagonal ones
+    group_connectivity_type: int = 8  # neighbours that make a group: 4, else 8 with the diagonal ones
 
     def __post_init__(self) -> None:
-        if self.group_connectivity_type not in (4, 8):
-            raise ParameterError(f"group_connectivity_type {self.group_connectivity_type} is not 4 or 8")
+        _take_choice(self, "group_connectivity_type")
 
 
 LayerParams = (
@@ -178,23 +181,22 @@ def robot_footprint(params: CostmapParams) -> FloatArray:
     Raises:
         ParameterError: the text is not a list of at least three pairs.
     """
-    vertices = _parse_vertices(params.footprint)
+    vertices = parse_vertices(params.footprint)
+    if vertices is None:
+        raise ParameterError(
+            f"footprint '{params.footprint}' is not a list of [x, y] pairs, e.g. [[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]"
+        )
     if vertices:
         return make_footprint(vertices).astype(np.float32).astype(np.float64)
     angles = np.arange(CIRCLE_VERTICES) * (2.0 * math.pi / CIRCLE_VERTICES)
     return params.robot_radius * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
-def _parse_vertices(text: str) -> list[list[float]]:
-    try:
-        vertices = ast.literal_eval(text.strip() or "[]")
-    except (ValueError, SyntaxError, RecursionError, MemoryError):
-        vertices = None
-    if not isinstance(vertices, list):
-        raise ParameterError(
-            f"footprint '{text}' is not a list of [x, y] pairs, e.g. [[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]"
-        )
-    return vertices
+def _take_choice(params: object, name: str) -> None:
+    """Replace a value that Nav2 does not know as it does."""
+    known, usual = CHOICES[name]
+    if getattr(params, name) not in known:
+        object.__setattr__(params, name, usual)
 
 
 def _require_positive(name: str, value: float) -> None:

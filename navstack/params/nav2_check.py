@@ -7,6 +7,7 @@ from navstack.params.nav2_catalog import Catalog, plugin_type
 from navstack.params.nav2_findings import Findings, Notice, Section, Visit
 from navstack.params.nav2_hints import nearly_equal, unknown_name
 from navstack.params.nav2_place import Place, joined, type_of
+from navstack.params.nav2_values import form_notices
 from navstack.params.ros_yaml import Entry, is_placeholder
 from navstack.params.schema.block import OPEN, Block, PluginList
 from navstack.params.schema.kinds import wrong_kind
@@ -45,7 +46,10 @@ class Checker:
                 continue
             elif place.params and key not in place.used_keys:
                 self.findings.ignored.append(f"{self._node}: {place.prefix}{key}")
-            expected = "" if key in place.used_keys else wrong_kind(key, entry.value)
+            if key in place.used_keys:
+                continue
+            self.findings.notices += form_notices(key, f"{self._node}: {place.prefix}{key}", entry)
+            expected = wrong_kind(key, entry.value)
             if expected and not is_placeholder(entry.value):
                 self._error("bad-value", f"{place.prefix}{key}", f"{entry.value!r} is not {expected}", entry.line)
         self._check_sections(place)

@@ -2,10 +2,10 @@
 
 import math
 
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
 from navstack.errors import ParameterError
-from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, parse_document
+from navstack.params.ros_yaml import PARAMETERS, Document, NodeText, Value, end_index, is_alias, parse_document
 from navstack.params.yaml_text import compose_text
 
 
@@ -86,16 +86,18 @@ def _kept_decimal(new: Value, old: Value) -> Value:
 
 
 def _inserted(document: Document, node: NodeText, name: str, value: Value) -> str:
-    """Add a line below the last one of the innermost namespace that the file already has for ``name``."""
+    """Add a line below the last one of the innermost namespace that the file already has for ``name``.
+
+    Within braces it is added before the first entry: behind the last one a comment may follow.
+    """
     text = document.text
     assert node.mapping is not None
     mapping, rest = _innermost(node.mapping, name)
     line = f"{rest}: {format_value(value)}"
     if mapping.flow_style:
-        end = mapping.end_mark.index - 1
-        before = text[:end].rstrip().rstrip(",")
-        return f"{before}, {line}{text[end:]}"
-    end = text.find("\n", _last_index(mapping))
+        start = mapping.value[0][0].start_mark.index
+        return f"{text[:start]}{line}, {text[start:]}"
+    end = text.find("\n", end_index(mapping, text))
     end = len(text) if end < 0 else end
     indent = " " * mapping.value[0][0].start_mark.column
     end -= text[:end].endswith("\r")
@@ -104,13 +106,7 @@ def _inserted(document: Document, node: NodeText, name: str, value: Value) -> st
 
 def _innermost(mapping: MappingNode, name: str) -> tuple[MappingNode, str]:
     for key, child in reversed(mapping.value):
-        if isinstance(child, MappingNode) and child.value and name.startswith(f"{key.value}."):
+        is_section = isinstance(child, MappingNode) and child.value and not is_alias(key, child)
+        if is_section and name.startswith(f"{key.value}."):
             return _innermost(child, name.removeprefix(f"{key.value}."))
     return mapping, name
-
-
-def _last_index(node: Node) -> int:
-    """Where the last value below a block mapping ends."""
-    if isinstance(node, MappingNode) and not node.flow_style and node.value:
-        return max(_last_index(child) for _, child in node.value)
-    return int(node.end_mark.index) if node.end_mark.index > node.start_mark.index else int(node.start_mark.index)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ruamel.yaml import YAML
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from navstack.errors import ParameterError
 from navstack.params import nav2_edit
@@ -33,7 +34,7 @@ from navstack.params.nav2_nodes import (
 )
 from navstack.params.nav2_sources import source_notices
 from navstack.params.nav2_values import INTEGERS, read_values, value_notices
-from navstack.params.ros_yaml import Document, Entry, Value, load_document, parse_document
+from navstack.params.ros_yaml import Document, Entry, Value, load_document, parse_document, parse_scalar
 from navstack.params.schema import nodes
 
 T = TypeVar("T")
@@ -128,7 +129,7 @@ class Nav2File:
         yaml = YAML(pure=True)
         yaml.default_flow_style = False
         yaml.width = 10_000
-        yaml.dump(self.merged(), stream)
+        yaml.dump(_quoted(self.merged()), stream)
         return stream.getvalue()
 
     def with_values(self, changes: Mapping[str, Value], allow_unknown: bool = False) -> "Nav2File":
@@ -264,3 +265,12 @@ def _nested(values: Mapping[str, Value]) -> dict[str, Any]:
             place = place[parts.pop(0)]
         place[".".join((*parts, last))] = value
     return tree
+
+
+def _quoted(value: Any) -> Any:
+    """A value whose texts are marked to be quoted where ROS would read something else: ruamel writes YAML 1.2."""
+    if isinstance(value, dict):
+        return {name: _quoted(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_quoted(item) for item in value]
+    return DoubleQuotedScalarString(value) if isinstance(value, str) and parse_scalar(value) != value else value

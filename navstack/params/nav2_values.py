@@ -9,10 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
-from navstack.params.costmap import CostmapParams
+from navstack.params.costmap import CHOICES, CostmapParams
 from navstack.params.nav2_catalog import plugin_type
 from navstack.params.nav2_findings import Notice, Visit
 from navstack.params.ros_yaml import Entry, Value, is_placeholder
+from navstack.params.schema.kinds import DECIMALS, WHOLE_NUMBERS
 
 T = TypeVar("T")
 
@@ -52,15 +53,41 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
             entry = entries.get(f"{visit.prefix}{name}")
             path = f"{node}: {visit.prefix}{name}"
             if entry is not None and name not in INTEGERS and _lacks_point(kind, entry.value):
-                message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
-                notices.append(Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line))
+                notices.append(_whole_number(path, entry))
             if entry is not None and name in INTEGERS and isinstance(entry.value, float):
-                message = f"{_shown(entry.value)} has a decimal point, and Nav2 refuses a decimal number here"
-                notices.append(Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line))
+                notices.append(_decimal_number(path, entry))
+            if (
+                entry is not None
+                and name in CHOICES
+                and type(entry.value) is int
+                and entry.value not in CHOICES[name][0]
+            ):
+                known, usual = CHOICES[name]
+                message = f"{_shown(entry.value)} is none of {', '.join(map(str, known))}; Nav2 warns and takes {usual}"
+                notices.append(Notice("replaced-value", path, message, f"{name}: {usual}", entry.line))
             if entry is not None and _is_left_open(kind, entry):
                 message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
                 notices.append(Notice("placeholder", path, message, "write true or false", entry.line))
     return notices
+
+
+def form_notices(name: str, path: str, entry: Entry) -> list[Notice]:
+    """The same for a parameter that this program does not read; nothing where its name does not tell its form."""
+    if name in DECIMALS and type(entry.value) is int:
+        return [_whole_number(path, entry)]
+    if name in WHOLE_NUMBERS and isinstance(entry.value, float):
+        return [_decimal_number(path, entry)]
+    return []
+
+
+def _whole_number(path: str, entry: Entry) -> Notice:
+    message = f"{_shown(entry.value)} has no decimal point, and Nav2 refuses a whole number here"
+    return Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line)
+
+
+def _decimal_number(path: str, entry: Entry) -> Notice:
+    message = f"{_shown(entry.value)} has a decimal point, and Nav2 refuses a decimal number here"
+    return Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
 
 
 def _wrong_kinds(node: str, entries: Mapping[str, Entry], visit: Visit, given: Mapping[str, Any]) -> list[Notice]:

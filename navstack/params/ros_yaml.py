@@ -163,10 +163,10 @@ class _Reader:
                 if dotted in entries:
                     self._duplicate(f"{node}: {dotted}", line, entries.pop(dotted).line)
                 is_block_list = isinstance(value, SequenceNode) and not value.flow_style
-                is_alias = value.start_mark.index < key.end_mark.index
-                start = key.end_mark.index + 1 if is_block_list and not is_alias else value.start_mark.index
+                start = key.end_mark.index + 1 if is_block_list and not is_alias(key, value) else value.start_mark.index
                 read = self._value(value, f"{node}: {dotted}")
-                entries[dotted] = Entry(read, line, start, _end_index(value), key.end_mark.index)
+                end = end_index(value, self._document.text)
+                entries[dotted] = Entry(read, line, start, end, key.end_mark.index)
 
     def _pairs(self, mapping: MappingNode, prefix: str) -> Iterator[tuple[str, ScalarNode, Node]]:
         """The last occurrence of each key of a mapping, merge keys resolved; ``prefix`` begins the names in remarks."""
@@ -208,11 +208,24 @@ class _Reader:
             self._document.remarks.append((kind, line, text))
 
 
-def _end_index(node: Node) -> int:
-    """One past the text of a value; a block list's own mark lies behind the blank lines and comments after it."""
+def end_index(node: Node, text: str) -> int:
+    """One past the text of a node; marks of block styles lie behind the line ends, blank lines and comments after it.
+
+    Aliases within a block mapping count with their names: what they refer to stands elsewhere.
+    """
+    if isinstance(node, MappingNode) and not node.flow_style and node.value:
+        return max(key.end_mark.index if is_alias(key, child) else end_index(child, text) for key, child in node.value)
     if isinstance(node, SequenceNode) and not node.flow_style and node.value:
-        return _end_index(node.value[-1])
-    return int(node.end_mark.index)
+        return end_index(node.value[-1], text)
+    start, end = int(node.start_mark.index), int(node.end_mark.index)
+    if isinstance(node, ScalarNode) and node.style in ("|", ">"):
+        return start + len(text[start:end].rstrip())
+    return max(start, end)
+
+
+def is_alias(key: Node, value: Node) -> bool:
+    """Whether the value of a key is a YAML alias: its text stands before the key."""
+    return bool(value.start_mark.index < key.end_mark.index)
 
 
 def _is_empty(node: Node) -> bool:

@@ -13,6 +13,7 @@ from navstack.planning.ompl_kernels import (
     Room,
     are_connected,
     blocked_table,
+    can_turn,
     is_free,
     is_polyline_free,
     nearest_free_cell,
@@ -26,7 +27,8 @@ from navstack.types import FloatArray, Path, Pose2D
 
 SHORTCUTS = 300  # tries; a 100 m path through streets no longer gets shorter after about 200
 LARGEST_SEED = 2**31 - 1
-JOIN = 1.0  # [m] from a path within which the robot still follows it
+JOIN = 1.0  # [m] from a path within which the robot still follows it, where it may turn on the spot
+STRAIGHT = 1e-6  # [rad] changes of heading up to this are rounding
 
 
 class OmplPlanner(Planner):
@@ -186,7 +188,7 @@ class OmplPlanner(Planner):
         poses = self._kept.poses
         distances = np.hypot(poses[:, 0] - start.x, poses[:, 1] - start.y)
         nearest = int(distances.argmin())
-        if distances[nearest] > JOIN:
+        if not self._is_on(start, poses[nearest], costmap.resolution):
             return None
         rest = poses[min(nearest + 1, len(poses) - 1) :]
         kept = np.vstack((start.as_array(), rest))
@@ -197,13 +199,33 @@ class OmplPlanner(Planner):
             hull = self._hull / costmap.resolution
             free = is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells)
         else:
-            free = is_polyline_free(costmap.data, self._blocked, room, cells)
+            free = is_polyline_free(costmap.data, self._blocked, room, cells) and all(
+                can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells)
+            )
         return kept if free else None
+
+    def _is_on(self, start: Pose2D, pose: FloatArray, cell: float) -> bool:
+        """Whether the robot can go on from a path's nearest pose (3,): a car cannot step aside, nor turn on the spot.
+
+        ``cell`` is the length of one in [m]; a car is on the path within a cell, and a cell's length of turning.
+        """
+        distance = math.hypot(pose[0] - start.x, pose[1] - start.y)
+        if self._params.state_space != "SE2":
+            return distance <= JOIN
+        turn = abs(math.remainder(pose[2] - start.yaw, 2.0 * math.pi))
+        return distance <= cell and turn <= cell / self._params.minimum_turning_radius
 
 
 def _to_cells(pose: Pose2D, costmap: Costmap) -> tuple[float, float]:
     """A point in [cells] from the map's lower left corner."""
     return (pose.x - costmap.origin_x) / costmap.resolution, (pose.y - costmap.origin_y) / costmap.resolution
+
+
+def _corners(points: FloatArray) -> FloatArray:
+    """The points (M, 2) between the ends of a polyline (N, >= 2) at which its heading changes."""
+    step = np.diff(points[:, :2], axis=0)
+    turn = np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
+    return points[1:-1, :2][np.abs(turn) > STRAIGHT]
 
 
 def _dense(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:

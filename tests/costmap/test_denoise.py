@@ -7,7 +7,6 @@ from scipy import ndimage
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.errors import ParameterError
 from navstack.params.costmap import (
     CostmapParams,
     DenoiseLayerParams,
@@ -110,6 +109,5 @@ def test_unknown_cells_are_obstacles_only_where_nothing_starts_unknown() -> None
     assert costmap.master.cost_at(1.52, 0.01) == 0
 
 
-def test_other_connectivities_are_refused() -> None:
-    with pytest.raises(ParameterError, match="group_connectivity_type 6 is not 4 or 8"):
-        DenoiseLayerParams(group_connectivity_type=6)
+def test_other_connectivities_count_as_8_as_in_nav2() -> None:
+    assert DenoiseLayerParams(group_connectivity_type=6).group_connectivity_type == 8

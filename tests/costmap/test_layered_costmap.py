@@ -284,6 +284,25 @@ def test_reset_forgets_the_place_and_the_scans() -> None:
     assert not used.obstacle_costs[0].any()
 
 
+@pytest.mark.parametrize("rolling", [True, False])
+@pytest.mark.parametrize("plugins", [USUAL, USUAL[1:]])
+def test_a_costmap_that_was_reset_equals_a_fresh_one_in_every_cell(rolling: bool, plugins: tuple[str, ...]) -> None:
+    static = make_map(np.random.default_rng(3), unknown=0.1)
+    window = {"rolling_window": rolling, "origin_x": -4.0, "origin_y": -4.0}
+    params = make_params(plugins, track_unknown_space=True, **window)
+    used, fresh = (LayeredCostmap(params, static) for _ in range(2))
+    for pose, scan, stamp in drive(np.random.default_rng(4), 6):
+        used.update(pose, scan, stamp)
+    used.clear_around(Pose2D(1.0, 1.0), 3.0)
+    used.reset()
+    assert (used.obstacle_costs[0] == NO_INFORMATION).all()
+    for pose, scan, stamp in drive(np.random.default_rng(5), 6):
+        for costmap in (used, fresh):
+            costmap.update(Pose2D(pose.x - 2.0, pose.y + 1.0, pose.yaw), scan, stamp)
+        np.testing.assert_array_equal(used.master.data, fresh.master.data)
+        np.testing.assert_array_equal(used.obstacle_costs[0], fresh.obstacle_costs[0])
+
+
 def test_a_keepout_mask_is_lethal() -> None:
     static = make_map(np.random.default_rng(10))
     mask = np.zeros(static.data.shape, dtype=bool)
@@ -321,8 +340,6 @@ def test_what_cannot_be_used_is_refused() -> None:
         robot_footprint(CostmapParams(footprint="[[0, 0], [1, 0]]"))
     with pytest.raises(ParameterError, match="footprint"):
         robot_footprint(CostmapParams(footprint="0.3"))
-    with pytest.raises(ParameterError, match="combination_method"):
-        ObstacleLayerParams(combination_method=3)
     with pytest.raises(ParameterError, match="not described"):
         CostmapParams(plugins=("voxel_layer",))
 

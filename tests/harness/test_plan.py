@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from harness import planning
 from harness.cli import main
 from harness.path_check import REACH, Obstacles, placements_along
 from harness.planning import NAMES, SMOOTHER_NAMES, cost_of, make_planner, make_smoother
@@ -16,6 +17,8 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import UnknownNameError
 from navstack.params.nav2_file import load_nav2
 from navstack.params.nav2_views import read_planners, read_smoothers
+from navstack.params.planners import STATE_SPACES, OmplParams
+from navstack.planning.ompl_planner import OmplPlanner
 from navstack.planning.planner import RobotShape
 from navstack.planning.smoothers.constrained_smoother import ConstrainedSmoother
 from navstack.types import Path as Plan
@@ -100,6 +103,29 @@ def test_auto_draws_the_same_mission_for_the_same_seed(capsys: pytest.CaptureFix
     assert first["goal"] != other["goal"]
     one = document(capsys, "--map", str(room), "--seed", "4", "--start", START, "--planner", "NavFn")
     assert one["start"] == [2.5, 2.5, 0.0]
+
+
+def test_a_costmap_that_moves_with_the_robot_is_centred_on_the_start(
+    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
+) -> None:
+    window = {"rolling_window": True, "width": 8, "height": 8}
+    nav2 = load_nav2(TUNED).with_values({f"global_costmap.{name}": value for name, value in window.items()})
+    nav2.dump(tmp_path / "nav2.yaml")
+    arguments = ("--map", str(room), "--start", "9,5,0", "--goal", "12,5,0", "--planner", "NavFn")
+    (row,) = document(capsys, *arguments, "--params", str(tmp_path / "nav2.yaml"))["planners"]
+    assert row["length_m"] == pytest.approx(3.0, abs=0.1)
+
+
+def test_both_state_spaces_are_compiled_before_the_first_planner_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    spaces = []
+
+    def make(params: OmplParams, shape: RobotShape) -> OmplPlanner:
+        spaces.append(params.state_space)
+        return OmplPlanner(params, shape)
+
+    monkeypatch.setitem(planning.PLANNERS, planning.OMPL, make)
+    planning.compile_first(RobotShape(BODY, 0.14))
+    assert spaces == list(STATE_SPACES)
 
 
 def test_a_time_budget_is_kept_and_improvement_reported(capsys: pytest.CaptureFixture[str], room: Path) -> None:

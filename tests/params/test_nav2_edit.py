@@ -1,3 +1,4 @@
+import os
 from difflib import unified_diff
 from pathlib import Path
 
@@ -11,7 +12,10 @@ from navstack.params.nav2_file import load_nav2
 from navstack.params.nav2_views import read_costmap, read_dwb, read_velocity_smoother
 from navstack.params.ros_yaml import parse_document, parse_scalar
 
-TUNED = Path(__file__).parents[2] / "params" / "nav2" / "tuned.yaml"
+SHIPPED = sorted((Path(__file__).parents[2] / "params" / "nav2").glob("*.yaml"))
+TUNED = next(path for path in SHIPPED if path.name == "tuned.yaml")
+FOLDER = os.environ.get("NAVSTACK_DATA")
+REAL = sorted((Path(FOLDER) / "nav2_params").glob("*.yaml")) if FOLDER else []
 
 
 def changed_lines(before, after):
@@ -95,6 +99,51 @@ def test_absent_parameters_are_added_in_their_namespace(inspect):
     assert read_costmap(after, "global_costmap").robot_radius == 0.5
     assert read_velocity_smoother(after).feedback == "CLOSED_LOOP"
     assert not after.errors
+
+
+def entries_by_node(text):
+    return {node.path: {name: e.value for name, e in node.entries.items()} for node in parse_document(text, "f").nodes}
+
+
+@pytest.mark.parametrize("path", [*SHIPPED, *(REAL or [None])], ids=lambda path: path.name if path else "real files")
+def test_a_parameter_can_be_added_to_every_section_of_a_file(path):
+    if path is None:
+        pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
+    text = path.read_text()
+    before = entries_by_node(text)
+    for node, entries in before.items():
+        sections = {name[: i + 1] for name in entries for i, char in enumerate(name) if char == "."}
+        for section in ("", *sorted(sections)):
+            added = f"{section}added_here"
+            after = entries_by_node(set_value(text, node, added, 1.5, path.name))
+            assert after == {**before, node: {**entries, added: 1.5}}, (node, section)
+
+
+def test_a_line_added_behind_a_block_list_stays_in_its_section():
+    head = "controller_server:\n  ros__parameters:\n    FollowPath:\n      critics:\n      - PathDist\n      - GoalDist"
+    tail = "\n\n    # at the goal\n    goal_checker:\n      stateful: true\n"
+    after = set_value(head + tail, ("controller_server",), "FollowPath.max_vel_x", 0.5, "f")
+    assert after == f"{head}\n      max_vel_x: 0.5{tail}"
+
+
+@pytest.mark.parametrize("style", ["|", ">-"])
+def test_the_line_end_behind_a_text_block_stays(style):
+    text = f"n:\n  ros__parameters:\n    a: {style}\n      one\n      two\n\n    # next\n    b: 1\n"
+    after = set_value(text, ("n",), "a", "three", "f")
+    assert after == 'n:\n  ros__parameters:\n    a: "three"\n\n    # next\n    b: 1\n'
+    without_b = text.replace("    b: 1\n", "")
+    assert entries_by_node(set_value(without_b, ("n",), "c", 2, "f"))[("n",)]["c"] == 2
+
+
+def test_a_value_added_within_braces_is_not_swallowed_by_a_comment():
+    text = "n:\n  ros__parameters: {\n    a: 1,  # first\n    b: 2  # second\n  }\n"
+    assert entries_by_node(set_value(text, ("n",), "c", 3, "f")) == {("n",): {"a": 1, "b": 2, "c": 3}}
+
+
+def test_a_value_added_beside_an_alias_stays_in_its_section():
+    text = "m:\n  ros__parameters:\n    s: &one {a: 1}\nn:\n  ros__parameters:\n    s: *one\n"
+    after = entries_by_node(set_value(text, ("n",), "s.b", 2, "f"))
+    assert after == {("m",): {"s.a": 1}, ("n",): {"s.a": 1, "s.b": 2}}
 
 
 def test_the_last_of_two_duplicates_is_changed(inspect):

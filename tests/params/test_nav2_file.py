@@ -56,6 +56,15 @@ def test_shipped_files_have_nothing_unknown(name, tmp_path):
     assert views(load_nav2(tmp_path / "merged.yaml")) == views(nav2)
 
 
+@pytest.mark.parametrize("text", ["on", "y", "No", "0x1F", "010", "1e3", ".inf", "true", "3", "a b", "~", ""])
+def test_texts_that_look_like_other_values_stay_texts_in_the_merged_file(text, tmp_path, inspect):
+    nav2 = inspect(f'amcl:\n  ros__parameters:\n    scan_topic: "{text}"\n    base_frame_id: base_link\n')
+    (tmp_path / "merged.yaml").write_text(nav2.dump_merged())
+    merged = load_nav2(tmp_path / "merged.yaml")
+    assert merged.value("amcl", "scan_topic") == text
+    assert merged.value("amcl", "base_frame_id") == "base_link"
+
+
 def test_tuned_file_has_the_published_values():
     nav2 = load_nav2(SHIPPED / "tuned.yaml")
     shim, dwb = read_controller(nav2).params, read_dwb(nav2)

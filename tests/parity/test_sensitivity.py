@@ -53,6 +53,7 @@ DWB_PARAMS = "navstack/params/dwb.py"
 SHIM = "navstack/control/rotation_shim.py"
 RPP_PARAMS = "navstack/params/rpp.py"
 NEAR = ("navfn", "near_goal_dijkstra")
+EMPTY = ("navfn", "empty60_dijkstra")
 STRAIGHT = ("rpp", "default_straight")
 FIELD_MODEL = "navstack/localization/amcl_sensor_models.py"
 MOTION = "navstack/localization/motion_model.py"
@@ -68,6 +69,7 @@ CONSTANTS = (
     Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = {}, 0.5307, 0.7040", -0.2301, *NEAR, jit=False),
     Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = -0.2301, {}, 0.7040", 0.5307, *NEAR, jit=False),
     Constant(NAVFN, "WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, {}", "0.7040", *NEAR, jit=False),
+    Constant("navstack/planning/navfn_descent.py", "STEP = np.float32({})", 0.5, *EMPTY, jit=False),
     Constant(
         "navstack/costmap/inflation.py",
         "return int({} * factor)",

@@ -29,7 +29,7 @@ from navstack.planning.ompl_kernels import (
 from navstack.planning.ompl_planner import OmplPlanner
 from navstack.planning.ompl_search import ALGORITHMS
 from navstack.planning.planner import RobotShape
-from navstack.types import Pose2D
+from navstack.types import Path, Pose2D
 
 LONG = RobotShape(np.array(((0.15, 0.25), (0.15, -0.25), (-0.6, -0.25), (-0.6, 0.25))), 0.05)  # costs: contact alone
 START, GOAL = Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1)
@@ -226,6 +226,35 @@ def test_a_kept_path_of_poses_is_tried_with_the_body():
     costmap.data[my, mx] = 254  # beside the path, under the body
     around = planner.plan(Pose2D(*first.poses[10]), GOAL, costmap)
     assert clear_by(around, costmap, LONG.footprint, Pose2D(*first.poses[10])) > 0.0
+
+
+def test_a_kept_path_needs_room_at_its_turns():
+    planner, costmap = make(shape=LONG), room()
+    costmap.data[:] = 0
+    up, across = np.arange(2.5, 5.0, 0.1), np.arange(-1.0, 5.0, 0.1)
+    turn_at_the_top = [(-1.0, y, np.pi / 2) for y in up] + [(x, 5.0, 0.0) for x in across] + [GOAL.as_array()]
+    planner._kept = Path(np.array(turn_at_the_top))
+    start = Pose2D(-1.0, 2.5, np.pi / 2)
+    kept = planner.plan(start, GOAL, costmap)
+    np.testing.assert_array_equal(kept.poses[1:], turn_at_the_top[1:])
+    mx, my = costmap.world_to_map(-1.45, 5.05)  # beside the way up, under the tail after the turn
+    costmap.data[my, mx] = 254
+    assert clear_by(kept, costmap, LONG.footprint, start) == 0.0
+    around = planner.plan(start, GOAL, costmap)
+    assert clear_by(around, costmap, LONG.footprint, start) > 0.0
+
+
+def test_a_robot_beside_its_path_of_poses_does_not_jump_onto_it():
+    planner, costmap = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000), room()
+    x, y, yaw = planner.plan(START, GOAL, costmap).poses[10]
+    for aside, turned in ((0.3, 0.0), (0.0, 0.5)):
+        there = Pose2D(x + aside * np.sin(yaw), y - aside * np.cos(yaw), yaw + turned)
+        path = planner.plan(there, GOAL, costmap).poses
+        np.testing.assert_allclose(path[0], there.as_array(), atol=1e-9)
+        step = np.hypot(*np.diff(path[:, :2], axis=0).T)
+        assert step.max() <= costmap.resolution + 1e-9
+        assert np.all(np.abs(np.diff(np.unwrap(path[:, 2]))) <= step / 0.4 * 1.02 + 1e-6)
+        planner.plan(START, GOAL, costmap)
 
 
 def test_discs_hold_no_part_of_a_lethal_square():

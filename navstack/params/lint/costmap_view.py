@@ -16,7 +16,8 @@ from navstack.types import FloatArray
 STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"
 VOXEL = "nav2_costmap_2d::VoxelLayer"
 SENSOR_LAYERS = ("nav2_costmap_2d::ObstacleLayer", VOXEL)
-MARKING_LAYERS = (STATIC, *SENSOR_LAYERS, "nav2_costmap_2d::RangeSensorLayer")
+RANGE = "nav2_costmap_2d::RangeSensorLayer"
+MARKING_LAYERS = (STATIC, *SENSOR_LAYERS, RANGE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,11 @@ class LayerView:
     name: str
     type: str  # as Nav2 Jazzy spells it; empty: the file does not say
     sources: Mapping[str, ObservationSourceParams]  # of an obstacle layer
+
+    @property
+    def marks_what_is_seen(self) -> bool:
+        """Whether sensors mark in it."""
+        return self.type == RANGE or any(source.marking for source in self.sources.values())
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,9 @@
 """Rules about DWB's limits and samples: can it choose what it must?"""
 
-import math
 from collections.abc import Iterator
 
 from navstack.params.dwb import DwbParams
-from navstack.params.lint.rule import Finding, Rule, decimal
+from navstack.params.lint.rule import Finding, Rule, above, decimal
 from navstack.params.lint.subject import CONTROLLER, Subject
 
 FEW_SAMPLES = 2  # Nav2 raises fewer to this: both ends of the range and nothing between
@@ -128,8 +127,7 @@ def short_reach(subject: Subject) -> Iterator[Finding]:
                 CONTROLLER,
                 f"{name}.sim_time",
                 f"{key} x sim_time is {reach:g} m/s, max_vel_x {dwb.max_vel_x:g} m/s: {what} {speed:g} m/s is sampled",
-                f"sim_time: {decimal(math.ceil(10.0 * dwb.max_vel_x * dwb.sim_time / reach) / 10.0)} or more, "
-                f"or max_vel_x: {decimal(reach)}",
+                f"sim_time: {above(dwb.max_vel_x * dwb.sim_time / reach)} or more, or max_vel_x: {decimal(reach)}",
             )
 
 

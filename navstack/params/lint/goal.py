@@ -32,7 +32,7 @@ def far_goal(subject: Subject) -> Iterator[Finding]:
         return
     name, checker = subject.goal_checker
     size = subject.local.circumscribed
-    if checker.xy_goal_tolerance <= max(FAR_GOAL, size):
+    if size <= 0.0 or checker.xy_goal_tolerance <= max(FAR_GOAL, size):
         return
     stops = subject.dwb is not None and "RotateToGoal" in subject.dwb[1].critics
     from_there = ", and RotateToGoal forbids to speed up from there and turns on the spot" if stops else ""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, VOXEL, CostmapView
+from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, STATIC, VOXEL, CostmapView
 from navstack.params.lint.rule import Finding, Rule, above, decimal
 from navstack.params.lint.subject import Subject
 
@@ -69,12 +69,25 @@ def not_inflated(subject: Subject) -> Iterator[Finding]:
         last = max((i for i, layer in enumerate(view.layers) if layer.type == INFLATION), default=len(view.layers))
         late = [layer.name for layer in view.layers[last + 1 :] if layer.type in MARKING_LAYERS]
         if late:
-            order = [layer.name for layer in view.layers if layer.type != INFLATION] + [view.layers[last].name]
             yield Finding(
                 view.node,
                 "plugins",
                 f"{', '.join(late)} after {view.layers[last].name}",
-                f"plugins: [{', '.join(order)}]",
+                f"plugins: [{_right_order(view)}]",
+            )
+
+
+def static_hides_scan(subject: Subject) -> Iterator[Finding]:
+    """A map that overwrites what the layers before it marked."""
+    for view in subject.costmaps:
+        last = max((i for i, layer in enumerate(view.layers) if layer.type == STATIC), default=0)
+        hidden = [layer.name for layer in view.layers[:last] if layer.marks_what_is_seen]
+        if hidden and not view.params.use_maximum:
+            yield Finding(
+                view.node,
+                "plugins",
+                f"{view.layers[last].name} after {', '.join(hidden)}, without use_maximum",
+                f"plugins: [{_right_order(view)}]",
             )
 
 
@@ -179,6 +192,15 @@ def unreached_threshold(subject: Subject) -> Iterator[Finding]:
                 )
 
 
+def _right_order(view: CostmapView) -> str:
+    """The names of the layers, maps first and the last inflation behind all others."""
+    maps, others, inflations = (
+        [layer.name for layer in view.layers if (layer.type == STATIC, layer.type == INFLATION) == kind]
+        for kind in ((True, False), (False, False), (False, True))
+    )
+    return ", ".join((*maps, *others, *inflations[-1:]))
+
+
 def _takes_robot_for_a_point(subject: Subject, view: CostmapView) -> bool:
     """Whether whoever uses a costmap looks at the cost of the robot's centre only."""
     if view is subject.world:
@@ -214,6 +236,13 @@ RULES = (
         "A layer marks obstacles after the inflation layer",
         "what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's width away from it",
         not_inflated,
+    ),
+    Rule(
+        "static-hides-scan",
+        "A StaticLayer without use_maximum stands behind a layer that marks obstacles",
+        "it overwrites every cell of the map, free ones included: of what the sensors see there nothing is left, and "
+        "the robot drives into it",
+        static_hides_scan,
     ),
     Rule(
         "no-inflation",

@@ -15,8 +15,14 @@ def crossed_particles(subject: Subject) -> Iterator[Finding]:
     """More particles at least than at most."""
     low, high = subject.number(AMCL, "min_particles", 500.0), subject.number(AMCL, "max_particles", 2000.0)
     if subject.has(AMCL) and low > high:
-        found = f"{low:.0f}, but max_particles is {high:.0f}"
-        yield Finding(AMCL, "min_particles", found, f"min_particles: {high / 4.0:.0f}")
+        is_given = subject.value(AMCL, "min_particles") is not None
+        yield Finding(
+            AMCL,
+            "min_particles" if is_given else "max_particles",
+            f"max_particles is {high:.0f}, but min_particles {low:.0f}{'' if is_given else ' by default'}: Nav2 raises "
+            f"max_particles to {low:.0f}",
+            f"min_particles: {high / 4.0:.0f}",
+        )
 
 
 def few_particles(subject: Subject) -> Iterator[Finding]:
@@ -57,9 +63,9 @@ RULES = (
     Rule(
         "crossed-particles",
         "AMCL's min_particles lies above max_particles",
-        "the number of particles cannot satisfy both; AMCL resamples to a number that nobody chose",
+        "AMCL always has this one number of particles, more than the file allows, and never gets quicker once it knows "
+        "where it is",
         crossed_particles,
-        is_error=True,
     ),
     Rule(
         "few-particles",

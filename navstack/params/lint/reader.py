@@ -31,6 +31,7 @@ WARNINGS = {
     "alias": "YAML anchors and aliases; ROS's own reader refuses them.",
     "whole-number": "A whole number where Nav2 wants a decimal one: the node fails to start.",
     "decimal-number": "A decimal number where Nav2 wants a whole one: the node fails to start.",
+    "replaced-value": "A number that stands for none of Nav2's choices; Nav2 warns and takes its default.",
     "placeholder": "A switch that a launch file fills in; Nav2's default is read.",
     "foreign-node": "A node of another package; nothing here reads it.",
     "several-namespaces": "The same node in several namespaces; the last one is read.",

@@ -65,7 +65,7 @@ def _distance_outside(polygon: FloatArray, point: FloatArray) -> float:
     x, y = seen[:, 0], seen[:, 1]
     next_x, next_y = np.roll(x, -1), np.roll(y, -1)
     crosses = (y > 0.0) != (next_y > 0.0)  # edges that a ray along x may hit
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
         ahead = crosses & (x - y * (next_x - x) / (next_y - y) > 0.0)
     return 0.0 if ahead.sum() % 2 else footprint_radii(seen)[0]
 
