@@ -26,7 +26,7 @@ from harness.world.map_statistics import (
     measure_edges,
 )
 from harness.world.scene import Scene
-from harness.world.scene_io import check_map_name, load_scene
+from harness.world.scene_io import check_map_name, load_scene, made_of, map_files
 from harness.world.sidewalk import write
 from navstack.errors import InputError, MapError, UnknownNameError
 
@@ -47,8 +47,9 @@ def new_command(seed: int, name: str, out: Path) -> None:
         raise InputError(f"--seed {seed} is out of range; give 0 or more")
     check_map_name(name)
     path = out / f"{name}.yaml"
-    if path.exists():
-        raise InputError(f"{path} exists already; give another --name or --out")
+    there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None)
+    if there is not None:
+        raise InputError(f"{there} exists already; give another --name or --out")
     write(seed, out, name)
     sys.stdout.write(f"{path}\n")
 
@@ -68,6 +69,7 @@ def show_command(map_name: str, out: Path | None, view: str, samples: int, seed:
         )
     scene = load_scene(map_name)
     if out is not None:
+        _require_no_part_of(map_name, out)
         draw_map(scene, out, view=view)
     document = map_document(scene, samples, seed)
     if as_json:
@@ -79,6 +81,12 @@ def show_command(map_name: str, out: Path | None, view: str, samples: int, seed:
         console.print()
     if out is not None:
         console.print(f"picture: {out}", soft_wrap=True)
+
+
+def _require_no_part_of(map_name: str, out: Path) -> None:
+    """Check that a picture does not take the place of a file of the map."""
+    if any(out.exists() and file.exists() and out.samefile(file) for file in map_files(map_name)):
+        raise InputError(f"--out '{out}' is a file of the map itself; give another name")
 
 
 def map_document(scene: Scene, samples: int, seed: int) -> Row:

@@ -15,7 +15,7 @@ JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document o
 _WHERE = (
     click.option("--workers", type=int,
                  help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),
-    click.option("--episode-timeout", type=click.FloatRange(min=0.0, min_open=True), default=Where().time_limit,
+    click.option("--episode-timeout", type=click.FloatRange(0.0, 1e9, min_open=True), default=Where().time_limit,
                  show_default=True,
                  help="Wall time in [s] after which a delivery counts as hung; it is tried twice."),
     click.option("--executor", type=click.Choice(EXECUTORS), default=EXECUTORS[0], show_default=True,

@@ -171,6 +171,7 @@ def drive_run(study: Study, path: Path, where: Where) -> tuple[list[StackResult]
         results = finish(study, folder)
     say_what_failed(folder.records)
     if interrupted:
+        tally.done = len(folder.records)  # the last one may have been kept and not yet counted
         say_interrupted(tally, path)
     return results, interrupted
 

@@ -44,6 +44,7 @@ from harness.suite import (
     is_begun,
     load_suite,
     require_alike,
+    require_same,
     stored_suite,
     write_document,
 )
@@ -67,7 +68,9 @@ def suite_command(file: str, world: str | None, portion: Portion, where: Where, 
     if world is not None:
         suite = dataclasses.replace(suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,))
     path = (out or default_folder(source.stem)).resolve()
-    if not (path / DECLARATION).is_file():
+    if (path / DECLARATION).is_file():
+        require_same(path, suite)
+    else:
         require_usable(path)
     studies = {cell: cell_study(suite, cell, portion.episodes or suite.episodes) for cell in portion.cells(suite)}
     for cell, study in studies.items():
@@ -109,6 +112,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 if interrupted:
                     break
     finally:
+        tally.done = sum(count_finished(path / cell.name) for cell in studies)  # also what was kept and not yet counted
         if tally.done > tally.done_before:
             note_piece(path, piece_of(tally.done - tally.done_before))
     say_what_failed(records)

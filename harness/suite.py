@@ -252,6 +252,22 @@ def stored_suite(path: Path) -> Suite:
     return load_suite(path / DECLARATION)
 
 
+def require_same(path: Path, suite: Suite) -> None:
+    """Check that a suite is the one that a folder holds, maybe with other cells added or left out.
+
+    Raises:
+        InputError: it has none of the cells that the folder has, or differs in what all cells have in common.
+    """
+    stored = stored_suite(path)
+    known = {cell.name for cell in cells(suite)}
+    begun = [cell.name for cell in cells(stored) if is_begun(path, cell)]
+    shared = ("missions", "people", "localizer", "robot", "record")
+    other = [key for key in shared if getattr(stored, key) != getattr(suite, key)]
+    if other or (begun and known.isdisjoint(begun)):
+        what = f"{other[0]} is another" if other else f"none of its runs, {begun[0]} for one, is of this suite"
+        raise InputError(f"'{path}' holds the suite '{stored.title}': {what}; give another --out")
+
+
 def write_document(path: Path, document: Row) -> None:
     """Write a JSON document.
 

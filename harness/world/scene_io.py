@@ -39,6 +39,11 @@ def map_names() -> list[str]:
     return [name for name in resources.names(resources.shipped("maps")) if not name.endswith((_WALKABLE, _MESH))]
 
 
+def made_of(name: str) -> tuple[str, ...]:
+    """The stems of the files of a map of our own."""
+    return (name, f"{name}{_WALKABLE}", f"{name}{_MESH}")
+
+
 def check_map_name(name: str) -> None:
     """Check a name for a new map.
 
@@ -69,6 +74,18 @@ def load_scene(name_or_path: str | Path) -> Scene:
     else:
         obstacles, zones = extrude(geometry, geometry.data >= SOLID_FROM), ()
     return Scene(path.stem, obstacles, zones, geometry, walkable, mesh)
+
+
+def map_files(name_or_path: str | Path) -> list[Path]:
+    """The files of which :func:`load_scene` makes a map, those that there are.
+
+    Raises:
+        UnknownNameError: no shipped map has this name.
+        MapError: a YAML file cannot be used.
+    """
+    path = _resolve(str(name_or_path))
+    maps = [each for each in (path, *(_beside(path, suffix) for suffix in (_WALKABLE, _MESH))) if each.exists()]
+    return [*maps, *(load_metadata(each).image for each in maps), path.with_suffix(".geojson")]
 
 
 def save_scene(scene: Scene, folder: Path, name: str) -> None:
@@ -134,13 +151,17 @@ def _load_grid(path: Path) -> OccupancyGrid:
 
 def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> OccupancyGrid | None:
     """The map beside another one whose name has a suffix more; None: there is none."""
-    companion = path.with_name(f"{path.stem}{suffix}.yaml")
+    companion = _beside(path, suffix)
     if not companion.exists():
         return None
     grid = align(_load_grid(companion))
     if (grid.data.shape, grid.resolution, grid.origin) != (geometry.data.shape, geometry.resolution, geometry.origin):
         raise MapError(f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be equal")
     return grid
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    return path.with_name(f"{path.stem}{suffix}.yaml")
 
 
 def _free_part(geometry: OccupancyGrid) -> OccupancyGrid:

@@ -177,6 +177,21 @@ def test_a_cell_is_not_begun_in_another_world_than_its_neighbours(
     assert [path.parent.name.endswith("parked") for path in out.glob("*/run.json")] == [True]
 
 
+def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "out"
+    portion = ("--stack", "parked", "--episodes", "1", "--workers", "1", "--json")
+    assert navbench(capsys, str(file), "--out", str(out), *portion)[0] == 0
+    declared = (out / "suite.yaml").read_bytes()
+    for text, words in (
+        (TWO_STACKS.replace("seeds: [0]", "seeds: [5]"), "none of its runs"),
+        (TWO_STACKS + "missions: uniform\n", "missions is another"),
+    ):
+        file.write_text(text)
+        status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
+        assert status == 1 and words in line and "'Two that stand'" in line and line.count("\n") == 1, line
+        assert (out / "suite.yaml").read_bytes() == declared
+
+
 def cut_off(path: Path) -> None:
     """Put a finished cell back to after its first delivery."""
     with RunFolder(path, TABLES, 2) as folder:

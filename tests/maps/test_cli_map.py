@@ -114,3 +114,16 @@ def test_the_shipped_world_is_the_one_that_the_command_makes(
         made, kept = path.with_name(f"town{part}"), MAPS / f"sidewalk{part}"
         assert made.read_bytes() == kept.read_bytes()
     assert load_scene(path).name == "town"
+
+
+def test_nothing_of_a_map_is_written_over(hall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (image,) = (file for file in hall.parent.glob("hall.*") if file != hall)
+    before = image.read_bytes()
+    assert status("show", str(hall), "--out", str(image)) == 1
+    assert "is a file of the map itself" in capsys.readouterr().err and image.read_bytes() == before
+    alone = hall.parent / "new"
+    alone.mkdir()
+    (alone / "mine_walkable.png").write_bytes(b"somebody's")
+    assert status("new", "--seed", "0", "--name", "mine", "--out", str(alone)) == 1
+    assert "mine_walkable.png exists already" in capsys.readouterr().err
+    assert [file.name for file in alone.iterdir()] == ["mine_walkable.png"]
