@@ -22,8 +22,10 @@ def test_a_script_that_is_told_to_stop_leaves_in_one_line(name: str, capsys: pyt
 
 def test_a_script_that_ends_by_itself_is_left_alone() -> None:
     before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    calls: list[str] = []
     try:
-        run_script(lambda: None)
+        run_script(lambda: calls.append("main"))
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+    assert calls == ["main"]
