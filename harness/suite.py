@@ -195,9 +195,10 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
     if not is_begun(path, cell):
         study = cell_study(suite, cell, episodes)
         texts = parameters(study)
-        for other in cells(suite):
-            if is_begun(path, other):
-                _require_common(path, other, cell, texts)
+        begun = [other for other in cells(suite) if is_begun(path, other)]
+        alike = [other for other in begun if _world_of(other) == _world_of(cell)]
+        for other in {*begun[:1], *alike[:1]}:  # these were held against the others when they were begun
+            _require_common(path, other, cell, texts)
         create_run(folder, about(study, command), texts)
     elif load_study(folder).episodes < episodes:
         extend_run(folder, episodes)
@@ -208,10 +209,14 @@ def is_begun(path: Path, cell: Cell) -> bool:
     return (path / cell.name / MANIFEST).is_file()
 
 
+def _world_of(cell: Cell) -> tuple[str, int | None]:
+    return cell.condition.world, cell.condition.pedestrians
+
+
 def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
     """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
     names = ["rules.yaml", "prices.yaml"]
-    if (begun.condition.world, begun.condition.pedestrians) == (cell.condition.world, cell.condition.pedestrians):
+    if _world_of(begun) == _world_of(cell):
         names.append("world.yaml")
     folder = path / begun.name
     for name in names:

@@ -55,22 +55,6 @@ def outline_cost(
 
 
 @njit(cache=True)
-def outline_is_lethal(
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-) -> bool:
-    """Whether a lethal cell is under the outline of ``footprint`` (V, 2) at a pose, or it reaches off the map."""
-    worst = walk_outline(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, False)
-    return bool(worst == LETHAL_OBSTACLE)
-
-
-@njit(cache=True)
 def walk_outline(
     costs: ByteArray,
     origin_x: float,
@@ -82,7 +66,7 @@ def walk_outline(
     yaw: float,
     unknown_hides: bool,
 ) -> int:
-    """See :func:`outline_cost`; unless ``unknown_hides``, every lethal cell counts."""
+    """See :func:`outline_cost`; unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell."""
     height, width = costs.shape
     cosine, sine = math.cos(yaw), math.sin(yaw)
     count = len(footprint)

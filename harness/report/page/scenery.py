@@ -12,7 +12,7 @@ from harness.report.page.entries import Entry
 from harness.stored_run import StoredRun
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.costmap.occupancy_grid import FREE, SOLID_FROM
 from navstack.errors import InputError, NavstackError
 from navstack.types import FloatArray
 
@@ -76,7 +76,7 @@ def _picture(scene: Scene, with_obstacles: bool) -> Json:
 
     cells = np.where(scene.walkable.data == FREE, WALKABLE, GROUND).astype(np.uint8)
     if with_obstacles:
-        cells[scene.geometry.data >= OCCUPIED] = SOLID
+        cells[scene.geometry.data >= SOLID_FROM] = SOLID
     step = max(1, -(-max(cells.shape) // LARGEST_PICTURE))
     height, width = (side // step * step for side in cells.shape)
     blocks = cells[:height, :width].reshape(height // step, step, width // step, step)

@@ -11,11 +11,12 @@ import math
 
 import numpy as np
 
-from navstack.control.footprint_cost import outline_is_lethal
+from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
+from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
 from navstack.types import FloatArray
 
@@ -194,7 +195,8 @@ def _reach(footprint: FloatArray) -> float:
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
     origin_x, origin_y, resolution = field.grid
-    return outline_is_lethal(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw)
+    worst = walk_outline(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw, False)
+    return bool(worst == LETHAL_OBSTACLE)
 
 
 @njit(cache=True)
