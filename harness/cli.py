@@ -1,5 +1,6 @@
 """The command line program ``navbench``."""
 
+import errno
 import sys
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ from harness.cli_report import report
 from harness.cli_tune import tune
 from harness.resources import keep_compiled_code
 from harness.signals import stop_like_ctrl_c
+from harness.standard_streams import lost_output, provide_streams
 from harness.study_workers import Where
 from navstack.errors import InputError, NavstackError
 
@@ -38,6 +40,8 @@ SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
 TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
                      help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
                      "on_site_assistance, battery_wear.")  # fmt: skip
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
 LONGEST_LINE = 1000  # [characters] of a complaint
 
 
@@ -245,7 +249,16 @@ app.add_command(tune)
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the program; leaves with one of the statuses that ``HELP`` lists."""
-    sys.exit(_status(arguments))
+    provide_streams()
+    stdout = sys.stdout
+    try:
+        status: int | str | None = _status(arguments)
+    except SystemExit as leaving:
+        status = leaving.code if sys.stdout is stdout else 0  # click replaces it where a reader has left
+    lost = lost_output()
+    if lost is not None and not isinstance(lost, BrokenPipeError):  # to leave early, as head does, is no error
+        status = _complain(f"{UNWRITABLE} ({lost.strerror})", 1)
+    sys.exit(status)
 
 
 def _status(arguments: list[str] | None) -> int:
@@ -261,6 +274,10 @@ def _status(arguments: list[str] | None) -> int:
         return _complain(f"{error.format_message()} See 'navbench --help'.", 2)
     except NavstackError as error:
         return _complain(str(error), 1)
+    except OSError as error:  # files say by themselves that they cannot be written
+        if error.errno not in NO_ROOM:
+            raise
+        return _complain(f"{UNWRITABLE} ({error.strerror})", 1)
     except (KeyboardInterrupt, click.Abort):
         return _complain("interrupted", 130)
     return 0

@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -13,6 +12,7 @@ import click
 
 from harness.cli_help import BENCH_HELP
 from harness.cli_options import JSON
+from harness.durable_files import require_writable
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ def bench(
     if runs is not None:
         effort = dataclasses.replace(effort, runs=runs, deliveries=runs)
     for option, file in (("--flame", flame), ("--history", history), ("--out", out)):
-        _require_folder(option, file)
+        if file is not None:
+            require_writable(option, file)
     if history is not None:
         read_history(history)
     before = load()
@@ -93,16 +94,6 @@ def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: 
         sys.stdout.write(text)
     else:
         print_bench(rows, notes, report_console(sys.stdout))
-
-
-def _require_folder(option: str, file: Path | None) -> None:
-    """Refuse what cannot be written before anything is measured."""
-    if file is None:
-        return
-    if file.is_dir() or not file.parent.is_dir():
-        raise InputError(f"{option} {file} cannot be written: give a file in a folder that exists")
-    if not os.access(file if file.exists() else file.parent, os.W_OK):
-        raise InputError(f"{option} {file} cannot be written: permission denied; give another file")
 
 
 @contextlib.contextmanager

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from harness.cli_options import JSON
+from harness.cli_options import JSON, Finite
+from harness.durable_files import require_writable
 from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ Examples:
 @click.option("--stack", help="Of a run of several.")
 @click.option("--event", type=click.IntRange(min=1), help="Number of the event; default: all, and the costliest for "
               "--plot and --rewind.")
-@click.option("--before", type=click.FloatRange(min=0.2, max=60.0), default=5.0, show_default=True,
+@click.option("--before", type=Finite(min=0.2, max=60.0), default=5.0, show_default=True,
               help="[s] that are told, and rewound.")
 @click.option("--again", is_flag=True, help="Drive it again even if it was recorded: tells also what else DWB weighed.")
 @click.option("--rewind", "settings", multiple=True, metavar="PATH=VALUE",
@@ -57,11 +58,11 @@ def explain(
     from harness.compare import side_of
     from harness.explain.document import document, explained
     from harness.explain.seconds import seconds_before
-    from harness.report.explain_figure import check_picture
+    from harness.report.explain_figure import FORMATS
     from harness.stored_run import load_run
 
     if plot is not None:
-        check_picture(plot)
+        require_writable("figure", plot, FORMATS)
     stored = load_run(run)
     stored = stored if stack is None else stored.only(stack)
     side_of(stored)  # one stack

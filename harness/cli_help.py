@@ -177,5 +177,5 @@ Examples:
   navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s --sampler tpe
   navbench tune --resume results/latest
 
-Exit status: 0 finished; 1 bad input; 130 interrupted.
+Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130 interrupted.
 """

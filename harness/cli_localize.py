@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from harness.cli_help import LOCALIZE_HELP
-from harness.cli_options import JSON
+from harness.cli_options import JSON, Finite
 
 
 # fmt: off
@@ -25,7 +25,7 @@ from harness.cli_options import JSON
 @click.option("--reference", metavar="TOPIC|FILE", help="Poses to compare with: of a topic, or of a TUM file.")
 @click.option("--align", "alignment", type=click.Choice(("none", "start", "se2")), default="none", show_default=True,
               help="How the trajectory is laid on the reference before the APE is taken.")
-@click.option("--interval", type=click.FloatRange(min=0.0, max=1e6, min_open=True), default=1.0, show_default=True,
+@click.option("--interval", type=Finite(min=0.0, max=1e6, min_open=True), default=1.0, show_default=True,
               help="Of the RPE, in [s].")
 @click.option("--initial-pose", metavar="x,y,yaw[,std_xy,std_yaw]",
               help="Where the robot starts; default: the file's, for amcl, else 0,0,0.")

@@ -10,6 +10,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from harness.durable_files import require_folder
 from harness.mission import SAMPLINGS, MissionSampler
 from harness.report.map_picture import VIEWS, draw_map
 from harness.report.tables import report_console, report_table
@@ -50,6 +51,7 @@ def new_command(seed: int, name: str, out: Path) -> None:
     there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None)
     if there is not None:
         raise InputError(f"{there} exists already; give another --name or --out")
+    require_folder(out)
     write(seed, out, name)
     sys.stdout.write(f"{path}\n")
 

@@ -1,6 +1,7 @@
 """Options that several commands have."""
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,12 +11,24 @@ from click.core import ParameterSource
 from harness.study_workers import EXECUTORS, Where
 from navstack.errors import InputError
 
+
+class Finite(click.FloatRange):
+    """A number within limits; click's own range takes nan, which is within none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number, or click's complaint."""
+        number = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{value} is not a number.", param, ctx)
+        return number
+
+
 PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
 _WHERE = (
     click.option("--workers", type=int,
                  help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),
-    click.option("--episode-timeout", type=click.FloatRange(0.0, 1e9, min_open=True), default=Where().time_limit,
+    click.option("--episode-timeout", type=Finite(0.0, 1e9, min_open=True), default=Where().time_limit,
                  show_default=True,
                  help="Wall time in [s] after which a delivery counts as hung; it is tried twice."),
     click.option("--executor", type=click.Choice(EXECUTORS), default=EXECUTORS[0], show_default=True,

@@ -9,10 +9,12 @@ from typing import Any
 import click
 
 from harness.cli_help import PLAN_HELP
-from harness.cli_options import JSON
+from harness.cli_options import JSON, Finite
+from harness.durable_files import require_writable
 from navstack.errors import InputError
 
 AUTO = "auto"
+PICTURES = (".png", ".pdf", ".svg")  # suffixes
 
 
 # fmt: off
@@ -26,7 +28,7 @@ AUTO = "auto"
               "InformedRRTstar, BITstar, PRMstar, FMT; repeatable.")
 @click.option("--smoother", help="Smooth every path: SimpleSmoother, SavitzkyGolaySmoother or ConstrainedSmoother.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of mission and planners.")
-@click.option("--time", "seconds", type=click.FloatRange(min=0.0, max=3600.0, min_open=True), metavar="SECONDS",
+@click.option("--time", "seconds", type=Finite(min=0.0, max=3600.0, min_open=True), metavar="SECONDS",
               help="Wall time for each of OMPL's planners; default: a number of iterations, which is repeatable.")
 @click.option("--params", help="A Nav2 parameter file, or a name of params/nav2; default: the tuned one.")
 @click.option("--picture", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw the paths on the costmap.")
@@ -84,6 +86,8 @@ def plan_command(request: Request) -> int:
     from harness.report.tables import report_console
     from harness.setup import nav2_of
 
+    if request.picture is not None:
+        require_writable("--picture", request.picture, PICTURES)
     names, task = request.names, _task(request)
     nav2, smoother = nav2_of(task), None
     if request.smoother is not None:

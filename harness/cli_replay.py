@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from harness.cli_report import check_page, today, write_page
+from harness.cli_report import PAGES, today, write_page
+from harness.durable_files import require_writable
 from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def replay(
 def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded, replay_page
 
-    check_page(path)
+    require_writable("page", path, PAGES)
     write_page(path, replay_page(*one_recorded(run, episode), today()))
 
 
@@ -79,18 +80,13 @@ def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
     click.echo(f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB")
 
 
-def _check_gif(path: Path) -> None:
-    if path.suffix.lower() != ".gif" or path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(f"animation '{path}' cannot be written; give a name that ends with .gif in an existing folder")
-
-
 def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded
     from harness.report.page.replays import bodies
     from harness.report.page.scenery import scene_of_run
     from harness.report.replay_gif import write_gif
 
-    _check_gif(path)
+    require_writable("animation", path, (".gif",))
     recorded, arrays = one_recorded(run, episode)
     if "scan_mm" not in arrays:
         raise InputError("this recording holds trajectories only: it is an older one; make the run again")
@@ -108,7 +104,7 @@ def _write_close_up(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.manifest import load_study
     from harness.report.delivery_animation import animate
 
-    _check_gif(path)
+    require_writable("animation", path, (".gif",))
     name = run.stacks[0].name
     touching = sorted({event["episode"] for event in run.events if (event["stack"], event["type"]) == (name, EVENT)})
     if episode not in touching and any(row["episode"] == episode for row in run.stacks[0].rows):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from harness.durable_files import write_text
+from harness.durable_files import require_writable, write_text
 from navstack.errors import InputError
 
 HELP = """Write a report of finished runs as one HTML page that needs no server and no network.
@@ -15,6 +15,7 @@ delivery earns with its interval, both tables beside the paper's, the costs, out
 comparison of the stacks, a map, every delivery with filters, and replays of recorded ones (navbench run --record full).
 """
 REPLAYS = 20
+PAGES = (".html", ".htm")  # suffixes
 
 
 @click.command(help=HELP, short_help="Write a report of finished runs as one HTML page.")
@@ -29,26 +30,12 @@ def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
     from harness.report.page.entries import left_out
     from harness.stored_run import load_run
 
-    check_page(out)
+    require_writable("page", out, PAGES)
     loaded = [load_run(each) for each in runs]
     page = report_page(loaded, replays, today())
     for note in left_out(loaded):
         click.echo(f"note: {note}", err=True)
     write_page(out, page)
-
-
-def check_page(out: Path) -> None:
-    """Check that a page can be written.
-
-    Raises:
-        InputError: it has another suffix, is a folder, or its folder does not exist.
-    """
-    if out.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"page '{out}' is no HTML file; give a name that ends with .html")
-    if not out.absolute().parent.is_dir():
-        raise InputError(f"page '{out}' cannot be written: its folder does not exist; make it, or choose another")
-    if out.is_dir():
-        raise InputError(f"page '{out}' cannot be written: it is a folder; give a file")
 
 
 def write_page(out: Path, text: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from harness.benchmark import TABLES
+from harness.benchmark import TABLES, require_own
 from harness.cli_run import (
     INTERRUPTED,
     SOME_ERRORS,
@@ -48,7 +48,7 @@ from harness.suite import (
     stored_suite,
     write_document,
 )
-from harness.suite_pieces import note_piece, piece_of
+from harness.suite_pieces import note_piece, piece_of, pieces_of
 from harness.table_files import Row
 
 
@@ -95,6 +95,7 @@ def resume_suite_command(path: Path, portion: Portion, where: Where, as_json: bo
 
 def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bool) -> int:
     chosen = portion.cells(suite)
+    pieces_of(path)  # a damaged list is told before anything is driven
     for cell in chosen:
         begin(path, suite, cell, portion.episodes or suite.episodes, sys.argv)
     studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
@@ -148,6 +149,7 @@ def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
 def _drive_cell(path: Path, study: Study, workers: Workers, on_finished: OnFinished) -> tuple[list[Row], bool]:
     """The records of a cell, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
+        require_own(study, folder)
         interrupted = drive(study, folder, workers, on_finished)
         finish(study, folder)
         return folder.records, interrupted

@@ -144,7 +144,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
 
 def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> int:
     """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
-    from harness.cli_run import INTERRUPTED, say
+    from harness.cli_run import INTERRUPTED, SOME_ERRORS, say
     from harness.manifest import load_study, version_notes
     from harness.study_workers import open_workers
     from harness.tuning.display import shown
@@ -177,7 +177,10 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
     else:
         report()
-    return 0
+    if journal.errors:
+        count, first = len(journal.errors), journal.errors[0]
+        say(f"{count} episodes ended in an error, e.g. {first}; --resume {path} drives them again")
+    return SOME_ERRORS if journal.errors else 0
 
 
 def _search_and_test(

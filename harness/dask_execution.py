@@ -7,48 +7,47 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import BrokenExecutor, Future
-from typing import Any, NamedTuple
+from concurrent.futures import Future
+from typing import Any
 
-from distributed import Client
+from distributed import Client, Security
 from distributed.client import FutureCancelledError
+from distributed.comm.addressing import parse_address
 from distributed.scheduler import KilledWorker
 from distributed.versions import VersionMismatchWarning
 
+from harness.dask_calls import Outcome, Worker, WorkerLostError, guarded
 from harness.execution import LOOK, NoExecutorError, Place
 from harness.worker_check import Look, look, trouble
+from navstack.errors import InputError
 
 CONNECT = 15.0  # [s] within which a scheduler answers
 PATIENCE = 180.0  # [s] without any worker
 SILENCE = 120.0  # [s] within which a busy scheduler answers
 GATHER = 0.1  # [s] to collect workers that are to be restarted together
 RESTART = 20.0  # [s] for a worker to come back
+ENCRYPTED = ("tls", "wss")  # schemes of addresses
 LIBRARIES = ("dask", "distributed")  # that must be the same on both sides, beside those of the caller
 
 
-class WorkerLostError(BrokenExecutor):
-    """A worker died, or left the cluster."""
+def check_security(scheduler: str) -> None:
+    """Check that Dask's own configuration lets this program speak to a scheduler.
 
-
-class _Worker(NamedTuple):
-    """A worker that fits."""
-
-    lost: "asyncio.Future[None]"  # done once it has left
-    is_guarded: bool  # whether it comes back when it is killed
-
-
-class _Outcome(NamedTuple):
-    """What became of a call on a worker, so that its own errors are not taken for the cluster's."""
-
-    result: Any
-    error: Exception | None
-
-
-def _guarded(function: Callable[..., Any], arguments: Sequence[Any]) -> _Outcome:
+    Raises:
+        InputError: it does not.
+    """
+    settings = "distributed.comm.tls: ca-file, client.cert and client.key"
     try:
-        return _Outcome(function(*arguments), None)
-    except Exception as error:
-        return _Outcome(None, error)
+        read: Any = Security  # untyped
+        security = read()
+        has_certificate = security.get_connection_args("client")["ssl_context"] is not None
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"Dask's TLS cannot be used ({error}); correct its configuration, {settings}") from None
+    is_encrypted = parse_address(scheduler)[0] in ENCRYPTED
+    if is_encrypted and not has_certificate:
+        raise InputError(f"--scheduler {scheduler} needs TLS; set it in Dask's configuration, {settings}")
+    if security.require_encryption and not is_encrypted:
+        raise InputError(f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give tls://...")
 
 
 class DaskCluster:
@@ -75,7 +74,7 @@ class DaskCluster:
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(lambda loop, context: None)  # Dask's own, of connections that end
         self._thread = threading.Thread(target=self._loop.run_forever, name="dask client", daemon=True)
-        self._workers: dict[str, _Worker] = {}  # by address
+        self._workers: dict[str, Worker] = {}  # by address
         self._free: asyncio.Queue[str] = asyncio.Queue()  # addresses; those that left meanwhile are skipped
         self._avoided: set[str] = set()  # addresses that do not fit, or are at work on what nobody waits for
         self._calls: set[asyncio.Task[Any]] = set()
@@ -195,12 +194,13 @@ class DaskCluster:
         if isinstance(seen, Look):
             line, where = trouble(self._here, seen), f"{address} on {seen.host}"
         else:
-            line, where = f"cannot run this program ({type(seen).__name__}: {seen}): install the same there", address
+            why = f"{type(seen).__name__}: {seen}"
+            line, where = f"cannot run this program ({why}): install the same there and restart it", address
         if line:
             self._avoided.add(address)
             complain(f"Dask worker {where} {' '.join(line.split())}")
         elif isinstance(seen, Look):
-            self._workers[address] = _Worker(self._loop.create_future(), seen.is_guarded)
+            self._workers[address] = Worker(self._loop.create_future(), seen.is_guarded)
             self._free.put_nowait(address)
 
     async def _call(self, function: Callable[..., Any], arguments: Sequence[Any]) -> Any:
@@ -217,8 +217,8 @@ class DaskCluster:
         while (address := await self._free.get()) not in self._workers:
             pass  # it left while it was free
         worker = self._workers[address]
-        future = self._client.submit(_guarded, function, arguments, workers=[address], pure=False)
-        outcome: asyncio.Future[_Outcome] = asyncio.ensure_future(_outcome_of(future))
+        future = self._client.submit(guarded, function, arguments, workers=[address], pure=False)
+        outcome: asyncio.Future[Outcome] = asyncio.ensure_future(_outcome_of(future))
         try:
             await asyncio.wait((outcome, worker.lost, self._over), return_when=asyncio.FIRST_COMPLETED)
             return self._taken(outcome, address)
@@ -231,7 +231,7 @@ class DaskCluster:
             if address in self._workers:
                 self._free.put_nowait(address)
 
-    def _taken(self, outcome: "asyncio.Future[_Outcome]", address: str) -> Any:
+    def _taken(self, outcome: "asyncio.Future[Outcome]", address: str) -> Any:
         """The result of a call, or why there is none."""
         if not outcome.done() and self._gone:
             raise NoExecutorError(self._gone)
@@ -252,7 +252,7 @@ class DaskCluster:
             raise made.error
         return made.result
 
-    def _abandon(self, address: str, worker: _Worker) -> None:
+    def _abandon(self, address: str, worker: Worker) -> None:
         """Use a worker no more whose call nobody waits for; its process is restarted if it has a nanny."""
         if self._workers.pop(address, None) is None:
             return

@@ -3,7 +3,7 @@
 import contextlib
 import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -16,6 +16,33 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file, whole or not at all."""
     with replacing(path) as stream:
         stream.write(text.encode())
+
+
+def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> None:
+    """Check, before the work, that its result can be written to the file that a user names.
+
+    Raises:
+        InputError: it has none of the suffixes, is a folder, its folder does not exist, or permission is missing.
+    """
+    if suffixes and file.suffix.lower() not in suffixes:
+        raise InputError(f"{what} '{file}' cannot be written; give a name that ends with {', '.join(suffixes)}")
+    if file.is_dir():
+        raise InputError(f"{what} '{file}' cannot be written: it is a folder; give a file")
+    if not file.absolute().parent.is_dir():
+        raise InputError(f"{what} '{file}' cannot be written: its folder does not exist; make it, or choose another")
+    if not os.access(file if file.exists() else file.absolute().parent, os.W_OK):
+        raise InputError(f"{what} '{file}' cannot be written: permission denied; choose another")
+
+
+def require_folder(path: Path) -> None:
+    """Check, before the work, that files can be put into a folder, which may still have to be made.
+
+    Raises:
+        InputError: it is no folder, or permission is missing.
+    """
+    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise InputError(f"output folder '{path}' cannot be written; choose another")
 
 
 @contextlib.contextmanager

@@ -31,8 +31,10 @@ def about(study: Study, command: Sequence[str]) -> Row:
     task = dataclasses.asdict(study.template)
     for key in OF_ONE_EPISODE:
         del task[key]
+    if study.template.people is not None:
+        task["people"] = Path(study.template.people).name  # of a recording, a copy of which is in params/
     return {
-        "command": ["navbench", *command[1:]],
+        "command": _typed(command),
         "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
         "episodes": study.episodes,
         **task,
@@ -41,6 +43,13 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "program_sha256": project_digest(),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
     }
+
+
+def _typed(command: Sequence[str]) -> list[str]:
+    """What was typed, without the folders of this machine before a program or a script (``sys.argv`` has them)."""
+    script = Path(command[0]) if command else Path()
+    program = ["python", str(Path(*script.parts[-2:]))] if script.suffix == ".py" else [PROGRAM]
+    return [*program, *command[1:]]
 
 
 def parameters(study: Study) -> dict[str, str]:

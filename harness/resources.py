@@ -1,6 +1,7 @@
 """Where the maps and parameters that come with the program are."""
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -45,14 +46,18 @@ def keep_compiled_code() -> None:
         return
     from navstack.costmap.field_cache import cache_folder  # it takes numpy, which is a third of the time of --help
 
-    for folder in (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
-            return
+    folder = next(filter(_is_ours, (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}")), None)
+    os.environ["NUMBA_CACHE_DIR"] = str((folder or Path(tempfile.mkdtemp(prefix="navbench-"))) / "numba")
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether a folder, made where it is missing, is this user's own: what lies there is loaded and run."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.stat()
+    except OSError:
+        return False
+    return found.st_uid == os.getuid() and not found.st_mode & stat.S_IWOTH and os.access(folder, os.W_OK)
 
 
 def compiled_code() -> Path:

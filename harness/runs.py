@@ -3,20 +3,23 @@
 import contextlib
 import json
 import os
+import shutil
 import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.durable_files import LOCK, locked, no_links, replacing, sync_folder, write_text
-from harness.journal import events_at, finished_in_tables, key_of, line_of, record_of, with_events
-from harness.table_files import Columns, Row, trouble_with, write_table
+from harness.durable_files import LOCK, locked, no_links, replacing, require_folder, sync_folder, write_text
+from harness.journal import events_at, finished_in_tables, key_of, line_of, records_in, with_events
+from harness.own_folders import require_real_folders
+from harness.table_files import Columns, Row, read_rows, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.params.strict import read_text
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
+BEGUN = "run.begun"  # there while a run is created
 ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
 OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
@@ -35,12 +38,11 @@ def require_usable(path: Path) -> None:
     Raises:
         InputError: it exists and is not empty, or cannot be written.
     """
-    if path.is_dir() and any(entry.name != LOCK for entry in path.iterdir()):
+    left_over = (path / BEGUN).is_file() and not (path / MANIFEST).exists()
+    if path.is_dir() and not left_over and any(entry.name != LOCK for entry in path.iterdir()):
         resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
         raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder{resume}")
-    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise InputError(f"output folder '{path}' cannot be written; choose another")
+    require_folder(path)
 
 
 def other_study(folder: Path) -> tuple[str, str] | None:
@@ -59,7 +61,7 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
     """Write what is known before the first episode.
 
     Args:
-        path: must be absent or empty.
+        path: must be absent or empty, or what is left of a program that was killed in here.
         about: content of ``run.json``.
         parameters: file name -> text, for ``params/``.
 
@@ -67,16 +69,22 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
         InputError: the folder exists and is not empty, is in use, or cannot be written.
     """
     require_usable(path)
+    require_real_folders(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
         with locked(path):
             require_usable(path)  # another program may have been quicker
+            write_text(path / BEGUN, "")
+            if (path / "params").exists():
+                shutil.rmtree(path / "params")
             (path / "params").mkdir()
             for name, text in parameters.items():
                 write_text(path / "params" / name, text)
             write_text(path / MANIFEST, json.dumps(about, indent=2, sort_keys=True) + "\n")
+            (path / BEGUN).unlink()
     except OSError as error:
         raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
+    point_latest(path)
 
 
 def extend_run(path: Path, episodes: int) -> None:
@@ -89,6 +97,7 @@ def extend_run(path: Path, episodes: int) -> None:
     Raises:
         InputError: the folder is in use, cannot be written, or holds no run.
     """
+    require_real_folders(path)
     try:
         with locked(path):
             about = json.loads(read_text(path / MANIFEST))
@@ -125,6 +134,7 @@ class RunFolder:
         self._open = contextlib.ExitStack()
         with contextlib.ExitStack() as opening:
             try:
+                require_real_folders(path)
                 opening.enter_context(locked(path))
                 if self._has_tables and not (path / JOURNAL).exists():
                     self.records = finished_in_tables(path, tables)
@@ -247,22 +257,13 @@ class RunFolder:
 
     def _read_journal(self, journal: IO[bytes]) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
-        place, end = 0, journal.seek(0, os.SEEK_END)
+        end, size = 0, journal.seek(0, os.SEEK_END)
         journal.seek(0)
-        known: set[tuple[int, int]] = set()
-        for number, line in enumerate(iter(lambda: journal.readline(MOST_LINE), b""), start=1):
-            record = record_of(line)
-            if record is None and place + len(line) >= end:
-                break
-            trouble = "" if record is None else trouble_with(record["row"], self._tables["episodes"])
-            if record is None or trouble or key_of(record) in known:
-                reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
-                where = f"{self.path / JOURNAL}: line {number}"
-                raise InputError(f"{where} is {reason}; a run resumes from a whole journal")
-            known.add(key_of(record))
+        lines = iter(lambda: journal.readline(MOST_LINE), b"")
+        for record, place, length in records_in(lines, size, self.path / JOURNAL, self._tables):
             self._keep(record, place)
-            place += len(line)
-        journal.truncate(place)
+            end = place + length
+        journal.truncate(end)
 
     def _failed(self, error: OSError) -> InputError:
         kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""
@@ -271,14 +272,16 @@ class RunFolder:
 
 
 def count_finished(path: Path) -> int:
-    """Number of finished episodes of a run, which another program may be writing."""
-    import pyarrow.parquet as pq
+    """Number of finished episodes of a run, which another program may be writing.
 
+    Raises:
+        InputError: its table is damaged.
+    """
     if (path / JOURNAL).is_file():
         with (path / JOURNAL).open("rb") as journal:
-            return sum(line.endswith(b"\n") for line in journal)
+            return sum(line.endswith(b"\n") for line in iter(lambda: journal.readline(MOST_LINE), b""))
     table = path / "episodes.parquet"
-    return int(pq.read_metadata(table).num_rows) if table.is_file() else 0
+    return len(read_rows(table, {"episode": "int64"})) if table.is_file() else 0
 
 
 def point_latest(path: Path) -> None:

@@ -3,7 +3,6 @@
 import contextlib
 import dataclasses
 import math
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +11,14 @@ from harness.brain import Brain, Parked
 from harness.economics.prices import Prices, load_prices
 from harness.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.outcome import Rules
+from harness.process_cache import kept
 from harness.stack import Stack
 from harness.study import EpisodeTask, is_recording
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.injected_error import InjectedErrorLocalizer
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld
+from harness.world.replay_file import recording_text
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
@@ -30,37 +31,37 @@ from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
 from navstack.params.nav2_file import Nav2File, load_nav2
-from navstack.params.strict import load_dataclass, read_text
+from navstack.params.strict import load_dataclass
 
 REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def scene_of(map_name: str) -> Scene:
     """The scene of a map."""
     return load_scene(map_name)
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def _missions_on(map_name: str, sampling: str) -> MissionSampler:
     scene = scene_of(map_name)
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
 
 
-@lru_cache(maxsize=8)
+@kept(8)
 def nav2_parameters(path: str, allow_unknown: bool) -> Nav2File:
     """A Nav2 parameter file, read and checked."""
     return load_nav2(Path(path), allow_unknown)
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def prices_of(path: str) -> Prices:
     """The prices of a study."""
     return load_prices(path)
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def rules_of(path: str) -> Rules:
     """The rules by which deliveries end."""
     return load_dataclass(Rules, Path(path))
@@ -108,7 +109,7 @@ def build_world(task: EpisodeTask) -> PyBulletWorld:
     )
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def _world(
     map_name: str,
     world: str,
@@ -129,7 +130,7 @@ def _world(
     )
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def world_params(path: str, pedestrians: int | None, people: str | None = None) -> WorldParams:
     """A world's parameters, with the people that the user asked for.
 
@@ -167,10 +168,10 @@ def with_recording(params: WorldParams) -> tuple[WorldParams, dict[str, str]]:
     source = Path(params.people.replay.file)
     replay = dataclasses.replace(params.people.replay, file=f"people{source.suffix}")
     beside = dataclasses.replace(params, people=dataclasses.replace(params.people, replay=replay))
-    return beside, {replay.file: read_text(source)}
+    return beside, {replay.file: recording_text(source)}
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def robot_of(path: str) -> RobotParams:
     """The robot of a stack."""
     return load_dataclass(RobotParams, Path(path))
@@ -183,7 +184,7 @@ def _steps_per_tick(task: EpisodeTask) -> int:
     return _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, rate)
 
 
-@lru_cache(maxsize=8)
+@kept(8)
 def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
@@ -203,7 +204,7 @@ def build_brain(task: EpisodeTask, world: World) -> Brain:
     return _navigator(world, task.map_name, task.stack, task.allow_unknown)
 
 
-@lru_cache(maxsize=2)
+@kept(2)
 def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> Navigator:
     return navigator_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
 

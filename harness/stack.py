@@ -84,13 +84,21 @@ def load_stack(
     path = resolve(name_or_file, stacks, "stack")
     if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
         stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
-        stack = dataclasses.replace(stack, nav2_file=str(path), title=f"Nav2 file {path.name}")
+        stack = dataclasses.replace(stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}")
     else:
         stack = load_dataclass(Stack, path)
     given = {"localizer": localizer, "robot": robot, "sensors": sensors}
     changes = {key: value for key, value in given.items() if value is not None}
-    stack = dataclasses.replace(stack, name=path.stem, **changes)
+    own = {key: _beside(path, getattr(stack, key)) for key in ("nav2_file", "sensors", "robot")}
+    stack = dataclasses.replace(stack, name=path.stem, **{**own, **changes})
     return _with_paths(stack, path)
+
+
+def _beside(path: Path, name_or_file: str) -> str:
+    """What a stack's file names: a file, relative to that one, as an absolute path; a name of ``params`` as it is."""
+    given = Path(name_or_file)
+    is_file = given.suffix in (".yaml", ".yml") or len(given.parts) > 1  # as :func:`resolve` tells them apart
+    return str((path.parent / given).absolute()) if is_file else name_or_file
 
 
 def _with_paths(stack: Stack, path: Path) -> Stack:
@@ -109,9 +117,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     if stack.navigator == "nav2":
         if not stack.nav2_file:
             raise ParameterError(f"{path}: key 'nav2_file' is missing; a nav2 stack needs one")
-        beside = path.parent / stack.nav2_file
-        given = str(beside) if beside.is_file() else stack.nav2_file
-        nav2_file = str(resolve(given, params / "nav2", "Nav2").resolve())
+        nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2").resolve())
     return dataclasses.replace(
         stack,
         nav2_file=nav2_file,

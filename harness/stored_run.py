@@ -10,6 +10,7 @@ from typing import Any
 
 from harness.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
+from harness.journal import LARGEST, NEEDED
 from harness.liability import COUNTED, PERSON
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
 from harness.runs import JOURNAL, MANIFEST, count_finished, no_run, other_study
@@ -17,12 +18,10 @@ from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_yaml, read_text
 
-NEEDED = ("stack", "map", "seed", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
 NEEDED_OF_EVENTS = (
     *("stack", "episode", "type", "partner", "kind", "fault"),
     *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
 )
-LARGEST = 1e12  # of any number; more is no measurement of ours
 CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
 
 

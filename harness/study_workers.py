@@ -1,6 +1,7 @@
 """The workers of a study: processes of this machine, or those of a Dask cluster."""
 
 import contextlib
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from harness.study import Study
 
 EXECUTORS = ("local", "dask")
+ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?([\w.-]+|\[[\w.:%-]+\]):(?P<port>\d{1,5})", re.ASCII)
+MOST_PORT = 65535
 MOST_AT_ONCE = 100_000  # deliveries; a cluster's room is less
 
 
@@ -27,20 +30,43 @@ class Where:
     time_limit: float = TIME_LIMIT  # [s] of wall time per delivery
 
     def __post_init__(self) -> None:
-        """Check that the options fit together.
+        """Check that the options fit together, and what can be known of a cluster without asking it.
 
         Raises:
-            InputError: they do not.
+            InputError: they do not, or the scheduler cannot be reached.
         """
         if self.executor == "dask" and not self.scheduler:
             raise InputError("--executor dask needs a scheduler; give --scheduler tcp://HOST:8786")
         if self.executor == "local" and self.scheduler:
             raise InputError(f"--scheduler {self.scheduler} is for --executor dask; give both, or neither")
+        if self.scheduler:
+            _check_scheduler(self.scheduler)
 
     @property
     def is_local(self) -> bool:
         """Whether deliveries stay on this machine."""
         return self.executor == "local"
+
+
+def _check_scheduler(address: str) -> None:
+    """Check an address, and that what is installed and configured here can use it.
+
+    Raises:
+        InputError: it cannot be an address, Dask is missing, or not configured for it.
+    """
+    match = ADDRESS.fullmatch(address)
+    if match is None or not 1 <= int(match["port"]) <= MOST_PORT:
+        raise InputError(
+            f"--scheduler {address!r} is no address of a Dask scheduler; give SCHEME://HOST:PORT (tcp, tls, ws or wss; "
+            f"port 1 to {MOST_PORT}; IPv6 in brackets), e.g. tcp://HOST:8786"
+        )
+    try:
+        from harness.dask_execution import check_security
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"--executor dask needs the package {error.name}, which is not installed; pip install 'navbench[dask]'"
+        ) from None
+    check_security(address)
 
 
 @contextlib.contextmanager
@@ -60,15 +86,10 @@ def open_workers(where: Where, count: int, folder: Path, runs: "Mapping[Path, St
         with Workers(count, time_limit=where.time_limit) as workers:
             yield workers
         return
+    from harness.dask_execution import DaskCluster
     from harness.manifest import LIBRARIES, PROGRAM
     from navstack.params.extensions import plugin_packages
 
-    try:
-        from harness.dask_execution import DaskCluster
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"--executor dask needs the package {error.name}, which is not installed; pip install 'navbench[dask]'"
-        ) from None
     libraries = (PROGRAM, *LIBRARIES, *plugin_packages())
     files = sorted({str(file.absolute()) for run, study in runs.items() for file in files_of(run, study)})
     try:

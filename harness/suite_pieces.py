@@ -10,6 +10,7 @@ from pathlib import Path
 from harness.manifest import LIBRARIES, PROGRAM
 from harness.suite import write_file
 from harness.worker_check import project_digest
+from navstack.errors import InputError
 from navstack.params.strict import from_mapping, read_text
 
 PIECES = "pieces.jsonl"
@@ -48,4 +49,12 @@ def pieces_of(path: Path) -> tuple[Piece, ...]:
         InputError: it is damaged.
     """
     lines = read_text(path / PIECES).splitlines() if (path / PIECES).is_file() else []
-    return tuple(from_mapping(Piece, json.loads(line), f"{path / PIECES}: line {k}") for k, line in enumerate(lines, 1))
+    return tuple(_piece_in(line, f"{path / PIECES}: line {number}") for number, line in enumerate(lines, 1))
+
+
+def _piece_in(line: str, where: str) -> Piece:
+    try:
+        content = json.loads(line)
+    except (ValueError, RecursionError):
+        raise InputError(f"{where} is damaged; each is the JSON of one call that drove deliveries: remove it") from None
+    return from_mapping(Piece, content, where)

@@ -5,12 +5,13 @@ import platform
 import socket
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from harness.execution import give_memory_back
+from harness.process_cache import forget
 from harness.resources import keep_compiled_code, shipped
 
 PACKAGES = ("navstack", "harness")  # of this project
@@ -24,12 +25,13 @@ class Look:
     threads: int  # that run tasks
     is_guarded: bool  # whether a process (Dask's nanny) would start it anew
     versions: Mapping[str, str]  # of Python, the machine and libraries; "" where a library is missing
-    project: str  # SHA-256 of the code, parameters and maps that come with the program
+    project: str  # SHA-256 of the code, parameters and maps that come with the program, as they are on disk
     files: Mapping[str, str]  # absolute path -> SHA-256; "" where there is none
+    code: str  # SHA-256 of the code, as it was on disk when the process began to use it
 
 
 def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None) -> Look:
-    """Look at this process, and prepare it for deliveries if it is a Dask worker.
+    """Look at this process, and prepare it for deliveries if it is a Dask worker: what earlier ones read is forgotten.
 
     Args:
         libraries: names of distributions.
@@ -39,7 +41,7 @@ def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None
     if dask_worker is not None:
         keep_compiled_code()
         give_memory_back()
-    return Look(
+    seen = Look(
         host=socket.gethostname(),
         threads=1 if dask_worker is None else int(dask_worker.state.nthreads),
         is_guarded=dask_worker is not None and dask_worker.nanny is not None,
@@ -48,9 +50,13 @@ def look(libraries: Sequence[str], files: Sequence[str], dask_worker: Any = None
             "machine": platform.machine(),
             **{name: _version(name) for name in libraries},
         },
-        project=project_digest(),
+        project=_digest_of(_project()),
         files={path: _digest(path) for path in files},
+        code=_code_digest(),
     )
+    if dask_worker is not None:
+        forget()  # last: what is read from now on is what was seen
+    return seen
 
 
 def trouble(here: Look, there: Look) -> str:
@@ -62,9 +68,15 @@ def trouble(here: Look, there: Look) -> str:
         )
     for name, ours in here.versions.items():
         if (theirs := there.versions.get(name, "")) != ours:
-            return f"has {name} {theirs or 'not at all'}, here it is {ours}: rows could differ; install the same"
+            what = f"has {name} {theirs or 'not at all'}, here it is {ours}"
+            return f"{what}: rows could differ; install the same and restart its workers"
     if there.project != here.project:
-        return "has other code, parameters or maps of this program: use the same checkout on every machine"
+        return (
+            "has other code, parameters or maps of this program: use the same checkout on every machine and restart "
+            "its workers"
+        )
+    if there.code != here.code:
+        return "runs code of this program from before it was changed there: restart its workers"
     for path, ours in here.files.items():
         theirs = there.files.get(path, "")
         if not theirs and ours:
@@ -76,13 +88,29 @@ def trouble(here: Look, there: Look) -> str:
 
 @lru_cache(maxsize=1)
 def project_digest() -> str:
-    """SHA-256 of the code, parameters and maps that come with the program."""
+    """SHA-256 of the code, parameters and maps that come with the program, as they were when first asked for."""
+    return _digest_of(_project())
+
+
+@lru_cache(maxsize=1)
+def _code_digest() -> str:
+    return _digest_of(_code())
+
+
+def _digest_of(paths: Sequence[Path]) -> str:
     digest = hashlib.sha256()
-    root = Path(__file__).resolve().parents[1]
-    sources = [path for package in PACKAGES for path in sorted((root / package).rglob("*.py"))]
-    for path in (*sources, *_all_files(shipped("params")), *_all_files(shipped("maps"))):
+    for path in paths:
         digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
+
+
+def _project() -> list[Path]:
+    return [*_code(), *_all_files(shipped("params")), *_all_files(shipped("maps"))]
+
+
+def _code() -> list[Path]:
+    root = Path(__file__).resolve().parents[1]
+    return [path for package in PACKAGES for path in sorted((root / package).rglob("*.py"))]
 
 
 def _all_files(folder: Path) -> list[Path]:
@@ -96,7 +124,9 @@ def _digest(path: str) -> str:
         return ""
 
 
+@cache
 def _version(name: str) -> str:
+    """A version as it was when first asked for: what is imported stays when another one is installed."""
     try:
         return version(name)
     except PackageNotFoundError:

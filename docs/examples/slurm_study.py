@@ -9,9 +9,12 @@ ends takes its deliveries with it, and they are driven again elsewhere. ``--scri
 """
 
 import argparse
+import signal
 import subprocess
 import sys
 from typing import Any
+
+from harness.signals import run_script
 
 MEMORY = 3.0  # [GB] per worker: see docs/scaling.md
 NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
@@ -36,10 +39,12 @@ def make_cluster(cluster_class: Any, per_job: int, **options: Any) -> Any:
 
 
 def run(cluster: Any, jobs: int, command: list[str]) -> int:
-    """Submit jobs and drive a study on them; returns navbench's exit status."""
+    """Submit jobs and drive a study on them; returns navbench's exit status, also when it is interrupted."""
     cluster.scale(jobs=jobs)
     cluster.wait_for_workers(1)
-    return subprocess.call([*NAVBENCH, *command, "--executor", "dask", "--scheduler", cluster.scheduler_address])
+    navbench = subprocess.Popen([*NAVBENCH, *command, "--executor", "dask", "--scheduler", cluster.scheduler_address])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches navbench, too, which keeps what is finished
+    return navbench.wait()
 
 
 def main() -> None:
@@ -55,6 +60,7 @@ def main() -> None:
     given = parser.parse_args()
     from dask_jobqueue import SLURMCluster
 
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # the import has made Ctrl-C an exit with status 0
     options = {"queue": given.queue, "account": given.account, "walltime": given.walltime}
     with make_cluster(SLURMCluster, given.per_job, **options) as cluster:
         if given.script:
@@ -64,4 +70,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

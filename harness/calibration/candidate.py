@@ -11,8 +11,9 @@ from harness.manifest import load_study, parameters
 from harness.runs import JOURNAL
 from harness.stored_run import StoredRun, load_run
 from harness.study import Study, make_study
+from harness.world.replay_file import recording_text
 from navstack.errors import InputError
-from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, load_yaml, read_text
+from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, load_yaml
 from navstack.params.yaml_text import load_text
 
 FRICTION, WAKE = "world.cargo.friction", "world.cargo.wake_acceleration"
@@ -156,7 +157,7 @@ def _put(content: dict[str, Any], path: Sequence[str], value: Any) -> None:
 def _alike(kind: str, stored: Path, text: str) -> bool:
     """Whether a stored file means the same; a key that came later counts with its default."""
     if stored.suffix != ".yaml":
-        return read_text(stored) == text
+        return recording_text(stored) == text
     if kind not in CLASSES:
         return bool(load_yaml(stored) == load_text(text, kind))
     cls = CLASSES[kind]

@@ -1,7 +1,6 @@
 """``navbench localize``: a recorded log through a localizer, to a trajectory and its errors."""
 
 import json
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from harness.durable_files import require_writable
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.mountings import Mountings, frame_name
@@ -78,7 +78,7 @@ def localize(request: Request) -> int:
     Raises:
         InputError: something given cannot be used, or the log breaks off; what was computed is written before.
     """
-    _require_writable(request.out)
+    require_writable("--out", request.out)
     _require_no_input(request)
     if request.localizer not in LOCALIZERS:
         raise UnknownNameError("localizer", request.localizer, LOCALIZERS)
@@ -121,14 +121,6 @@ def _is_same(out: Path, given: Path) -> bool:
     if not (out.exists() and given.exists()):
         return False
     return out.samefile(given) or (given.is_dir() and out.parent.samefile(given))
-
-
-def _require_writable(out: Path) -> None:
-    """Check before the work that its result can be kept."""
-    folder = out.parent
-    if out.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        what = "is a folder" if out.is_dir() else f"cannot be written: no writable folder '{folder}'"
-        raise InputError(f"--out '{out}' {what}; give a file in an existing folder")
 
 
 def _reference(given: str | None, topics: Topics) -> Trajectory | str | None:

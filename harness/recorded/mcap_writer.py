@@ -13,6 +13,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from harness.durable_files import require_writable
 from navstack.errors import InputError
 
 BAG_VERSION: Final = 9  # of the format of rosbag2's metadata: Jazzy's
@@ -39,12 +40,7 @@ class McapWriter:
         Raises:
             InputError: it has another suffix or is a folder, or its own does not exist or cannot be written.
         """
-        if path.suffix.lower() != ".mcap":
-            raise InputError(f"'{path}' is no MCAP file; give a name that ends with .mcap")
-        if not path.absolute().parent.is_dir():
-            raise InputError(f"'{path}' cannot be written: its folder does not exist; make it, or choose another")
-        if path.is_dir():
-            raise InputError(f"'{path}' cannot be written: it is a folder; give a file")
+        require_writable("MCAP file", path, (".mcap",))
         self._path = path
         try:
             self._folder = tempfile.TemporaryDirectory(dir=path.absolute().parent, prefix=".bag-")

@@ -11,6 +11,7 @@ MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7  # op of a record
 _LONGEST_HEADER = 1_000_000  # [bytes] of a record; a connection's holds the definition of its type in its data
+_LONGEST_CONNECTION = 10_000_000  # [bytes] of the data of one
 _COMPRESSIONS = {b"none": "", b"bz2": "bz2", b"lz4": "lz4"}
 _LENGTH, _TIME = struct.Struct("<I"), struct.Struct("<II")
 
@@ -42,6 +43,7 @@ class Ros1File(BlockFile):
             elif op == _CHUNK:
                 self._take_chunk(header, data, data_size)
             elif op == _CONNECTION:
+                _check_connection(data_size)
                 self._take_connection(header, self._blocks.bytes_at(data, data_size))
             elif op == _MESSAGE:
                 self._take_message(header, WHOLE_FILE, data, data_size)
@@ -81,6 +83,7 @@ class Ros1File(BlockFile):
             if data + size > len(content):
                 raise DamageError(f"has a record beyond the end of {where}")
             if op == _CONNECTION:
+                _check_connection(size)
                 self._take_connection(header, content[data : data + size])
             elif op == _MESSAGE:
                 self._take_message(header, block, data, size)
@@ -134,6 +137,12 @@ def _fields(content: bytes) -> Header:
         fields[name] = value
         position += 4 + size
     return fields
+
+
+def _check_connection(size: int) -> None:
+    """Check the size of a connection's data before they are read."""
+    if size > _LONGEST_CONNECTION:
+        raise DamageError(f"has a connection of {size} bytes; at most {_LONGEST_CONNECTION} are read")
 
 
 def _op(header: Header) -> int:

@@ -29,18 +29,6 @@ ROBOT, BELIEF, PERSON, TRACK, CONTACT, PLAN = "#0b6e4f", "#3b82f6", "#7b3fa0", "
 SCORES = ("#1f5fa8", "#e07b00", "#0b6e4f", "#a21caf", "#b45309", "#9ca3af")
 
 
-def check_picture(path: Path) -> None:
-    """Check that a figure can be written.
-
-    Raises:
-        InputError: it has another suffix, is a folder, or its folder does not exist.
-    """
-    if path.suffix.lower() not in FORMATS or path.is_dir() or not path.absolute().parent.is_dir():
-        raise InputError(
-            f"figure '{path}' cannot be written; give a name that ends with {', '.join(FORMATS)} in an existing folder"
-        )
-
-
 def draw_seconds(evidence: Evidence, seconds: Seconds, scene: Scene | None, paths: Sequence[Path]) -> None:
     """Draw the seconds before a moment.
 

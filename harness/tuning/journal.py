@@ -11,6 +11,7 @@ from typing import IO, Any
 
 from harness.durable_files import locked, no_links, sync_folder
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
+from harness.own_folders import require_real_folders
 from harness.runs import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.table_files import trouble_with
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
@@ -46,6 +47,7 @@ class Journal:
         self._ended: float | None = None
         with contextlib.ExitStack() as opening:
             try:
+                require_real_folders(path)
                 opening.enter_context(locked(path))
                 if self.path.exists():
                     check_regular(self.path, MOST_JOURNAL)
@@ -67,6 +69,11 @@ class Journal:
 
     def __len__(self) -> int:
         return len(self._rows)
+
+    @property
+    def errors(self) -> list[str]:
+        """What those episodes of this session ended in that have no result."""
+        return [row["error"] for row in self._rows.values() if row.get("error") is not None]
 
     @property
     def elapsed(self) -> float:

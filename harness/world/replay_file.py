@@ -53,14 +53,7 @@ def load_recording(params: ReplayParams) -> Recording:
             "people of the model 'replay' need a recording; give --people FILE.csv, or replay.file in the world file"
         )
     path = Path(params.file)
-    try:
-        check_regular(path, MAX_BYTES)
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
-        raise InputError(
-            f"people file '{path}' cannot be read ({reason}); give a CSV file with the columns id, t, x, y"
-        ) from None
+    lines = recording_text(path).removeprefix("\ufeff").splitlines()
     try:
         samples = _obsmat(lines, path, params.frame_rate) if path.suffix == ".txt" else _csv(lines, path)
     except csv.Error as error:
@@ -68,6 +61,23 @@ def load_recording(params: ReplayParams) -> Recording:
     if not samples:
         raise InputError(f"people file '{path}' has no samples; at least one line of id, t [s], x [m], y [m] is needed")
     return _arrange(np.array(samples), params, path)
+
+
+def recording_text(path: Path) -> str:
+    """The text of a recording as it is.
+
+    Raises:
+        InputError: the file is absent, unreadable, too large or not UTF-8.
+    """
+    try:
+        check_regular(path, MAX_BYTES)
+        with path.open(encoding="utf-8", newline="") as stream:  # line ends stay as they are
+            return stream.read()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
+        raise InputError(
+            f"people file '{path}' cannot be read ({reason}); give a CSV file with the columns id, t, x, y"
+        ) from None
 
 
 def _csv(lines: list[str], path: Path) -> list[Sample]:

@@ -162,7 +162,7 @@ def test_tables_and_bad_names_on_the_command_line(capsys: pytest.CaptureFixture[
     assert "collision monitor, approach" in printed and "indicative" in printed and "numpy twin" in printed
     for words, said in (
         (["--only", "nothing"], "unknown --only 'nothing'"),
-        (["--out", str(tmp_path / "absent" / "x.json")], "in a folder that exists"),
+        (["--out", str(tmp_path / "absent" / "x.json")], "its folder does not exist"),
         (["--runs", "0"], "--runs"),
     ):
         with pytest.raises(SystemExit) as status:

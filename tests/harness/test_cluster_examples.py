@@ -2,7 +2,9 @@
 
 import importlib.util
 import multiprocessing
+import os
 import shutil
+import signal
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -85,7 +87,9 @@ def test_mpi_drives_a_study(rules: Path, expected: dict[str, bytes], tmp_path: P
 
 
 def test_slurm_jobs_have_workers_of_one_thread() -> None:
+    on_interrupt = signal.getsignal(signal.SIGINT)
     jobqueue = pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed")
+    signal.signal(signal.SIGINT, on_interrupt)  # the import has replaced it
     example = load("slurm_study")
     options = {"queue": "long", "account": "robots", "walltime": "4:00:00"}
     scheduler = {"dashboard_address": None, "host": "127.0.0.1"}
@@ -95,3 +99,35 @@ def test_slurm_jobs_have_workers_of_one_thread() -> None:
         assert f"#SBATCH {line}\n" in script
     assert "--nthreads 1" in script and "--nworkers 16" in script and "--nanny" in script
     assert f"{sys.executable} -m distributed.cli.dask_worker" in script
+
+
+INTERRUPTED = """
+import signal, sys
+from types import SimpleNamespace
+sys.path.insert(0, {examples!r})
+import dask_jobqueue, slurm_study
+slurm_study.NAVBENCH = [sys.executable, "-c", {navbench!r}]
+cluster = SimpleNamespace(scale=lambda jobs: None, wait_for_workers=lambda n: None, scheduler_address="tcp://here:1")
+sys.exit(slurm_study.run(cluster, 1, ["run"]))
+"""
+KEEPS_WHAT_IS_FINISHED = """
+import signal, sys, time
+try:
+    print("driving", flush=True)
+    time.sleep(60)
+except KeyboardInterrupt:
+    time.sleep(1)
+    print("kept", flush=True)
+    sys.exit(130)
+"""
+
+
+def test_an_interrupted_slurm_study_waits_for_what_navbench_keeps() -> None:
+    pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed")
+    program = INTERRUPTED.format(examples=str(EXAMPLES), navbench=KEEPS_WHAT_IS_FINISHED)
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as study:
+        assert study.stdout is not None and study.stdout.readline() == "driving\n"
+        os.killpg(study.pid, signal.SIGINT)  # as Ctrl-C in a terminal
+        assert study.stdout.read() == "kept\n"
+    assert study.returncode == 130

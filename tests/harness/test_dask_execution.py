@@ -114,6 +114,19 @@ def test_closing_early_stops_what_runs(two: Any, tmp_path: Path) -> None:
         os.kill(int(traces[0].name.removeprefix("1-")), 0)
 
 
+def test_workers_that_live_on_read_files_that_changed_between_studies(two: Any, tmp_path: Path) -> None:
+    def limit(task: tuple[str, int]) -> float:
+        from harness.setup import rules_of
+
+        return rules_of(task[0]).timeout
+
+    rules = tmp_path / "short.yaml"
+    for seconds in (2.0, 3.0):
+        rules.write_text(RULES.replace("timeout: 2.0", f"timeout: {seconds}"))
+        finished = drive_on(two, limit, [(str(rules), number) for number in range(4)])
+        assert [(item.result, item.error) for item in finished.values()] == 4 * [(seconds, None)]
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     rules = tmp_path_factory.mktemp("files") / "short.yaml"

@@ -175,6 +175,7 @@ def test_why_there_is_no_path(
         (("--seed", "-1"), ("-1",)),
         (("--params", "tunde"), ("tunde", "tuned")),
         (("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "no/such/folder.png"), ("no/such",)),
+        (("--start", START, "--goal", GOAL, "--planner", "NavFn", "--picture", "plan.bag"), ("ends with .png",)),
     ],
 )
 def test_bad_input(

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from harness.durable_files import LOCK, locked, replacing
+from harness.durable_files import LOCK, locked, replacing, write_text
 from harness.runs import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
 
@@ -184,3 +184,35 @@ def test_latest_points_to_the_newest_run(tmp_path: Path) -> None:
     assert pq.read_table(latest / "episodes.parquet").num_rows == 2
     go_on(latest, ORDER[2:])  # by its other name
     assert pq.read_table(latest / "episodes.parquet").num_rows == 4
+
+
+def test_latest_is_there_from_the_beginning(tmp_path: Path) -> None:
+    create_run(tmp_path / "results" / "one", {}, {})
+    assert (tmp_path / "results" / "latest" / MANIFEST).is_file(), "a killed run is resumed from there"
+
+
+@pytest.mark.parametrize("killed_at", ["a.yaml", "b.yaml", MANIFEST])
+def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
+    killed_at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(path: Path, text: str) -> None:
+        if path.name == killed_at:
+            raise SystemExit
+        write_text(path, text)
+
+    with monkeypatch.context() as patched, pytest.raises(SystemExit):
+        patched.setattr("harness.runs.write_text", killed)
+        create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 1\n", "b.yaml": "y: 1\n"})
+    create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 2\n"})
+    files = sorted(str(file.relative_to(tmp_path / "run")) for file in (tmp_path / "run").rglob("*"))
+    assert files == ["params", "params/a.yaml", MANIFEST]
+    with pytest.raises(InputError, match="not empty"):
+        create_run(tmp_path / "run", {}, {})
+
+
+def test_a_folder_of_parameters_is_not_taken_for_what_is_left_of_a_run(tmp_path: Path) -> None:
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / "mine.yaml").write_text("a: 1\n")
+    with pytest.raises(InputError, match="not empty"):
+        create_run(tmp_path, {}, {})
+    assert (tmp_path / "params" / "mine.yaml").exists()

@@ -49,6 +49,17 @@ def suite_file(folder: Path, text: str = SUITE) -> Path:
     return folder / "suite.yaml"
 
 
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A suite of which one of two cells is driven, in one call."""
+    folder = tmp_path_factory.mktemp("driven")
+    with pytest.raises(SystemExit), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+        main(["suite", str(suite_file(folder, TWO_STACKS)), "--out", str(folder / "out"), "--stack", "parked",
+              "--episodes", "1", "--workers", "1"])  # fmt: skip
+    return folder / "out"
+
+
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     with pytest.raises(SystemExit) as leaving:
         main(["suite", *arguments])
@@ -190,6 +201,31 @@ def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[
         status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
         assert status == 1 and words in line and "'Two that stand'" in line and line.count("\n") == 1, line
         assert (out / "suite.yaml").read_bytes() == declared
+
+
+@pytest.mark.parametrize("line", ['{"date": "2026-01', "[]", '{"date": 5}', "[" * 100_000])
+def test_a_damaged_log_of_pieces_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, line: str
+) -> None:
+    out = Path(shutil.copytree(driven, tmp_path / "out"))
+    with (out / "pieces.jsonl").open("a", encoding="utf-8") as log:
+        log.write(f"{line}\n")
+    status, _, said = navbench(capsys, "--resume", str(out), "--workers", "1")
+    (complaint,) = (each for each in said.splitlines() if each.startswith("navbench: "))
+    assert status == 1 and "pieces.jsonl: line 2" in complaint
+
+
+@pytest.mark.parametrize("name", ["figures", "sidewalk-costnav-seed0-standing"])
+def test_a_suite_is_not_written_through_a_link(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, name: str
+) -> None:
+    out, target = Path(shutil.copytree(driven, tmp_path / "out")), tmp_path / "elsewhere"
+    shutil.rmtree(out / name, ignore_errors=True)
+    target.mkdir()
+    (out / name).symlink_to(target)
+    status, _, said = navbench(capsys, "--resume", str(out), "--workers", "1")
+    assert status == 1 and f"{name}' is a symbolic link" in said.splitlines()[-1]
+    assert not list(target.iterdir())
 
 
 def cut_off(path: Path) -> None:

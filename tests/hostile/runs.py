@@ -117,6 +117,23 @@ def _journal(old: str, new: str, times: int = 1) -> Change:
     return lambda run: put(run / "journal.jsonl", (run / "journal.jsonl").read_text().replace(old, new) * times)
 
 
+def _time(value: float | None) -> Change:
+    """The timings of a finished run with another factor."""
+
+    def apply(run: Path) -> None:
+        table = pq.read_table(run / "timings.parquet")
+        place = table.schema.get_field_index("real_time_factor")
+        factors = pa.array([value] * len(table), pa.float64())
+        pq.write_table(table.set_column(place, "real_time_factor", factors), run / "timings.parquet")
+
+    return apply
+
+
+def _linked_folder(run: Path) -> None:
+    (run.parent / "elsewhere").mkdir()
+    (run / "recordings").symlink_to(run.parent / "elsewhere")
+
+
 _ROW_OF_LISTS = '{"row": {"stack_number": 0, "episode": 0, "stack": []}, "events": [1], "timing": {}}\n'
 MANIFESTS: dict[str, tuple[Change, str]] = {
     "is missing": (lambda run: (run / "run.json").unlink(), "run.json"),
@@ -174,6 +191,11 @@ FILES: dict[str, tuple[Change, str]] = {
     "has a journal of another run": (_journal('"episode": 0', '"episode": 77'), "delivery 77"),
     "has a journal that counts twice": (_journal("", "", 2), "journal.jsonl"),
     "has a journal with rows of lists": (_text("journal.jsonl", _ROW_OF_LISTS), "journal.jsonl"),
+    "has a journal whose events are numbers": (_journal('"events": []', '"events": [1]'), "journal.jsonl"),
+    "has a journal whose events are of another kind": (
+        _journal('"events": []', '"events": [{"stack": "parked", "impulse_ns": "hard"}]'), "impulse_ns"),
+    "has a journal without times": (_journal('"wall_s"', '"controller_max_ms"'), "wall_s"),
+    "has recordings that are a link to another folder": (_linked_folder, "recordings"),
     "has a journal that is a pipe": (_replaced("journal.jsonl", pipe), "run folder"),
     "has a journal that is a link to another file": (_link("journal.jsonl"), "run folder"),
     "has a lock that is a link to another file": (_link("run.lock"), "run folder"),
@@ -224,6 +246,8 @@ def cases() -> Iterator[Case]:
     for what, (change, says) in TABLE_CHANGES.items():
         if what != "is missing":  # then the run begins anew
             yield Case(f"finished run to resume: table {what}", says, _finished(change))
+    yield Case("finished run to resume: a time is missing", "real_time_factor", _finished(_time(None)))
+    yield Case("finished run to resume: a time is no number", "real_time_factor", _finished(_time(float("nan"))))
 
 
 def _copy(folder: Path, change: Change, episodes: int) -> Path:

@@ -88,6 +88,7 @@ def test_the_tables_show_the_papers_values_beside(hall: Path, capsys: pytest.Cap
         (("new", "--name", "town_navmesh"), "does not end with _walkable or _navmesh"),
         (("new", "--name", "town", "--seed", "-1"), "--seed -1"),
         (("new", "--name", "sidewalk", "--out", "{maps}"), "exists already"),
+        (("new", "--name", "town", "--out", "{maps}/sidewalk.yaml"), "sidewalk.yaml' cannot be written"),
         (("show", "sidewolk"), "did you mean 'sidewalk'"),
         (("show", "sidewalk", "--samples", "1"), "at least 2 samples"),
         (("show", "sidewalk", "--view", "navmash"), "did you mean 'navmesh'"),

@@ -98,6 +98,17 @@ def test_a_bag_that_was_never_closed_says_so(tmp_path):
         assert len(bag.places(set(bag.topics))) == 300
 
 
+def test_a_connection_of_3_gb_is_not_read(tmp_path):
+    path = write(tmp_path / "log", entries(3), "ros1")
+    fields = b"".join(struct.pack("<I", len(field)) + field for field in (b"op=\x07", b"conn=\x09\0\0\0", b"topic=/x"))
+    with path.open("ab") as stream:
+        stream.write(struct.pack("<I", len(fields)) + fields + struct.pack("<I", 3_000_000_000))
+        stream.truncate(stream.tell() + 3_000_000_000)  # a file of holes
+    with Bag([path], TYPES) as bag:
+        assert str(bag.damage) == f"{path}: has a connection of 3000000000 bytes; at most 10000000 are read"
+        assert bag.counts() == {"/odom": 1, "/imu/data": 2}
+
+
 def test_a_split_log_is_one(tmp_path):
     first, second = entries()[:150], entries()[150:]
     paths = [write(tmp_path / "b", second, "ros1"), write(tmp_path / "a", first, "ros1")]

@@ -230,7 +230,7 @@ def test_what_is_missing_is_one_line(tmp_path, capsys):
     line = complaint(
         capsys, "--bag", bag, "--params", "stock", "--localizer", "gps", "--out", tmp_path / "no" / "o.tum"
     )
-    assert "--out" in line and "no writable folder" in line
+    assert "--out" in line and "its folder does not exist" in line
     assert not (tmp_path / "o.tum").exists()
     assert "more than 100 km from the datum" in complaint(capsys, *base, "gps", "--datum", "10,10")
 

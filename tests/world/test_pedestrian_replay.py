@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.setup import with_recording
 from harness.world.body_state import BodyState
 from harness.world.lidar_kernels import cast_circles
 from harness.world.pedestrian_params import PedestrianParams, ReplayParams
 from harness.world.pedestrian_statistics import companions, prediction_errors, record_states, separations
 from harness.world.replay import ReplayPedestrians
-from harness.world.replay_file import Recording, load_recording
+from harness.world.replay_file import MAX_BYTES, Recording, load_recording
+from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.types import Pose2D
@@ -188,3 +190,24 @@ def test_a_camera_sees_a_window():
     recording = record_states(states, 0.4, (1.0, 4.0))
     assert np.array_equal(recording.firsts, (0, 2, 4))
     assert recording.times == pytest.approx((0.4, 0.8, 1.6, 2.0))
+
+
+def test_a_run_keeps_a_recording_of_any_size_that_is_read_as_it_is(tmp_path):
+    head = "\ufeffid,t,x,y\r\n1,0,5,5\r\n"
+    file = tmp_path / "mine.csv"
+    file.write_text(head + "#" * (MAX_BYTES - len(head.encode())), encoding="utf-8", newline="")
+    asked = PedestrianParams(model="replay", replay=ReplayParams(str(file)))
+    world, kept = with_recording(WorldParams(people=asked))
+    assert world.people.replay.file == "people.csv"
+    assert kept["people.csv"].encode() == file.read_bytes()
+    with file.open("a", encoding="utf-8") as stream:
+        stream.write("#")
+    with pytest.raises(InputError, match=f"at most {MAX_BYTES}"):
+        with_recording(WorldParams(people=asked))
+
+
+@pytest.mark.parametrize("text", [TWO, "\ufeff" + TWO, TWO.replace("\n", "\r\n"), TWO.replace("\n", "\r")])
+def test_marks_and_line_ends_do_not_matter(tmp_path, text):
+    file = tmp_path / "people.csv"
+    file.write_text(text, encoding="utf-8", newline="")
+    assert load_recording(ReplayParams(str(file))).times.tolist() == [0.0, 2.0, 3.0, 1.0, 4.0]

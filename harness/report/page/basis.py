@@ -3,6 +3,7 @@
 import hashlib
 import json
 import platform
+import shlex
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -55,7 +56,7 @@ def _run(run: StoredRun, entries: Sequence[Entry]) -> Json:
     command = about.get("command")
     return {
         "folder": run.folder.resolve().name,
-        "command": " ".join(map(str, command)) if isinstance(command, list) else "",
+        "command": shlex.join(map(str, command)) if isinstance(command, list) else "",
         "deliveries": {entry.label: len(entry.stack.rows) for entry in entries},
         "errors": sum(entry.stack.errors for entry in entries),
         "seed": run.seed,

@@ -213,6 +213,7 @@ def test_deliveries_without_a_result_are_driven_again_in_the_next_session(tmp_pa
         journal.add(ORIGINAL, 0, row)
         journal.add(ORIGINAL, 1, lost)
         assert journal.get(ORIGINAL, 1) is not None, "in this session it stays lost"
+        assert journal.errors == ["its worker was lost 2 times"]
     with Journal(tmp_path) as journal:
         assert (len(journal), journal.get(ORIGINAL, 1)) == (1, None)
         journal.add(ORIGINAL, 1, row)

@@ -1,0 +1,49 @@
+"""What a process keeps of files between deliveries, until it is told to forget."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, Generic, ParamSpec, TypeVar
+
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
+
+_ALL: "list[Kept[Any, Any]]" = []
+
+
+class Kept(Generic[Given, Made]):
+    """A function whose last results are kept; its arguments are hashable."""
+
+    def __init__(self, make: Callable[Given, Made], most: int) -> None:
+        """Keep nothing yet.
+
+        Args:
+            make: the function.
+            most: number of results kept.
+        """
+        functools.update_wrapper(self, make)
+        self._make, self._most = make, most
+        self.cache_clear()
+
+    def __call__(self, *given: Given.args, **named: Given.kwargs) -> Made:
+        """The result, made now or earlier."""
+        return self._known(*given, **named)
+
+    def cache_clear(self) -> None:
+        """Keep nothing of what was made, nor of what another thread is making just now."""
+        self._known: Callable[..., Made] = functools.lru_cache(self._most)(self._make)
+
+
+def kept(most: int) -> Callable[[Callable[Given, Made]], Kept[Given, Made]]:
+    """Keep the last results of a function that reads files, or takes what another one made of them."""
+
+    def keep(make: Callable[Given, Made]) -> Kept[Given, Made]:
+        _ALL.append(Kept(make, most))
+        return _ALL[-1]
+
+    return keep
+
+
+def forget() -> None:
+    """Read files anew, and build anew what is made of them; what is at work just now goes on as it is."""
+    for each in _ALL:
+        each.cache_clear()

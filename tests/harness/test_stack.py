@@ -1,0 +1,83 @@
+"""What a stack's file names is looked for beside that file; what a user names, where the user is."""
+
+import dataclasses
+import os
+from pathlib import Path
+
+import pytest
+
+from harness.manifest import about, load_study, parameters
+from harness.resources import shipped
+from harness.runs import create_run
+from harness.stack import Stack, load_stack
+from harness.study import make_study
+from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass
+
+FILES = {"nav2_file": ("nav2", "tuned"), "sensors": ("sensors", "rtk_urban"), "robot": ("robots", "segway_e1")}
+SHIPPED = load_stack("nav2-gps")
+
+
+@pytest.fixture
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a stack and what it names; files of the same names, but damaged, are where the user is."""
+    for folder in ("mine", "mine/parts", "here", "here/parts"):
+        (tmp_path / folder).mkdir()
+    for kind, name in FILES.values():
+        text = (shipped("params") / kind / f"{name}.yaml").read_text(encoding="utf-8")
+        for file in (f"{kind}.yaml", f"parts/{kind}.yaml"):
+            (tmp_path / "mine" / file).write_text(text, encoding="utf-8")
+            (tmp_path / "here" / file).write_text("damaged: true\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path / "mine"
+
+
+def write(folder: Path, **files: str) -> Path:
+    given = {"nav2_file": "tuned", "sensors": "rtk_good", "robot": "segway_e1", **files}
+    stack = dataclasses.replace(SHIPPED, name="", **given)
+    (folder / "stack.yaml").write_text(dump_dataclass(stack), encoding="utf-8")
+    return folder / "stack.yaml"
+
+
+def files_of(stack: Stack) -> list[str]:
+    return [getattr(stack, key) for key in FILES]
+
+
+@pytest.mark.parametrize("place", ["", "./", "parts/", "../mine/parts/"])
+def test_files_are_found_beside_the_stacks_own(mine: Path, place: str) -> None:
+    file = write(mine, **{key: f"{place}{kind}.yaml" for key, (kind, _) in FILES.items()})
+    expected = [str((mine / place / f"{kind}.yaml").resolve()) for kind, _ in FILES.values()]
+    assert files_of(load_stack(str(file))) == expected
+    assert files_of(load_stack(os.path.relpath(file))) == expected
+
+
+def test_names_are_those_of_the_program(mine: Path) -> None:
+    for name in ("tuned", "rtk_good", "segway_e1"):
+        (mine / name).write_text("a file of that name\n")
+    assert files_of(load_stack(str(write(mine)))) == files_of(SHIPPED)
+
+
+@pytest.mark.parametrize(("key", "what"), [("sensors", "sensor preset"), ("robot", "robot"), ("nav2_file", "Nav2")])
+def test_a_file_that_is_only_where_the_user_is_is_not_the_stacks(mine: Path, key: str, what: str) -> None:
+    (mine.parent / "here" / "only.yaml").write_text("x: 1\n")
+    with pytest.raises(InputError, match=f"{what} file '{mine / 'only.yaml'}' does not exist; give a YAML file or one"):
+        load_stack(str(write(mine, **{key: "only.yaml"})))
+
+
+def test_what_the_user_names_is_where_the_user_is(mine: Path) -> None:
+    here = mine.parent / "here"
+    stack = load_stack(str(write(mine, robot="gone.yaml")), robot="robots.yaml", sensors="parts/sensors.yaml")
+    assert (stack.robot, stack.sensors) == (str(here / "robots.yaml"), str(here / "parts" / "sensors.yaml"))
+    assert load_stack("../mine/nav2.yaml").nav2_file == str(mine / "nav2.yaml")
+
+
+def test_a_run_goes_on_from_its_own_copies(mine: Path) -> None:
+    file = write(mine, **{key: f"parts/{kind}.yaml" for key, (kind, _) in FILES.items()})
+    study = make_study(stacks=[os.path.relpath(file)], episodes=1)
+    texts = parameters(study)
+    create_run(mine / "run", about(study, ["navbench"]), texts)
+    for kind, _ in FILES.values():
+        (mine / "parts" / f"{kind}.yaml").unlink()
+    stored = load_study(mine / "run")
+    assert all(str(mine / "run" / "params") in each for each in files_of(stored.stacks[0]))
+    assert all(parameters(stored)[name] == text for name, text in texts.items() if name.endswith(".yaml"))

@@ -1,0 +1,37 @@
+"""What the program does when its standard output is full, closed, or left by its reader."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("words", [["paper"], ["paper", "--json"], ["--help"]])
+def test_a_full_disk_is_one_line(words: list[str]) -> None:
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run([*NAVBENCH, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("navbench: standard output cannot be written") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["paper"], ["paper", "--json"], ["--help"]])
+def test_a_reader_who_leaves_early_is_no_error(words: list[str]) -> None:
+    end, beginning = os.pipe()
+    os.close(end)
+    done = subprocess.run([*NAVBENCH, *words], stdout=beginning, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(beginning)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
+    """The next file would get the number of standard output, and with it what children print."""
+    program = "import os, sys; os.close(1); os.close(2); sys.stdout = sys.stderr = None\n"
+    program += "from harness.cli import main\nmain(['paper'])"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+    program = program.replace("'paper'", "'nonsense'")
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 2
