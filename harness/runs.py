@@ -177,14 +177,15 @@ class RunFolder:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
         if self._journal is None:
             raise ValueError(f"run folder '{self.path}' is closed or complete")
-        place = self._journal.seek(0, os.SEEK_END)
+        place, before = self._journal.seek(0, os.SEEK_END), len(self.records)
         try:
             self._journal.write(line_of(record))
+            self._keep(record, place)  # an interrupt while the disk works finds it in the journal and here
             self._journal.flush()
             os.fsync(self._journal.fileno())
         except OSError as error:
+            del self.records[before:], self._places[before:]
             raise self._failed(error) from None
-        self._keep(record, place)
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
         """Keep the trajectories of one episode as ``recordings/<name>.npz``; to be called before :meth:`add`."""

@@ -76,6 +76,21 @@ def test_an_interrupt_keeps_the_finished_rows(tmp_path: Path) -> None:
     assert (tmp_path / "run" / JOURNAL).exists()
 
 
+def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    create_run(tmp_path / "run", {}, {})
+
+    def interrupted(descriptor: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", TABLES, 4) as folder, monkeypatch.context() as m:
+        m.setattr("harness.runs.os.fsync", interrupted)
+        folder.add(record(0, 0))
+    assert len(folder.records) == count_finished(tmp_path / "run") == 1
+    assert pq.read_table(tmp_path / "run" / "episodes.parquet").num_rows == 1
+
+
 @pytest.mark.parametrize("cut", range(5))
 @pytest.mark.parametrize("tail", [b"", b'{"row": {"stack_num', b'{"row": {}}\n', b"\x00" * 64])
 def test_a_run_cut_off_anywhere_goes_on_to_the_same_tables(tmp_path: Path, cut: int, tail: bytes) -> None:
