@@ -157,7 +157,8 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
     study = load_tuning(path, base, budget)
     for note in version_notes(path):
         say(f"note: {note}")
-    with Journal(path) as journal, open_workers(where, base.workers, path, {path: base}) as pool:
+    searched, runs = study.declaration.episodes, {path: base}
+    with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = Progress(study.plan, journal, study.declaration.budget, later)
         if len(journal):
@@ -179,7 +180,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
         report()
     if journal.errors:
         count, first = len(journal.errors), journal.errors[0]
-        say(f"{count} episodes ended in an error, e.g. {first}; --resume {path} drives them again")
+        say(f"{count} episodes ended in an error, e.g. {first}")
     return SOME_ERRORS if journal.errors else 0
 
 

@@ -237,7 +237,9 @@ def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:
 
 
 def _margins(rows: Sequence[Row], prices: Prices) -> FloatArray | None:
-    """Each delivery's margin [USD]; None where the cargo is not modelled."""
+    """Each delivery's margin [USD]; None where the cargo is not modelled, however the deliveries ended."""
+    if any(row["pieces_at_start"] is None for row in rows):
+        return None
     margin: FloatArray | None = running(deliveries(rows, prices.rolling_resistance_force), prices).contribution_margin
     return margin
 

@@ -18,7 +18,7 @@ TRACE_COLUMNS = (
     *("believed_x_m", "believed_y_m", "believed_yaw_rad", "command_linear_x_mps", "command_angular_z_radps"),
 )
 PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
-NO_RETURN = 65535  # a beam's range where nothing came back
+NO_RETURN = 65535  # a beam's range where nothing came back, or from farther than FARTHEST_MM
 FARTHEST_MM = 65534  # [mm] of a range
 NOT_MOVED = Odometry(0.0, Pose2D(), Twist2D())
 
@@ -148,10 +148,9 @@ class NoReplayLog(ReplayLog):
 
 
 def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
-    """Ranges (n,) [m] in whole millimetres; :data:`NO_RETURN` where nothing came back."""
-    known = np.isfinite(ranges)
-    scaled = np.clip(np.rint(1000.0 * np.where(known, ranges, 0.0)), 0, FARTHEST_MM)
-    return np.where(known, scaled, NO_RETURN).astype(np.uint16)
+    """Ranges (n,) [m] in whole millimetres; :data:`NO_RETURN` where nothing came back from within them."""
+    scaled = np.maximum(np.rint(1000.0 * np.where(np.isfinite(ranges), ranges, np.inf)), 0.0)
+    return np.where(scaled <= FARTHEST_MM, scaled, NO_RETURN).astype(np.uint16)
 
 
 def _simplified(plan: Path | None) -> npt.NDArray[np.float32]:

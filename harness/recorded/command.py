@@ -16,7 +16,7 @@ from harness.recorded.mountings import Mountings, frame_name
 from harness.recorded.progress import shown
 from harness.recorded.receiver import Receiver
 from harness.recorded.replay import Replay
-from harness.recorded.ros_messages import ODOMETRY, TYPES
+from harness.recorded.ros_messages import FIX, ODOMETRY, TYPES
 from harness.recorded.sources import choose, odometry_frame, read_transforms
 from harness.recorded.start import local_frame, start_belief, static_map
 from harness.recorded.topics import Topics
@@ -101,8 +101,7 @@ def localize(request: Request) -> int:
             _warn(f"there is no topic of odometry: it is taken from {frames} in {choice.topics[ODOMETRY]}")
         receiver = Receiver(mountings, request.base_frame, odometry_frame(bag, choice), *frame, _warn, choice.edge)
         localizer = _localizer(request, nav2)
-        if start is None and not request.is_global:
-            _warn("nobody says where the robot starts: taken to be at 0,0,0; give --initial-pose or --global")
+        _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
         trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()))
         trouble = trouble or bag.damage
@@ -140,6 +139,18 @@ def _localizer(request: Request, nav2: Nav2File) -> Localizer:
     if request.is_global and not isinstance(localizer, AmclLocalizer):
         raise InputError(f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps can")
     return localizer
+
+
+def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> None:
+    """Refuse or warn of a start that nobody knows; ``is_anchor``: the first fix is placed there."""
+    if is_anchor and request.is_global:
+        raise InputError(
+            f"--global without --datum: localizer {request.localizer} would place the first fix at a start that "
+            "nobody knows; give --datum LAT,LON[,HEADING], or --initial-pose in place of --global"
+        )
+    if start is None and not request.is_global:
+        fixes, instead = (", and fixes are placed from there", "") if is_anchor else ("", " or --global")
+        _warn(f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give --initial-pose{instead}")
 
 
 def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief) -> tuple[str | None, int]:

@@ -1,14 +1,14 @@
 """Odometry of logs that have it in ``tf`` only, where nav2_amcl reads it, too."""
 
-import math
 from typing import Any
 
-from harness.recorded.mountings import frame_name, from_quaternion
+import numpy as np
+
+from harness.recorded.mountings import Transform, frame_name, from_quaternion
 from navstack.geometry import relative_to
 from navstack.types import Odometry, Pose2D, Twist2D
 
 ODOMETRY_FRAMES = ("odom", "odom_combined")
-_LONGEST = 1.0  # [s] over which a velocity is taken
 _FARTHEST = 1e7  # [m]
 
 Edge = tuple[str, str]  # names of parent and child as the transforms spell them
@@ -24,11 +24,20 @@ def odometry_edge(message: Any) -> Edge | None:
 
 
 class MovingFrame:
-    """Odometry from the transform between two frames; velocities from one to the next."""
+    """Odometry from the transform between two frames; velocities from one time to the next.
+
+    As in robot_localization's differential mode, the first pose only begins, and the velocity after a gap is the mean
+    one over it. What is not newer than the last tells no velocity and is passed over.
+    """
 
     def __init__(self, edge: Edge) -> None:
         self._edge = edge
-        self._last: Odometry | None = None
+        self._last: tuple[float, Pose2D] | None = None  # [s], of the base
+
+    @property
+    def child(self) -> str:
+        """The frame that moves."""
+        return self._edge[1]
 
     def stamped(self, message: Any) -> Any | None:
         """The transform in a message; None: it has others only."""
@@ -37,21 +46,25 @@ class MovingFrame:
                 return stamped
         return None
 
-    def convert(self, message: Any, stamp: float) -> Odometry | None:
-        """The odometry in a message; None: it holds no numbers."""
+    def place(self, message: Any) -> Transform | None:
+        """Where the child stands in the parent by a message; None: it holds no numbers."""
         stamped = self.stamped(message)
         if stamped is None:
             return None
-        move = stamped.transform.translation
-        turn = stamped.transform.rotation
+        move, turn = stamped.transform.translation, stamped.transform.rotation
         rotation = from_quaternion(turn.x, turn.y, turn.z, turn.w)
         if rotation is None or not (abs(move.x) <= _FARTHEST and abs(move.y) <= _FARTHEST):
             return None
-        pose = Pose2D(move.x, move.y, math.atan2(rotation[1, 0], rotation[0, 0]))
-        twist, last = Twist2D(), self._last
-        if last is not None and 0.0 < stamp - last.stamp <= _LONGEST:
-            way, dt = relative_to(last.pose, pose), stamp - last.stamp
-            twist = Twist2D(way.x / dt, way.y / dt, way.yaw / dt)
-        if last is None or stamp > last.stamp:
-            self._last = Odometry(stamp, pose, twist)
-        return Odometry(stamp, pose, twist)
+        return Transform(rotation, np.array((move.x, move.y, 0.0)))
+
+    def move(self, stamp: float, base: Transform) -> Odometry | None:
+        """The odometry of a base that stands there now; None: there is no newer pose than the last, or no last one."""
+        x, y, _ = base.translation.tolist()
+        pose, last = Pose2D(x, y, base.yaw), self._last
+        if last is not None and stamp <= last[0]:
+            return None
+        self._last = stamp, pose
+        if last is None:
+            return None
+        way, dt = relative_to(last[1], pose), stamp - last[0]
+        return Odometry(stamp, pose, Twist2D(way.x / dt, way.y / dt, way.yaw / dt))

@@ -65,7 +65,7 @@ class Receiver:
         return None if message is None else messages.stamp_of(message)
 
     def convert(self, kind: str, message: Any, stamp: float, believed: Pose2D) -> Measured | None:
-        """The robot's own message; None: it holds nothing usable.
+        """The robot's own message; None: it holds nothing usable, or nothing new.
 
         Args:
             kind: the message's type.
@@ -80,7 +80,10 @@ class Receiver:
         if kind == FIX:
             measured = self._fix(message, stamp, believed)
         elif kind in TRANSFORM_TYPES:
-            measured = None if self._moving is None else self._moving.convert(message, stamp)
+            place = None if self._moving is None else self._moving.place(message)
+            if self._moving is not None and place is not None:
+                return self._moving.move(stamp, place @ self._mounting(ODOMETRY, self._moving.child).inverse)
+            measured = None
         elif kind == ODOMETRY:
             measured = messages.odometry(message, stamp, self._mounting(kind, message.child_frame_id))
         elif kind == IMU:

@@ -19,24 +19,29 @@ from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TY
 from harness.recorded.sources import Choice
 from harness.recorded.trajectory import Trajectory
 from navstack.errors import InputError
+from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, Observation
+from navstack.types import Belief, Observation, Odometry
 
 # Of an observation, by type of message.
 _FIELDS = {FIX: "gps", IMU: "imu", ODOMETRY: "odometry", SCAN: "scan", **dict.fromkeys(TRANSFORM_TYPES, "odometry")}
-_FIRST = 50  # messages from which the usual offset between stamps and arrivals is taken
+_FIRST = 50  # messages from which the usual offset between stamps and arrivals is taken, and of each topic
+_STILL = 3  # messages with one stamp, after which it is taken to be unset
 _COLUMNS = 4  # stamp, x, y, yaw
 
 
 class Replay:
     """Feeds a localizer with a log and keeps its beliefs.
 
-    Every message is an observation of its own, so that none is lost: an observation holds one of each kind.
+    Every message is an observation of its own, so that none is lost: an observation holds one of each kind. AMCL moves
+    with the odometry alone, so that its beliefs are of the last odometry message's time; others are of the present.
     """
 
     def __init__(self, bag: Bag, choice: Choice, receiver: Receiver, localizer: Localizer) -> None:
         self._bag, self._choice, self._receiver, self._localizer = bag, choice, receiver, localizer
         self._beliefs, self._references = array("d"), array("d")  # rows of _COLUMNS
+        self._is_amcl = isinstance(localizer, AmclLocalizer)
+        self._moved_at: float | None = None  # [s], stamp of AMCL's last odometry message
 
     @property
     def topics(self) -> set[str]:
@@ -46,7 +51,9 @@ class Replay:
     @property
     def trajectory(self) -> Trajectory:
         """The beliefs so far, the last one of each time."""
-        return _trajectory(self._beliefs)
+        beliefs = _trajectory(self._beliefs)
+        is_last = np.diff(beliefs.stamps, append=np.inf) > 0.0
+        return Trajectory(beliefs.stamps[is_last], beliefs.poses[is_last])
 
     @property
     def reference(self) -> Trajectory:
@@ -66,7 +73,7 @@ class Replay:
             InputError: the localizer's belief is no longer a number.
         """
         places = self._bag.places(self._choice.names)
-        clock = Clock(self._usual_offset(places))
+        clock = self._clock()
         belief: Belief | None = None
         for number, place in enumerate(places):
             message = self._bag.read(place)
@@ -80,20 +87,35 @@ class Replay:
                 belief = self._take(message, decoded, stamp, clock.now, belief)
             yield (number + 1) / len(places)
         for topic, count in clock.replaced.items():
-            say(f"{count} messages of {topic} have stamps of another time; taken as measured when they arrived")
+            wrong = "stamps that are unset or of another time"
+            say(f"{count} messages of {topic} have {wrong}; taken as measured when they arrived")
         for kind, count in self._receiver.left_out.items():
             say(f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out")
 
-    def _usual_offset(self, places: np.ndarray) -> float:
-        """How far in [s] the stamps of the first messages are from their arrival."""
-        offsets = []
+    def _clock(self) -> Clock:
+        """A clock that knows unset stamps, and how far the others usually are from their arrival."""
+        still: dict[str, float] = {}
+        known: list[tuple[float, float]] = []  # arrival, offset
+        for topic in sorted(self._choice.names):
+            times = self._first_times(topic)
+            stamps = {stamp for _, stamp in times}
+            if len(times) >= _STILL and len(stamps) == 1:
+                still[topic] = stamps.pop()
+                continue
+            known += [(arrival, stamp - arrival) for arrival, stamp in times if stamp != 0.0]
+        offsets = [offset for _, offset in sorted(known)[:_FIRST]]
+        return Clock(median(offsets) if offsets else 0.0, still)
+
+    def _first_times(self, topic: str) -> list[tuple[float, float]]:
+        """Arrival and stamp in [s] of a topic's first messages."""
+        times = []
         with contextlib.suppress(DamageError):  # it is met again
-            for place in places[:_FIRST]:
+            for place in self._bag.places({topic})[:_FIRST]:
                 message = self._bag.read(place)
                 stamp = self._receiver.stamp_of(message.topic.type, decode(message))
                 if stamp is not None:
-                    offsets.append(stamp - message.arrival)
-        return median(offsets) if offsets else 0.0
+                    times.append((message.arrival, stamp))
+        return times
 
     def _take(self, message: Message, decoded: Any, stamp: float, now: float, belief: Belief) -> Belief:
         """One message, to the localizer or to the reference; returns what is believed then."""
@@ -112,16 +134,18 @@ class Replay:
         if not is_input or measured is None:
             return belief
         belief = self._localizer.update(Observation(now, **{_FIELDS[kind]: measured}))
-        self._keep(now, belief)
+        if self._is_amcl and isinstance(measured, Odometry):
+            self._moved_at = measured.stamp
+        self._keep(now if self._moved_at is None else self._moved_at, belief)
         return belief
 
-    def _keep(self, now: float, belief: Belief) -> None:
+    def _keep(self, stamp: float, belief: Belief) -> None:
         pose = belief.pose
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-            raise InputError(f"the localizer's belief is no longer a number at {now:.3f} s")
-        if self._beliefs and self._beliefs[-_COLUMNS] == now:
+            raise InputError(f"the localizer's belief is no longer a number at {stamp:.3f} s")
+        if self._beliefs and self._beliefs[-_COLUMNS] == stamp:
             del self._beliefs[-_COLUMNS:]
-        self._beliefs.extend((now, pose.x, pose.y, pose.yaw))
+        self._beliefs.extend((stamp, pose.x, pose.y, pose.yaw))
 
 
 def _trajectory(rows: array) -> Trajectory:

@@ -14,7 +14,7 @@ import numpy as np
 
 from harness.liability import COUNTED
 from harness.metrics import Row
-from harness.metrics.replay_log import NO_RETURN, plans_of
+from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
@@ -148,7 +148,7 @@ def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
                 "angle_max": least + increment * (len(scan) - 1),
                 "angle_increment": increment,
                 "range_min": closest,
-                "range_max": farthest,
+                "range_max": min(farthest, FARTHEST_MM / 1000.0),
                 "ranges": np.where(scan == NO_RETURN, np.inf, scan / 1000.0),
             },
         )

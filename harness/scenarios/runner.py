@@ -114,10 +114,11 @@ def _deliver(
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over
     while (verdict := rules.judge(world.truth, scenario.goal)) is None and world.stamp < end:
-        observation = world.step(navigator.tick(observation))
-        truth = world.truth
+        command, truth = navigator.tick(observation), world.truth
         believed = navigator.belief.pose if navigator.belief else truth.pose
         error = math.hypot(believed.x - truth.pose.x, believed.y - truth.pose.y)
+        observation = world.step(command)
+        truth = world.truth
         pose = (truth.pose.x, truth.pose.y, truth.pose.yaw)
         rows.append((truth.stamp, *pose, _distance(truth.pose, truth.pedestrians, body), error))
         if navigator.status is Status.FAILED and end == math.inf:

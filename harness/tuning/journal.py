@@ -18,6 +18,7 @@ from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
 
+REFUSED = "not driven: "  # begins the error of a candidate whose values no file can have
 COLUMNS = {**EPISODE_COLUMNS, MARGIN: "double"}
 
 Key = tuple[tuple[tuple[str, Value], ...], int]  # of a candidate, and a mission
@@ -27,14 +28,16 @@ class Journal:
     """Finished episodes by candidate and mission, and the wall time that they took over all sessions of a study.
 
     Nobody else can write the folder meanwhile. Episodes without a result, whose worker was lost or took too long, are
-    driven again in the next session: what was the machine's fault shall not stay the candidate's.
+    driven again in the next session: what was the machine's fault shall not stay the candidate's. Only those of the
+    search that others followed stay as they are: what the sampler asked for afterwards rests on them.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, path: Path, searched: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
         """Lock the folder and read what is finished.
 
         Args:
             path: of the study's folder.
+            searched: number of missions of the search, which are those from 0 on.
             clock: [s].
 
         Raises:
@@ -42,6 +45,8 @@ class Journal:
         """
         self.path = path / JOURNAL
         self._rows: dict[Key, Row] = {}
+        self._searched = searched
+        self._timed = 0  # episodes during which the clock ran
         self._clock, self._before = clock, 0.0
         self._began = clock()
         self._ended: float | None = None
@@ -72,8 +77,14 @@ class Journal:
 
     @property
     def errors(self) -> list[str]:
-        """What those episodes of this session ended in that have no result."""
-        return [row["error"] for row in self._rows.values() if row.get("error") is not None]
+        """What the episodes ended in that have no result."""
+        found = (row.get("error") for row in self._rows.values())
+        return [error for error in found if error is not None and not error.startswith(REFUSED)]
+
+    @property
+    def timed(self) -> int:
+        """Episodes that :attr:`elapsed` is the time of."""
+        return self._timed
 
     @property
     def elapsed(self) -> float:
@@ -109,15 +120,18 @@ class Journal:
                 f"episodes are kept; make room and go on with --resume {self.path.parent}"
             ) from None
         self._keep(json.loads(line))
+        self._timed += self._ended is None
 
-    def _keep(self, record: Any) -> None:
-        candidate = Candidate("", dict(record["values"]))
-        self._rows[candidate.key, int(record["mission"])] = {**record["row"], EVENTS: list(record[EVENTS])}
+    def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
+        candidate = Candidate("", dict(record["values"])).key
+        self._rows[candidate, int(record["mission"])] = {**record["row"], EVENTS: list(record[EVENTS])}
+        return candidate
 
     def _read(self) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
         place, end = 0, self._file.seek(0, os.SEEK_END)
         self._file.seek(0)
+        self._last: tuple[tuple[str, Value], ...] = ()  # candidate of the last line
         for number, line in enumerate(iter(lambda: self._file.readline(MOST_LINE), b""), start=1):
             trouble = self._take_in(line)
             if trouble and place + len(line) >= end:
@@ -126,6 +140,10 @@ class Journal:
                 raise InputError(f"{self.path}: line {number} is damaged: {trouble}; a study resumes from a whole one")
             place += len(line)
         self._file.truncate(place)
+        for key in [key for key, row in self._rows.items() if row.get("error") is not None]:
+            candidate, mission = key
+            if mission >= self._searched or candidate == self._last:
+                del self._rows[key]
 
     def _take_in(self, line: bytes) -> str:
         """Keep a line's episode; returns what is wrong with it."""
@@ -136,9 +154,10 @@ class Journal:
             trouble = _trouble_with(record["row"])
             if trouble:
                 return trouble
-            if record["row"].get("error") is None:
-                self._keep(record)
-            self._before = float(record["elapsed_s"])
+            self._last = self._keep(record)
+            elapsed = float(record["elapsed_s"])
+            self._timed += elapsed > self._before
+            self._before = elapsed
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"
         return ""

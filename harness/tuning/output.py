@@ -55,6 +55,8 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
         write_text(folder / DIFF, _difference(nav2.document.text, tuned))
         write_text(folder / STACK, dump_dataclass(driven))
         write_table(folder / TRIALS, _columns(result), (_trial_row(trial, result) for trial in result.trials))
+        for file in (folder / FRONT).glob("trial-*.nav2.yaml"):  # of trials that others have beaten since
+            file.unlink()
         for number in result.front if len(result.objectives) > 1 else ():
             (folder / FRONT).mkdir(exist_ok=True)
             values = result.trials[number].candidate.values

@@ -83,14 +83,15 @@ def edited_list(nav2: Nav2File, place: Place, order: Sequence[str], replace: Map
         place: of the list.
         order: names, or ``{type}`` for those of all plugins of that type; those that the list has come in this order,
             in the places that they have in it, all others stay where they are.
-        replace: name -> the one in its place; those that the list has not are passed over.
+        replace: name -> the one in its place; passed over where the list lacks the former, or has the latter already.
     """
     names = str(place.value).split(COMMA)
     types_ = {visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]}
     ordered = [name for each in order for name in names if each in (name, f"{{{types_.get(name)}}}")]
     following = iter(ordered)
     moved = (next(following) if name in ordered else name for name in names)
-    return COMMA.join(replace.get(name, name) for name in moved)
+    possible = {old: new for old, new in replace.items() if new not in names}
+    return COMMA.join(possible.get(name, name) for name in moved)
 
 
 def is_list(value: Value) -> bool:
@@ -115,8 +116,7 @@ def with_values(nav2: Nav2File, values: Mapping[str, Value], allow_unknown: bool
         if entry is None:
             changes[path] = value.split(COMMA) if isinstance(value, str) and _names_list(nav2, path) else value
             continue
-        node, name = _split(entry[1])
-        changes.setdefault(entry[1], list(nav2.value(node, name, ())))[int(entry[2])] = value
+        changes.setdefault(entry[1], list(_find(nav2, entry[1])[4]))[int(entry[2])] = value  # maybe Nav2's default
     return nav2.with_values(changes, allow_unknown)
 
 

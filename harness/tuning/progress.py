@@ -78,7 +78,7 @@ class Progress:
         done, elapsed = len(self.trials) - 1, self._journal.elapsed
         if done < 1:
             return None
-        each_takes = self._last / max(len(self._journal), 1)
+        each_takes = self._last / max(self._journal.timed, 1)
         if self._phase != "search":
             return each_takes * max(self._later - self._since, 0)
         each = sum(len(trial.missions) for trial in self.trials[1:]) / done

@@ -18,9 +18,10 @@ from harness.setup import nav2_parameters, prices_of
 from harness.stack import Stack
 from harness.study import EpisodeTask
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
-from harness.tuning.journal import Journal, Key
+from harness.tuning.journal import REFUSED, Journal, Key
 from harness.tuning.paths import with_values
 from harness.valuation import deliveries
+from navstack.errors import ParameterError
 
 SHARED_FAULT = "no_threshold_shared_fault"  # accounting of SHARED_MARGIN
 
@@ -82,7 +83,11 @@ class StackEvaluator:
         return {**row, SHARED_MARGIN: self._shared[key]}
 
     def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
-        stack = self._stack(candidate)
+        try:
+            stack = self._stack(candidate)
+        except ParameterError as error:  # a row says that it was tried, for whoever goes on with the study
+            self._journal.add(candidate, missions[0], refused_row(error))
+            raise
         by_delivery = {seed_and_episode(self._template.seed, mission): mission for mission in missions}
         runs = self._workers.run(run_episode, self._tasks(stack, by_delivery))
         try:
@@ -127,8 +132,15 @@ def _row(finished: Finished[EpisodeTask, Delivery], prices: Prices) -> Row:
     return {**row, MARGIN: margin_of(row, prices), EVENTS: finished.result.events}
 
 
+def refused_row(error: ParameterError) -> Row:
+    """The row of a candidate that no file can have."""
+    return {"stack": "", "outcome": None, "error": f"{REFUSED}{error}", MARGIN: None, EVENTS: []}
+
+
 def margin_of(row: Row, prices: Prices) -> float | None:
-    """Contribution margin [USD] of one delivery; None where its cargo is not modelled."""
+    """Contribution margin [USD] of one delivery; None where its cargo is not modelled, however it ended."""
+    if row["pieces_at_start"] is None:
+        return None
     margin = running(deliveries([row], prices.rolling_resistance_force), prices).contribution_margin
     return None if margin is None else float(margin[0])  # type: ignore[index]
 

@@ -44,7 +44,7 @@ class TuningStudy:
 
     def time_after_search(self, journal: Journal) -> float:
         """What final choice and test may take [s], at the pace so far."""
-        return self.episodes_after_search * journal.elapsed / max(len(journal), 1)
+        return self.episodes_after_search * journal.elapsed / max(journal.timed, 1)
 
     @property
     def episodes_of_explanation(self) -> int:
@@ -160,7 +160,7 @@ def within_budget(budget: float | None, later: int, journal: Journal) -> Callabl
     def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
         if budget is None or any(journal.get(candidate, mission) is not None for mission in missions):
             return True
-        reserve = min(later * journal.elapsed / max(len(journal), 1), MOST_RESERVED * budget)
+        reserve = min(later * journal.elapsed / max(journal.timed, 1), MOST_RESERVED * budget)
         return journal.elapsed + reserve < budget
 
     return may_begin

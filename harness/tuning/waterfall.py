@@ -111,7 +111,11 @@ def waterfall(
     """
     if not who or not missions:
         return None
-    margins = {each: _margins(evaluator, mixture(study, who, each), missions) for each in coalitions(len(who))}
+    margins: dict[Coalition, FloatArray] = {}
+    for each in coalitions(len(who)):
+        margins[each] = _margins(evaluator, mixture(study, who, each), missions)
+        if np.isnan(margins[each]).all():
+            return None  # then no mission has one for every mixture: the others need not be driven
     whole = ~np.isnan(np.array(list(margins.values()))).any(axis=0)
     if not whole.any():
         return None

@@ -15,6 +15,7 @@ _POSITIVE = (
     *("gps0_correlation_time", "gps0_rejection_threshold", "odom0_twist_rejection_threshold"),
     *("imu0_pose_rejection_threshold", "sensor_timeout", "history_length", "lost_above", "lost_after"),
     *("degraded_above", "degraded_after", "acceleration_noise", "acceleration_noise_without_imu"),
+    "gps0_lockout_count",
 )
 _FREE = ("engine", "magnetic_declination_radians", "yaw_offset")
 

@@ -51,6 +51,7 @@ def test_a_misspelt_parameter(tmp_path):
         ("gps0_correlated_share: 1.0", "gps0_correlated_share 1.0 must be less than 1"),
         ("engine: matlab", "engine matlab must be one of kernel, filterpy"),
         ("history_length: .inf", "history_length inf must be a finite number"),
+        ("gps0_lockout_count: 0", "gps0_lockout_count 0 must be more than 0"),
         ("gps0_lockout_count: many", "gps0_lockout_count: 'many' is not a whole number"),
     ],
 )

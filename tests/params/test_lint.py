@@ -251,6 +251,13 @@ def test_a_file_with_errors_is_linted_as_far_as_it_can_be_read(robot_with):
     assert "unusable" not in notices
 
 
+def test_a_smoother_that_turns_right_more_slowly_than_dwb_is_told(robot_with):
+    slow = robot_with({"velocity_smoother.min_velocity": [-0.5, 0.0, -0.5]})
+    notice = found(slow)["smoother-caps"]
+    assert notice.path == "velocity_smoother: min_velocity" and "turns right" in notice.message
+    assert "-0.5 rad/s" in notice.message and "max_vel_theta: 0.5" in notice.advice
+
+
 NAMES = sorted({name for each in EXAMPLES.values() for name in each["fires"] if "." in name})
 ODD = [
     None,

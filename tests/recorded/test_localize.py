@@ -142,6 +142,60 @@ def test_the_datum_is_the_origin(tmp_path):
     assert north == pytest.approx((east[1], -east[0], -math.pi / 2), abs=1e-6)
 
 
+def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
+    """1 m/s without fixes."""
+    entries = []
+    for i in range(500):
+        t = 0.02 * i
+        stamp, at = START + 0.04 * (i // 2), 0.04 * (i // 2)  # each twice
+        moved = ("odom", "base_link", (at, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        entry = transforms(stamp, moved, topic="/tf")
+        entry.arrival = START + t
+        entries += [entry, imu(START + t, 0.0, 0.0)]
+    bag = write(tmp_path / "straight", entries, "ros1")
+    assert replay(bag, "odom_imu")["final"][0] == pytest.approx(9.98, abs=0.15)
+
+
+@pytest.mark.parametrize("stuck", [0.0, 1_600_000_000.0])
+def test_unset_stamps_of_a_busy_topic_spoil_no_other(tmp_path, capsys, stuck):
+    entries = straight(300)
+    for entry in entries:
+        if entry.topic == "/imu/data":
+            entry.arrival, entry.stamp = entry.stamp, stuck
+    entries = sorted(entries, key=lambda entry: (entry.arrival or entry.stamp, entry.topic != "/imu/data"))
+    more = [Entry(e.topic, e.type, stuck, e.fields, e.frame, e.arrival + 0.005 * k)
+            for e in entries if e.topic == "/imu/data" for k in (1, 2, 3)]  # fmt: skip
+    bag = write(tmp_path / "straight", entries + more, "ros1")
+    replay(bag, "odom_imu")
+    said = [line for line in capsys.readouterr().err.splitlines() if "another time" in line]
+    assert said == ["warning: 1200 messages of /imu/data have stamps that are unset or of another time; "
+                    "taken as measured when they arrived"]  # fmt: skip
+    written = read_tum(tmp_path / "out.tum")
+    assert written.stamps[0] == pytest.approx(START) and written.stamps[-1] == pytest.approx(START + 5.995, abs=0.01)
+    assert written.poses[-1, 0] == pytest.approx(0.9 * 5.98, abs=0.1)
+
+
+def test_amcl_tells_poses_of_the_odometrys_times_alone(tmp_path):
+    """Scans come between messages of odometry, at which the belief is still that of the last one."""
+    entries = sidewalk_drive().entries
+    bag, out = write(tmp_path / "drive", entries, "mcap"), tmp_path / "out.tum"
+    assert localize("--bag", bag, *ON_SIDEWALK, *AT_THE_START, "--out", out) == 0
+    moved = [entry.stamp for entry in entries if entry.topic == "/odom"]
+    assert read_tum(out).stamps == pytest.approx(moved, abs=1e-6)
+
+
+def test_global_localization_with_fixes_needs_a_datum(tmp_path, capsys):
+    bag = write(tmp_path / "drive", sidewalk_drive().entries[:60], "mcap")
+    base = ("--bag", bag, "--map", "sidewalk", "--params", "amcl", "--localizer", "amcl-gps", "--out", tmp_path / "o")
+    line = complaint(capsys, *base, "--global")
+    assert "--global without --datum: localizer amcl-gps would place the first fix at a start that nobody knows" in line
+    assert "give --datum LAT,LON[,HEADING], or --initial-pose in place of --global" in line
+    assert localize(*base, "--global", "--datum", "37.4,-122.1") == 0
+    assert "nobody says where the robot" not in capsys.readouterr().err
+    assert localize(*base) == 0
+    assert "taken to be at 0,0,0, and fixes are placed from there; give --initial-pose" in capsys.readouterr().err
+
+
 def test_a_reference_from_a_file(tmp_path, capsys):
     bag = write(tmp_path / "straight", straight(200), "ros1")
     stamps = START + np.arange(0.0, 4.0, 0.1)

@@ -12,7 +12,7 @@ from harness.recorded.bag_file import DamageError, Topic
 from harness.recorded.clock import Clock
 from harness.recorded.mountings import IDENTITY, Mountings, Transform, from_angles
 from harness.recorded.receiver import Receiver
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, decode
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS, decode
 from navstack.localization.geodesy import LocalFrame
 from navstack.types import Pose2D
 
@@ -129,6 +129,38 @@ def test_odometry_of_another_frame_is_taken_to_the_base():
     assert (odometry.velocity_std, odometry.yaw_rate_std) == pytest.approx((0.1, 0.1))
 
 
+def in_tf(receiver: Receiver, stamp: float, at: Pose2D):
+    """The odometry in a transform from odom to base_footprint."""
+    numbers = (at.x, at.y, 0.0, 0.0, 0.0, math.sin(at.yaw / 2.0), math.cos(at.yaw / 2.0))
+    entry = writing.transforms(stamp, ("odom", "base_footprint", numbers), topic="/tf")
+    return receiver.convert(TRANSFORMS, ros(entry), stamp, Pose2D())
+
+
+def test_a_pose_of_tf_tells_a_velocity_only_where_it_is_newer_than_the_last():
+    edge = ("odom", "base_footprint")
+    receiver = Receiver(Mountings(), None, "base_footprint", None, 0.0, lambda _: None, edge)
+    times = (0.0, 0.02, 0.02, 0.01, 0.04, 0.04, 5.04)
+    told = [in_tf(receiver, stamp, Pose2D(1.5 * stamp, 0.0, 0.0)) for stamp in times]
+    assert [each and each.stamp for each in told] == [None, 0.02, None, None, 0.04, None, 5.04]
+    assert [each.twist.linear_x for each in told if each] == pytest.approx([1.5, 1.5, 1.5])
+    assert not receiver.left_out
+    assert in_tf(receiver, 6.0, Pose2D(math.nan, 0.0, 0.0)) is None and receiver.left_out == {TRANSFORMS: 1}
+
+
+def test_odometry_of_tf_is_taken_to_the_base_frame():
+    said: list[str] = []
+    mountings = Mountings()
+    mountings.give(f"base_footprint base_link 0.5 0.2 {math.pi / 2}")
+    receiver = Receiver(mountings, "base_link", "base_footprint", None, 0.0, said.append, ("odom", "base_footprint"))
+    # The footprint turns on the spot by 0.4 rad/s.
+    assert in_tf(receiver, 0.0, Pose2D(1.0, 2.0, -0.001)) is None
+    odometry = in_tf(receiver, 0.005, Pose2D(1.0, 2.0, 0.001))
+    assert odometry.pose.as_array() == pytest.approx((1.5, 2.2, math.pi / 2), abs=2e-3)
+    twist = odometry.twist
+    assert (twist.linear_x, twist.linear_y, twist.angular_z) == pytest.approx((0.2, 0.08, 0.4), abs=1e-3)
+    assert not said
+
+
 def test_fixes_are_metres_of_the_base_from_the_antenna():
     said: list[str] = []
     mountings = Mountings()
@@ -205,6 +237,14 @@ def test_the_clock_follows_the_stamps_and_not_the_recording():
     assert clock.take("/a", 1030.4, 30.8) == 30.8  # a gap in the recording
     assert clock.take("/b", 9e8, 30.9) == 30.9  # recorded at a corrupt time
     assert clock.replaced == {"/c": 2}
+
+
+def test_an_unset_stamp_is_replaced_even_where_it_could_be_one():
+    clock = Clock(0.0, {"/b": 3.0})
+    assert [clock.take("/a", each, 0.0) for each in (0.05, 5.0)] == [0.0, pytest.approx(4.95)]  # simulated time begins
+    assert clock.take("/b", 6.0, 3.0) == pytest.approx(5.95)  # stands still
+    assert clock.take("/b", 6.1, 6.0) == 6.0
+    assert clock.replaced == {"/a": 1, "/b": 1}
 
 
 def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:

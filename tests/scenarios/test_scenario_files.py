@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from harness.cli import main
+from harness.resources import shipped
 from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.drawing import CELL, draw_scene, with_things
 from harness.scenarios.runner import run_scenario
@@ -115,6 +116,15 @@ def test_a_check_that_fails_and_a_failure_that_passes_are_reported(
         (outcome,) = json.loads(said.out)["scenarios"]
         assert (outcome["passed"], outcome["as_expected"]) == (passed, False)
         assert said.err.count("\n") == 1 and "not as expected: short" in said.err
+
+
+def test_a_belief_is_held_against_the_truth_of_the_same_moment(tmp_path: Path) -> None:
+    given = (shipped("params") / "stacks" / "nav2-gps.yaml").read_text()
+    (tmp_path / "told.yaml").write_text(f"{given}localizer: ground_truth\n".replace("localizer: gps\n", ""))
+    result = run_scenario(
+        write(tmp_path, f"{SHORT}stack: told.yaml\n".replace("{arr", "{believes_within: 1.0e-9, arr"))
+    )
+    assert result.holds, result.findings
 
 
 def test_the_command_wants_files_or_all(capsys: pytest.CaptureFixture[str]) -> None:

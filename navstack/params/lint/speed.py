@@ -20,6 +20,16 @@ def smoother_caps(subject: Subject) -> Iterator[Finding]:
     if subject.dwb is not None and subject.dwb[1].max_vel_theta > 1.01 * smoother.max_velocity[2]:
         name, dwb = subject.dwb
         yield _limit(subject, "max_velocity", 2, f"{name}.max_vel_theta", dwb.max_vel_theta, "rad/s")
+    elif subject.dwb is not None and subject.dwb[1].max_vel_theta > -1.01 * smoother.min_velocity[2]:
+        name, dwb = subject.dwb
+        yield Finding(
+            SMOOTHER,
+            "min_velocity",
+            f"{smoother.min_velocity[2]:g} rad/s, but the controller turns right at up to {name}.max_vel_theta "
+            f"{dwb.max_vel_theta:g} rad/s",
+            f"min_velocity: [..., {decimal(-dwb.max_vel_theta)}], or {name}.max_vel_theta: "
+            f"{decimal(-smoother.min_velocity[2])}",
+        )
 
 
 def smoother_is_softer(subject: Subject) -> Iterator[Finding]:

@@ -69,5 +69,5 @@ def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Deliver
 
 
 def test_ranges_become_millimetres() -> None:
-    given = np.array([0.0, 1.2344, math.inf, math.nan, 80.0])
-    assert millimetres(given).tolist() == [0, 1234, NO_RETURN, NO_RETURN, 65534]
+    given = np.array([0.0, 1.2344, math.inf, math.nan, 65.534, 65.535, 80.0])
+    assert millimetres(given).tolist() == [0, 1234, NO_RETURN, NO_RETURN, 65534, NO_RETURN, NO_RETURN]

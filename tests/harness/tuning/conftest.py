@@ -80,7 +80,7 @@ class MadeUpEvaluator:
         if lot < touch_rate(point):
             row[EVENTS] = [self._module._event("contact_event", strength, "robot_into_person", 0)]
         self._module.settle(row, self._prices)
-        row |= {"seed": seed, "recoveries": 0, "pieces_lost": 0}
+        row |= {"seed": seed, "recoveries": 0, "pieces_lost": 0, "pieces_at_start": 50}
         return {**row, MARGIN: margin_of(row, self._prices)}
 
 

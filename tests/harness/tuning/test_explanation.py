@@ -69,6 +69,18 @@ def test_every_mixture_is_driven_once_on_the_same_missions(make_study: MakeStudy
     assert {"original", "incumbent"} <= set(counting.names)
 
 
+def test_without_margins_no_mixture_is_driven(make_study: MakeStudy, evaluator: object) -> None:
+    """As in a world that has no cargo."""
+
+    class WithoutCargo(Counting):
+        def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
+            return [{**row, MARGIN: None} for row in super().rows(candidate, missions)]
+
+    study, counting = make_study(), WithoutCargo(evaluator)
+    assert waterfall(study, counting, study.test_missions[:2], players(study, [])) is None
+    assert counting.names == ["original"]
+
+
 def test_a_mission_that_a_mixture_lost_is_left_out(make_study: MakeStudy, evaluator: object) -> None:
     study = make_study()
     missions = study.test_missions[:5]

@@ -8,7 +8,15 @@ import pytest
 from harness.resources import shipped
 from harness.tuning.constraint import parse_constraint
 from harness.tuning.output import OF_TRIAL
-from harness.tuning.paths import AbsentError, locate, locate_list, with_absolute_files, with_values
+from harness.tuning.paths import (
+    COMMA,
+    AbsentError,
+    edited_list,
+    locate,
+    locate_list,
+    with_absolute_files,
+    with_values,
+)
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space import Space, load_space
 from harness.tuning.space_file import RESERVED, SpaceFile, read_spaces
@@ -345,3 +353,38 @@ def test_a_critic_in_the_place_of_another_brings_its_parameters() -> None:
 )
 def test_lists_that_cannot_be_are_refused(tmp_path: Path, entry: str, said: str) -> None:
     assert said in complaint(tmp_path, f"parameters:\n  critics: {{{entry}}}\n")
+
+
+def edited(folder: Path, old: str, new: str) -> Nav2File:
+    """The stock file with another text in place of one."""
+    text = nav2("stock").document.text
+    assert text.count(old) == 1
+    (folder / "edited.yaml").write_text(text.replace(old, new))
+    return load_nav2(folder / "edited.yaml")
+
+
+def test_an_entry_of_a_list_that_the_file_leaves_out_is_set_in_nav2s_default(tmp_path: Path) -> None:
+    file = edited(tmp_path, "    max_velocity: [2.0, 0.0, 1.5]\n", "")
+    assert locate(file, "velocity_smoother.max_velocity[2]").value == 2.5
+    changed = with_values(file, {"velocity_smoother.max_velocity[2]": 1.0})
+    assert changed.value("velocity_smoother", "max_velocity") == [0.5, 0.0, 1.0]
+
+
+def test_a_critic_that_the_file_has_already_takes_no_others_place(tmp_path: Path) -> None:
+    critics = COMMA.join(f'"{name}"' for name in nav2("stock").value("controller_server", "FollowPath.critics"))
+    both = edited(tmp_path, f"[{critics}]", f'[{critics}, "ObstacleFootprint"]')
+    place = locate_list(both, f"{DWB}.critics")
+    for old, new in (("BaseObstacle", "ObstacleFootprint"), ("ObstacleFootprint", "BaseObstacle")):
+        assert edited_list(both, place, (), {old: new}) == place.value
+
+
+def test_dwb_samples_what_the_costmap_shows_and_the_smoother_passes() -> None:
+    space = load_space([shipped("params") / "search_spaces" / "dwb_sampling.yaml"], nav2("stock"))
+    good = {**space.original, "sim_time": 1.4, "max_vel_theta": 1.5}
+    assert space.allows(good), "2.8 m of the 3 m that lie ahead; turns to the right pass at 1.5 rad/s"
+    assert not space.allows({**good, "sim_time": 1.6}) and not space.allows({**good, "max_vel_theta": 1.6})
+
+
+def test_the_mpc_plans_no_turn_that_the_smoother_cuts() -> None:
+    space = load_space([shipped("params") / "search_spaces" / "mpc_limits.yaml"], nav2("mpc"))
+    assert space.allows(space.original) and not space.allows({**space.original, "max_yaw_rate": 1.3})

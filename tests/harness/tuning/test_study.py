@@ -14,6 +14,7 @@ import pytest
 
 from harness.cli import main
 from harness.durable_files import LOCK
+from harness.economics.prices import load_prices
 from harness.execution import InProcess, Workers
 from harness.resources import shipped
 from harness.runs import JOURNAL, TUNING
@@ -24,7 +25,7 @@ from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, see
 from harness.tuning.journal import Journal
 from harness.tuning.notes import notes_before
 from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED, _difference
-from harness.tuning.stack_evaluator import StackEvaluator
+from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import within_budget
 from navstack.errors import InputError, ParameterError
 
@@ -69,6 +70,8 @@ def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path
     assert [row["seed"] for row in second] == [3, unseen_seed(3)]
     assert {row["stack"] for row in first} == {"original"} and all(row[MARGIN] < 0.0 for row in first)
     assert all(isinstance(row[EVENTS], list) for row in first)
+    assert {row["outcome"] for row in first} == {"timeout"}
+    assert margin_of({**first[0], "pieces_at_start": None}, load_prices("costnav")) is None, "no cargo, no margin"
     assert rows(whole, task, asked) == [first, second, 0]
     with pytest.raises(KeyboardInterrupt):
         rows(cut, task, asked, 3)
@@ -219,6 +222,47 @@ def test_deliveries_without_a_result_are_driven_again_in_the_next_session(tmp_pa
         journal.add(ORIGINAL, 1, row)
     with Journal(tmp_path) as journal:
         assert (journal.get(ORIGINAL, 1) or {})["outcome"] == "sla"
+
+
+def test_a_lost_delivery_of_a_trial_that_others_followed_stays_lost(tmp_path: Path) -> None:
+    """The sampler was told of it, and asked for the next trial accordingly."""
+    lost = {"stack": "a", "error": "its worker was lost 2 times", MARGIN: None, EVENTS: []}
+    row = {"stack": "a", "outcome": "sla", EVENTS: []}
+    last = Candidate("trial-2", {"controller_server.FollowPath.PathAlign.scale": 9.0})
+    with Journal(tmp_path) as journal:
+        for candidate, mission in ((OTHER, 0), (OTHER, FIRST_TEST), (last, 1)):
+            journal.add(candidate, mission, lost)
+        journal.add(last, 0, row)
+    with Journal(tmp_path, searched=4) as journal:
+        assert (journal.get(OTHER, 0) or {})["error"] and journal.errors == [lost["error"]]
+        assert journal.get(OTHER, FIRST_TEST) is None and journal.get(last, 1) is None, "these are driven again"
+        assert within_budget(0.0, 0, journal)(OTHER, (0,)), "it has begun before"
+
+
+def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path) -> None:
+    bad = Candidate("trial-1", {"controller_server.FollowPath.vx_samples": 1_000_000})
+    task = template(tmp_path)
+    with pytest.raises(ParameterError):
+        rows(tmp_path, task, [(bad, [2, 0])])
+    rows(tmp_path, task, [(OTHER, [0])])
+    with Journal(tmp_path, searched=4) as journal:
+        assert within_budget(0.0, 0, journal)(bad, (2, 0)) and journal.errors == []
+    with pytest.raises(ParameterError, match="at most 100,000 are allowed"):
+        rows(tmp_path, task, [(bad, [2, 0])])
+
+
+def test_the_pace_is_that_of_the_search(tmp_path: Path) -> None:
+    now, row = [0.0], {"stack": "a", "outcome": "sla", EVENTS: []}
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        for mission in range(3):
+            now[0] += 10.0
+            journal.add(ORIGINAL, mission, row)
+        journal.stop_clock()
+        now[0] += 500.0
+        journal.add(OTHER, 0, row)
+        assert (len(journal), journal.timed, journal.elapsed) == (4, 3, 30.0)
+    with Journal(tmp_path, clock=lambda: now[0]) as journal:
+        assert (len(journal), journal.timed, journal.elapsed) == (4, 3, 30.0)
 
 
 def test_notes_tell_what_one_might_not_expect() -> None:
