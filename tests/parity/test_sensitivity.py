@@ -172,7 +172,10 @@ def wrong(copy: Path) -> dict[str, list[str]]:
         }
         for constant, factor in CHANGES
     ]
-    jobs = [job | {"copy": str(copy), "golden": str(GOLDEN)} for job in (*unchanged, *changed, *unchanged)]
+    jobs = [
+        job | {"copy": str(copy), "sources": str(ROOT), "golden": str(GOLDEN)}
+        for job in (*unchanged, *changed, *unchanged)
+    ]
     environment = {key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
     program = subprocess.run(
         [sys.executable, str(Path(__file__).with_name("changed_sources.py"))],
