@@ -85,9 +85,11 @@ class StackEvaluator:
     def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
         try:
             stack = self._stack(candidate)
-        except ParameterError as error:  # a row says that it was tried, for whoever goes on with the study
-            self._journal.add(candidate, missions[0], refused_row(error))
-            raise
+        except ParameterError as error:  # rows say that it was tried, for whoever goes on with the study
+            row = refused_row(error)
+            for mission in missions:
+                self._journal.add(candidate, mission, row)
+            raise ParameterError(row["error"]) from None
         by_delivery = {seed_and_episode(self._template.seed, mission): mission for mission in missions}
         runs = self._workers.run(run_episode, self._tasks(stack, by_delivery))
         try:

@@ -247,6 +247,8 @@ def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path) -> 
     rows(tmp_path, task, [(OTHER, [0])])
     with Journal(tmp_path, searched=4) as journal:
         assert within_budget(0.0, 0, journal)(bad, (2, 0)) and journal.errors == []
+        known = [journal.get(bad, mission) or {} for mission in (2, 0)]
+        assert all("at most 100,000 are allowed" in row["error"] for row in known), "nothing is added the next time"
     with pytest.raises(ParameterError, match="at most 100,000 are allowed"):
         rows(tmp_path, task, [(bad, [2, 0])])
 
