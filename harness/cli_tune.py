@@ -180,7 +180,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
         report()
     if journal.errors:
         count, first = len(journal.errors), journal.errors[0]
-        say(f"{count} episodes ended in an error, e.g. {first}")
+        say(f"episodes that ended in an error: {count}, e.g. {first}")
     return SOME_ERRORS if journal.errors else 0
 
 

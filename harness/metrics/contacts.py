@@ -1,6 +1,6 @@
 """Contacts of a delivery: which are paid for, who moved into whom, and the rows of ``events.parquet``."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 
 from harness.metrics.columns import Row
 from harness.metrics.encounter_metrics import PRICED_PROPERTY
@@ -22,18 +22,23 @@ def property_contacts(contacts: Sequence[CountedContact], kinds: frozenset[str])
     return {f"{kind}_contacts": paid.count(kind) if kind in kinds else None for kind in PRICED_PROPERTY}
 
 
+def was_counted(stamp: float, duration: float, partner: Hashable, counted: Iterable[tuple[float, Hashable]]) -> bool:
+    """Whether the published rule counts a contact event.
+
+    Args:
+        stamp: when the event began [s].
+        duration: how long it lasted [s].
+        partner: whom or what the robot touched; anything that can be compared.
+        counted: stamps [s] and partners of the counted contacts.
+    """
+    end = stamp + duration + 1e-6
+    return any(other == partner and stamp - 1e-6 <= moment <= end for moment, other in counted)
+
+
 def soft_contacts(truth: Truth) -> int:
     """Contact events that the published rule does not count: too soft, or in its pause after a counted one."""
-    counted = [(c.stamp, c.partner_id, c.partner) for c in truth.counted_contacts]
-
-    def was_counted(event: Contact) -> bool:
-        end = event.stamp + event.duration + 1e-6
-        return any(
-            partner is event.partner and number == event.partner_id and event.stamp - 1e-6 <= stamp <= end
-            for stamp, number, partner in counted
-        )
-
-    return sum(not was_counted(event) for event in truth.contacts)
+    counted = [(c.stamp, (c.partner, c.partner_id)) for c in truth.counted_contacts]
+    return sum(not was_counted(c.stamp, c.duration, (c.partner, c.partner_id), counted) for c in truth.contacts)
 
 
 def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from harness.liability import COUNTED, EVENT
-from harness.metrics import PRICED_PROPERTY, Row
+from harness.metrics import PRICED_PROPERTY, Row, was_counted
 from harness.report.page.entries import Entry
 from navstack.types import FloatArray
 
@@ -107,7 +107,13 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
     """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
     events = [event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])]
     counted = [event for event in events if event["type"] == COUNTED]
-    shown = [event for event in events if event["type"] == EVENT and not _is_counted(event, counted)]
+    paid = [(event["stamp_s"], _partner(event)) for event in counted]
+    shown = [
+        event
+        for event in events
+        if event["type"] == EVENT
+        and not was_counted(event["stamp_s"], event["duration_s"] or 0.0, _partner(event), paid)
+    ]
     return [
         [
             *(rounded(event[key], 2) for key in ("x_m", "y_m", "stamp_s")),
@@ -120,14 +126,8 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
     ]
 
 
-def _is_counted(event: Row, counted: Sequence[Row]) -> bool:
-    end = event["stamp_s"] + (event["duration_s"] or 0.0) + 1e-6
-    return any(
-        one["partner"] == event["partner"]
-        and one["partner_id"] == event["partner_id"]
-        and event["stamp_s"] - 1e-6 <= one["stamp_s"] <= end
-        for one in counted
-    )
+def _partner(event: Row) -> tuple[str, int]:
+    return event["partner"], event["partner_id"]
 
 
 def trajectory(trace: FloatArray) -> list[int]:

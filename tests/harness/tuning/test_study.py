@@ -195,6 +195,24 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Pat
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
 
 
+@pytest.mark.slow
+def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    template(tmp_path)
+    folder, few = tmp_path / "study", ["--trials", "2", "--test-episodes", "0", "--finalists", "0", "--out"]
+    begun = tune(tmp_path, 1, [*few, str(folder)])
+    assert begun.communicate(timeout=500)[0] and begun.returncode == 0
+    lines = (folder / JOURNAL).read_text().splitlines(keepends=True)
+    lost = json.loads(lines[2])  # the first of the first trial, which the second followed
+    lost["row"] |= {"error": "its worker was lost 2 times", MARGIN: None, "outcome": None, "distance_m": None}
+    (folder / JOURNAL).write_text("".join((*lines[:2], json.dumps(lost) + "\n", *lines[3:])))
+    with pytest.raises(SystemExit) as leaving:
+        main(["tune", "--resume", str(folder), "--workers", "1"])
+    assert leaving.value.code == 3
+    assert "episodes that ended in an error: 1, e.g. its worker was lost 2 times" in capsys.readouterr().err
+
+
 def test_the_explanation_takes_no_time_of_the_budget(tmp_path: Path) -> None:
     now = [0.0]
     row = {"stack": "a", "outcome": "sla", EVENTS: []}
