@@ -42,6 +42,16 @@ def replay(
         raise InputError(
             "nothing to make of the delivery; give --html FILE, --gif FILE, --close-up FILE, --mcap FILE or --rerun"
         )
+    for what, path, suffixes in (
+        *(("page", html, PAGES), ("MCAP file", mcap, (".mcap",))),
+        *(("animation", gif, (".gif",)), ("animation", close_up, (".gif",))),
+    ):
+        if path is not None:
+            require_writable(what, path, suffixes)
+    if rerun:
+        from harness.report.replay_rerun import require_rerun
+
+        require_rerun()
     stored = load_run(run)
     side_of(stored)  # one stack
     if html:
@@ -59,7 +69,6 @@ def replay(
 def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded, replay_page
 
-    require_writable("page", path, PAGES)
     write_page(path, replay_page(*one_recorded(run, episode), today()))
 
 
@@ -86,7 +95,6 @@ def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.scenery import scene_of_run
     from harness.report.replay_gif import write_gif
 
-    require_writable("animation", path, (".gif",))
     recorded, arrays = one_recorded(run, episode)
     if "scan_mm" not in arrays:
         raise InputError("this recording holds trajectories only: it is an older one; make the run again")
@@ -104,7 +112,6 @@ def _write_close_up(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.manifest import load_study
     from harness.report.delivery_animation import animate
 
-    require_writable("animation", path, (".gif",))
     name = run.stacks[0].name
     touching = sorted({event["episode"] for event in run.events if (event["stack"], event["type"]) == (name, EVENT)})
     if episode not in touching and any(row["episode"] == episode for row in run.stacks[0].rows):

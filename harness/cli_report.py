@@ -27,13 +27,13 @@ PAGES = (".html", ".htm")  # suffixes
 def report(runs: tuple[str, ...], out: Path, replays: int) -> None:
     """Write the report; see ``HELP``."""
     from harness.report.page.document import report_page
-    from harness.report.page.entries import left_out
+    from harness.report.page.entries import notes_of
     from harness.stored_run import load_run
 
     require_writable("page", out, PAGES)
     loaded = [load_run(each) for each in runs]
     page = report_page(loaded, replays, today())
-    for note in left_out(loaded):
+    for note in notes_of(loaded):
         click.echo(f"note: {note}", err=True)
     write_page(out, page)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich import box
 from rich.table import Table
+from rich.text import Text
 
 from harness.benchmark import TABLES, require_own
 from harness.cli_run import (
@@ -102,6 +103,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     records: list[Row] = []
     interrupted = False
     tally = _tally(path, studies)
+    before = {cell: count_finished(path / cell.name) for cell in studies}
     count = usable_workers(where.workers, tally.total)
     where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
     runs = {path / cell.name: study for cell, study in studies.items()}
@@ -113,9 +115,11 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 if interrupted:
                     break
     finally:
-        tally.done = sum(count_finished(path / cell.name) for cell in studies)  # also what was kept and not yet counted
-        if tally.done > tally.done_before:
-            note_piece(path, piece_of(tally.done - tally.done_before))
+        after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
+        tally.done = sum(after.values())
+        driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
+        if driven:
+            note_piece(path, piece_of(driven))
     say_what_failed(records)
     if interrupted:
         say_interrupted(tally, path, portion.options)
@@ -177,5 +181,5 @@ def _table(standings: Sequence[Standing]) -> Table:
         where = Path(condition.map_name).stem, Path(condition.world).stem
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
         sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
-        table.add_row(*where, people, each.stack, str(each.n), str(each.errors), sla, margin)
+        table.add_row(*map(Text, (*where, people, each.stack, str(each.n), str(each.errors), sla, margin)))
     return table

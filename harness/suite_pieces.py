@@ -3,7 +3,8 @@
 import dataclasses
 import json
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
@@ -24,12 +25,13 @@ class Piece:
     deliveries: int
     program: str  # SHA-256 of its code, parameters and maps
     versions: dict[str, str]
+    cells: dict[str, int] = field(default_factory=dict)  # deliveries by name of the cell; empty: not noted down
 
 
-def piece_of(deliveries: int) -> Piece:
-    """What this program drove today."""
+def piece_of(cells: Mapping[str, int]) -> Piece:
+    """What this program drove today: deliveries by name of the cell."""
     versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
-    return Piece(time.strftime("%Y-%m-%d"), deliveries, project_digest(), versions)
+    return Piece(time.strftime("%Y-%m-%d"), sum(cells.values()), project_digest(), versions, dict(cells))
 
 
 def note_piece(path: Path, piece: Piece) -> None:

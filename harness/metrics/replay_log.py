@@ -173,11 +173,12 @@ def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
     """Where the beams of a recording's scan ended, (n, 2) [m], map frame, from where the robot really was."""
     trace, scan = arrays["trace"], arrays["scan_mm"][number]
     least, increment, _, _, *mount = arrays["scan_geometry"].tolist()
-    place = min(int(np.searchsorted(trace[:, 0], arrays["scan_stamp"][number] - 1e-6)), len(trace) - 1)
+    stamp, yaws = arrays["scan_stamp"][number], np.unwrap(trace[:, 3])
+    x, y, yaw = (float(np.interp(stamp, trace[:, 0], column)) for column in (trace[:, 1], trace[:, 2], yaws))
     seen = scan != NO_RETURN
     angles = least + increment * np.flatnonzero(seen)
     ends = scan[seen, np.newaxis] / 1000.0 * np.column_stack((np.cos(angles), np.sin(angles)))
-    return transform_points(Pose2D(*trace[place, 1:4].tolist()), transform_points(Pose2D(*mount), ends))
+    return transform_points(Pose2D(x, y, yaw), transform_points(Pose2D(*mount), ends))
 
 
 def plans_of(arrays: Mapping[str, Any]) -> list[tuple[float, FloatArray]]:

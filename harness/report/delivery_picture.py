@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.report.figures import save_picture
 from harness.report.map_picture import draw_scene
 from harness.world.scene_io import load_scene
 from harness.world.shapes import Rect
@@ -69,7 +70,7 @@ def draw_delivery(run: Path, stack: str, episode: int, picture: Path) -> None:
         frameon=False,
     )
     figure.suptitle(_title(row), fontsize=10, y=1.0 - 0.3 * STRIP_INCH / total)
-    figure.savefig(picture, facecolor="white")
+    save_picture(figure, picture)
 
 
 def _rows(run: Path, stack: str, episode: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:

@@ -18,6 +18,21 @@ SUFFIXES = (".pdf", ".png")
 UNDATED = {".pdf": {"CreationDate": None}, ".png": {}}
 
 
+def save_picture(figure: "Figure", path: Path) -> None:
+    """Write a figure as the picture that its file's ending names, whole or not at all.
+
+    Raises:
+        InputError: it cannot be written, or matplotlib knows no such picture.
+    """
+    content = BytesIO()
+    try:
+        figure.savefig(content, format=path.suffix[1:] or None, facecolor="white")
+        with replacing(path) as stream:
+            stream.write(content.getvalue())
+    except (OSError, ValueError) as error:  # matplotlib knows not every ending
+        raise InputError(f"picture {path}: cannot be written ({error}); give an existing folder and .png") from None
+
+
 def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> list[Path]:
     """Draw a figure of one column and write it as PDF and PNG; returns their paths.
 

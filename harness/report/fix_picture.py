@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.report.figures import FONT
+from harness.report.figures import FONT, save_picture
 from harness.report.map_picture import draw_scene
 from harness.resources import resolve, shipped
 from harness.study import make_generators
@@ -64,7 +64,7 @@ def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tupl
         _draw_places(places, scene, way, measured)
         _draw_errors(errors, measured)
         _draw_sky(sky, way, scene)
-        figure.savefig(picture, facecolor="white")
+        save_picture(figure, picture)
 
 
 def fixes_along(way: FloatArray, scene: Scene, preset: str, seed: int, episode: int) -> FloatArray:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harness.report.figures import save_picture
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect
 from navstack.costmap.occupancy_grid import FREE
-from navstack.errors import MapError
 from navstack.types import BoolArray
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones"
         view: a name of ``VIEWS``.
 
     Raises:
-        MapError: the picture cannot be written.
+        InputError: the picture cannot be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -82,10 +82,7 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones"
         title, colour, cells = shown
         _draw_cells(axes, cells(scene), extent, ("none", colour), 0.45)
     draw_legend(axes, scene, None if shown is None else (title, colour))
-    try:
-        figure.savefig(path, facecolor="white")
-    except (OSError, ValueError) as error:  # matplotlib knows not every suffix
-        raise MapError(f"picture {path}: cannot be written ({error}); give an existing folder and .png") from None
+    save_picture(figure, path)
 
 
 def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:

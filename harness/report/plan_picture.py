@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.planning import Answer
+from harness.report.figures import save_picture
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from navstack.errors import MapError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, IntArray, Pose2D
 
@@ -39,7 +39,7 @@ def draw_plan(
         picture: the file; its suffix says the format.
 
     Raises:
-        MapError: the picture cannot be written.
+        InputError: the picture cannot be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -64,10 +64,7 @@ def draw_plan(
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
     _draw_scale(axes, low, high)
     figure.legend(*axes.get_legend_handles_labels(), loc="lower left", ncols=LEGEND_COLUMNS, fontsize=8, frameon=False)
-    try:
-        figure.savefig(picture, facecolor="white")
-    except (OSError, ValueError) as error:  # matplotlib knows not every suffix
-        raise MapError(f"picture {picture}: cannot be written ({error}); give an existing folder and .png") from None
+    save_picture(figure, picture)
 
 
 def _bounds(points: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -16,6 +16,16 @@ GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = 0x0B6E4FFF, 0x7B3FA0FF, 0xD1242FFF, 0x
 TIMELINE = "delivery"
 
 
+def require_rerun() -> None:
+    """Check that rerun-sdk is there.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    if find_spec("rerun") is None:
+        raise InputError("--rerun needs the Rerun viewer, which is not installed; run: pip install 'navbench[rerun]'")
+
+
 def show_in_rerun(
     name: str, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float, file: Path | None = None
 ) -> None:
@@ -31,8 +41,7 @@ def show_in_rerun(
     Raises:
         InputError: rerun-sdk is not installed, or the recording holds trajectories only.
     """
-    if find_spec("rerun") is None:
-        raise InputError("--rerun needs the Rerun viewer, which is not installed; run: pip install 'navbench[rerun]'")
+    require_rerun()
     if "scan_mm" not in arrays:
         raise InputError("this recording holds trajectories only: it is an older one; make the run again")
     import rerun as rr

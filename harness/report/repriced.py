@@ -62,12 +62,17 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
 def risk_text(risk: Risk) -> str:
     """The risk in one line."""
     worst = risk.opex_cvar95_usd_per_run
-    if worst is None or risk.break_even_probability is None:
+    if worst is None:
         return "chance of break-even and mean of the worst deliveries undefined: they need several missions, with cargo"
     few = "" if worst.low is not None else " (too few for an interval)"
+    text = f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}"
+    if risk.break_even_probability is None:
+        return (
+            f"{text}; chance of break-even undefined: all deliveries earned the same, so nothing is known of rare ones"
+        )
     return (
-        f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}; breaks even within the robot's life of "
-        f"{risk.within_runs:,.0f} runs with probability {risk.break_even_probability:.3f}"
+        f"{text}; breaks even within the robot's life of {risk.within_runs:,.0f} runs with probability "
+        f"{risk.break_even_probability:.3f}"
     )
 
 

@@ -70,10 +70,9 @@ def report_console(stream: TextIO) -> Console:
 
 
 def report_table(title: str | None = None) -> Table:
-    """An empty table as all reports have them: lines above and below its head, none around it."""
+    """An empty table as all reports have them: lines above and below its head, none around it; no markup in a title."""
     return Table(
-        title=title,
-        title_style="bold",
+        title=None if title is None else Text(title, style="bold"),
         title_justify="left",
         box=box.HORIZONTALS,
         padding=(0, GAP - 1, 0, 0),  # the box's divider is the other space

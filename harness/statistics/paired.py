@@ -12,7 +12,7 @@ from harness.statistics.interval import Interval, normal_quantile
 from navstack.types import FloatArray
 
 EXACT_UP_TO = 12  # clusters of which every pattern of signs is tried
-FLIPS_AT_ONCE = 1000  # patterns per block; bounds the memory
+SIGNS_AT_ONCE = 1_000_000  # of a block of patterns; bounds the memory
 POWER = 0.8
 
 
@@ -83,8 +83,9 @@ def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: Int
         patterns = np.arange(2**sums.size)[:, np.newaxis] >> np.arange(sums.size) & 1
         return float((np.abs((1.0 - 2.0 * patterns) @ sums) >= least).mean())
     as_large = 0
-    for _ in range(DRAWS // FLIPS_AT_ONCE):
-        signs = 2.0 * rng.integers(0, 2, (FLIPS_AT_ONCE, sums.size)) - 1.0
+    at_once = max(1, SIGNS_AT_ONCE // sums.size)
+    for first in range(0, DRAWS, at_once):
+        signs = 2.0 * rng.integers(0, 2, (min(at_once, DRAWS - first), sums.size)) - 1.0
         as_large += int((np.abs(signs @ sums) >= least).sum())
     return (as_large + 1) / (DRAWS + 1)
 

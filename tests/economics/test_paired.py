@@ -112,3 +112,10 @@ def test_interval_and_test_agree_on_a_clear_difference():
     assert 0.8 < result.difference.low < result.difference.value < result.difference.high < 1.2
     assert result.p < 0.001
     assert result.needed < 10
+
+
+def test_patterns_in_small_blocks_are_the_same_patterns(monkeypatch):
+    differences = rng(3).normal(0.05, 1.0, 60)
+    whole = sign_flip_p(differences, rng())
+    monkeypatch.setattr("harness.statistics.paired.SIGNS_AT_ONCE", 1000)
+    assert sign_flip_p(differences, rng()) == whole

@@ -14,10 +14,12 @@ import pytest
 from harness.cli_price import price_command
 from harness.economics.prices import load_prices
 from harness.injury import injury_cost
+from harness.report.repriced import risk_text
 from harness.repricing import choose, document, reprice
 from harness.resources import shipped
+from harness.statistics import Interval
 from harness.stored_run import load_run, repriced
-from harness.valuation import valuation_document, value
+from harness.valuation import Risk, valuation_document, value
 from navstack.errors import InputError
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
@@ -216,6 +218,14 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
     assert risk["break_even"] == {"within_runs": 18250.0, "probability": pytest.approx(0.0, abs=1e-6)}
     cheap = priced(run, settings=("injury.costs.mais_0=0", "robot_cost=1", "lidar_cost=0", "gps_cost=0", "refund=3.49"))
     assert 0.0 < cheap[0]["risk"]["break_even"]["probability"] <= 1.0
+
+
+def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
+    text = risk_text(Risk(Interval(1.25, None, None, 9), 18250.0, None))
+    assert text.startswith(
+        "the worst 5 % of deliveries cost 1.25 $ each (too few for an interval); chance of break-even"
+    )
+    assert "all deliveries earned the same" in text
 
 
 def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:

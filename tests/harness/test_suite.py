@@ -143,6 +143,9 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     assert "Complete: all 6 deliveries" in (out / "index.md").read_text(encoding="utf-8")
     pieces = [json.loads(line) for line in (out / "pieces.jsonl").read_text(encoding="utf-8").splitlines()]
     assert [piece["deliveries"] for piece in pieces] == [1, 3, 2]
+    own = [{name.rpartition("-")[2]: count for name, count in piece["cells"].items()} for piece in pieces]
+    assert own == [{"parked": 1}, {"parked": 1, "standing": 2}, {"parked": 1, "standing": 1}]
+    assert "program" in page and "(sidewalk: parked 1)" in page
 
 
 @pytest.mark.parametrize(

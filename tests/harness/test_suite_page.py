@@ -1,6 +1,8 @@
 """The page of a suite tells what its runs hold, how much that is, and what is missing."""
 
+import dataclasses
 import importlib.util
+import io
 import json
 import re
 import shutil
@@ -10,14 +12,20 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
+from rich.console import Console
 
+from harness.cli_suite import _table
 from harness.compare import Side, compare
 from harness.report.markdown import interval_text
 from harness.report.suite.document import FIGURES, page, write_results
-from harness.report.suite.results import MARGIN, Results, overview, read_results
+from harness.report.suite.figures import _margin
+from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
+from harness.statistics import Interval
 from harness.stored_run import load_run
 from harness.suite import Suite, cells, declare
+from harness.suite_pieces import Piece, note_piece
 from harness.table_files import read_rows
 from harness.valuation import value
 
@@ -86,6 +94,49 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
     assert {path.name for path in figures} == {f"{name}.{kind}" for name in FIGURES for kind in ("png", "pdf")}
     write_results(results, study)
     assert {path: path.read_bytes() for path in figures} == figures
+
+
+def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
+    name = "sidewalk-costnav-seed0-other"
+    about = json.loads((study / name / "run.json").read_text())
+    (study / name / "run.json").write_text(json.dumps({**about, "versions": {"navbench": "0.0.9"}}))
+    pieces = [
+        Piece("2026-01-01", 30, digest, {}, {cell: 30}) for digest, cell in (("a" * 64, name), ("b" * 64, "gone"))
+    ]
+    for piece in pieces:
+        note_piece(study, piece)
+    text = flat(page(read_results(study)))
+    assert "- `other`: other versions: navbench 0.1.0 and 0.0.9" in text
+    assert "where different states of the program drove two stacks" in text
+    assert "30 deliveries, program aaaaaaaaaaaa (sidewalk: other 30)" in text
+    assert "30 deliveries, program bbbbbbbbbbbb -" in f"{text} -", "older logs name no cells"
+
+
+def test_a_stack_is_named_as_it_is(study: Path) -> None:
+    (first, *_) = read_results(study).standings
+    table = _table([dataclasses.replace(first, stack="mpc[v2]"), dataclasses.replace(first, stack="x[/b]")])
+    console = Console(width=200, file=io.StringIO())
+    console.print(table)
+    assert isinstance(console.file, io.StringIO)
+    assert "mpc[v2]" in console.file.getvalue() and "x[/b]" in console.file.getvalue()
+
+
+def test_an_axis_for_disasters_shows_what_earns_much(study: Path) -> None:
+    results = read_results(study)
+    ends = {0: (-900.0, -500.0, -300.0), 1: (20.0, 25.0, 40.0)}
+
+    def with_margin(number: int, each: Standing) -> Standing:
+        if each.valuation is None:
+            return each
+        low, mean, high = ends[number % 2]
+        intervals = {**each.valuation.intervals, MARGIN: Interval(mean, low, high, each.n)}
+        return dataclasses.replace(each, valuation=dataclasses.replace(each.valuation, intervals=intervals))
+
+    standings = tuple(with_margin(number, each) for number, each in enumerate(results.standings))
+    figure = Figure()
+    _margin(figure, dataclasses.replace(results, standings=standings))
+    low, high = figure.axes[0].get_xlim()
+    assert low < -900.0 and high > 40.0
 
 
 def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:

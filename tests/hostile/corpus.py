@@ -1,8 +1,8 @@
 """All malformed inputs."""
 
-from . import bags, files, maps, people, runs, vectors, yaml_attacks
+from . import bags, files, maps, people, recordings, runs, vectors, yaml_attacks
 from .case import Case
 
 CASES: tuple[Case, ...] = tuple(
-    case for module in (yaml_attacks, maps, people, files, runs, vectors, bags) for case in module.cases()
+    case for module in (yaml_attacks, maps, people, files, runs, recordings, vectors, bags) for case in module.cases()
 )

@@ -250,9 +250,14 @@ def cases() -> Iterator[Case]:
     yield Case("finished run to resume: a time is no number", "real_time_factor", _finished(_time(float("nan"))))
 
 
+def copy_of(folder: Path, episodes: int = 2) -> Path:
+    """A copy of the run in a folder."""
+    shutil.copytree(valid_run(episodes), folder / "run")
+    return folder / "run"
+
+
 def _copy(folder: Path, change: Change, episodes: int) -> Path:
-    run = folder / "run"
-    shutil.copytree(valid_run(episodes), run)
+    run = copy_of(folder, episodes)
     change(run)
     return run
 

@@ -11,7 +11,7 @@ from harness.report.map_picture import VIEWS, draw_map, draw_scene
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect, box
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.errors import MapError
+from navstack.errors import InputError
 from navstack.types import Pose2D
 
 
@@ -58,5 +58,5 @@ def test_a_view_colours_its_cells_and_a_picture_needs_a_folder(tmp_path: Path) -
     assert seen["navmesh"][middle][..., 2].mean() > seen["navmesh"][middle][..., 0].mean() + 20
     assert np.array_equal(seen["keepout"][middle], seen["zones"][middle])
     for name in ("nowhere/map.png", "map.nonsense"):
-        with pytest.raises(MapError, match="cannot be written"):
+        with pytest.raises(InputError, match="cannot be written"):
             draw_map(scene(True), tmp_path / name)

@@ -22,6 +22,8 @@ LIMITS = (
     "The maps that come with navbench are generated after the statistics of the published one; none of them is it.",
     "Contacts count from the threshold of the world's file on, property from that of the publication; softer ones are "
     "shown and cost nothing.",
+    "An injury has a price up to MAIS 3 only, as published: the hardest contacts with people, those that may kill, "
+    "cost next to nothing here. Look at who was hit, not at the cost alone.",
     "Rare events decide the costs: a contact that no delivery met is not known to be impossible. An interval tells of "
     "chance within these missions, not of other cities, robots or prices.",
     "The paper's columns are its own measurements; only the money is worked out here from them, at these prices.",
@@ -81,7 +83,11 @@ def _people(run: StoredRun, people: Mapping[str, Any]) -> str:
 
 def digest(content: Any) -> str:
     """The first twelve digits of the SHA-256 of a condition's content, by which two runs can be told alike."""
-    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:12]
+    try:
+        text = json.dumps(content, sort_keys=True, default=str)
+    except TypeError:  # keys that are no texts, or of several kinds
+        text = repr(content)
+    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:12]
 
 
 def _prices(entries: Sequence[Entry]) -> list[Json]:

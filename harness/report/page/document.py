@@ -16,7 +16,7 @@ from typing import Any
 from harness.compare import side_of
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import Entry, entries_of, left_out, without_events
+from harness.report.page.entries import Entry, entries_of, notes_of, without_events
 from harness.report.page.recording_code import FINE, load_recording
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
@@ -48,7 +48,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     readable, ways, troubles = trajectories(recorded)
     replays = [replay(each, load_recording(each.path)) for each in chosen(readable, most_replays)]
     scenery, notes = sceneries(entries)
-    notes += left_out(runs)
+    notes += notes_of(runs)
     left = len(readable) - len(replays)
     if left:
         notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
@@ -124,7 +124,7 @@ def _assembled(data: Json, replays: Sequence[Json]) -> str:
     )
     parts = {
         "policy": policy,
-        "title": html.escape(data["title"]),
+        "title": html.escape(data["title"].encode("utf-8", "replace").decode()),
         "style": style,
         "data": embedded({**data, "replays": [{**each, "data": None} for each in replays]}),
         "recordings": "\n".join(
@@ -139,6 +139,7 @@ def _assembled(data: Json, replays: Sequence[Json]) -> str:
 def embedded(data: Any) -> str:
     """JSON that can stand inside a script element whatever texts it holds."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = text.encode("utf-8", "replace").decode()  # half a surrogate pair, which JSON lets through, cannot be written
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text

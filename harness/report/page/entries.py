@@ -9,7 +9,7 @@ from harness.economics.prices import Prices
 from harness.metrics import Row
 from harness.report.tables import Column
 from harness.stored_run import StoredRun, StoredStack
-from harness.valuation import Valuation, deliveries, missions, profit_draws, value
+from harness.valuation import Valuation, deliveries, missions, profit_draws, tells_of_rare, value
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
@@ -46,9 +46,9 @@ class Entry:
         )
 
     def mean_draws(self) -> FloatArray | None:
-        """Bootstrap draws of the mean margin [USD/run]; None: undefined, or one mission only."""
+        """Bootstrap draws of the mean margin [USD/run]; None: undefined, or too few or too much alike to tell."""
         clusters = missions(self.stack.rows)
-        if self.margin is None or clusters.max() == 0:
+        if self.margin is None or not tells_of_rare(self.margin, clusters):
             return None
         return profit_draws(self.margin, clusters, self.run.seed)[0]
 
@@ -93,14 +93,22 @@ def _map_of(run: StoredRun) -> tuple[str, str]:
     return run.map_name, str(run.about.get("map_sha256", ""))
 
 
-def left_out(runs: Sequence[StoredRun]) -> list[str]:
-    """What is to be said of stacks of which no delivery finished."""
-    return [
-        f"{run.folder.resolve().name}: {stack.name} is left out: all of its {stack.errors} deliveries ended in an error"
-        for run in runs
-        for stack in run.stacks
-        if not stack.rows
-    ]
+def notes_of(runs: Sequence[StoredRun]) -> list[str]:
+    """What is to be said of stacks that have not driven all that their run asks for, or of which nothing is shown."""
+    told = ((run, stack, _missing(run, stack)) for run in runs for stack in run.stacks)
+    return [f"{run.folder.resolve().name}: {stack.name} {missing}" for run, stack, missing in told if missing]
+
+
+def _missing(run: StoredRun, stack: StoredStack) -> str:
+    """What a stack lacks; empty: nothing."""
+    done, asked = len(stack.rows) + stack.errors, run.about.get("episodes")
+    if not done:
+        return "is left out: it has driven nothing yet; --resume of the run goes on"
+    if not stack.rows:
+        return f"is left out: all of its {done} deliveries ended in an error"
+    if isinstance(asked, int) and done < asked:
+        return f"has driven {done} of its {asked} deliveries; --resume of the run goes on"
+    return ""
 
 
 def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Entry:

@@ -18,22 +18,27 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from harness.metrics.replay_log import NO_RETURN
 from navstack.errors import InputError
 from navstack.files import check_regular
-from navstack.types import FloatArray, IntArray
+from navstack.types import FloatArray
 
 CENTIMETRE, MILLIRADIAN = 0.01, 0.001
 FAR = 1e7  # scaled numbers are cut off here: whoever is absent stands there
-MOST_BYTES = 1_000_000_000  # of a recording, packed or not; an hour of driving has some 40 MB
+MOST_BYTES = 100_000_000  # of a recording, packed or not; an hour of driving has some 40 MB
+BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError, OverflowError)
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
-NEEDED = ("trace", "crowd")  # arrays that every recording has
-SEEN = (
-    *("pieces_lost", "belief_covariance", "track_count", "tracks", "scan_stamp", "scan_mm", "scan_geometry"),
-    *("plan_stamp", "plan_size", "plan_xy", "odometry", "motion_energy_j"),
-)  # those of newer ones
+NEEDED = {"trace": ("rows", 11), "crowd": ("rows", "people", 2)}  # arrays that every recording has, and their shapes
+SEEN = {
+    **{"pieces_lost": ("rows",), "belief_covariance": ("rows", 3), "track_count": ("rows",), "tracks": ("tracks", 6)},
+    **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
+    **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
+    **{"odometry": ("rows", 5), "motion_energy_j": ("rows",)},
+}  # those of newer ones
+WHOLE = ("pieces_lost", "track_count", "scan_mm", "plan_size")  # of them hold whole numbers from 0 on
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +68,7 @@ def load_recording(path: Path) -> dict[str, Any]:
             raise InputError(f"{path}: unpacks to {unpacked} bytes; at most {MOST_BYTES} are read")
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in (*NEEDED, *SEEN) if name in file}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+    except (*BROKEN, MemoryError) as error:  # an array that says it is larger than any memory
         raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
     trouble = _trouble_with(arrays)
     if trouble:
@@ -80,6 +85,8 @@ def _trouble_with(arrays: Mapping[str, Any]) -> str:
     trace, crowd = arrays["trace"], arrays["crowd"]
     if trace.ndim != 2 or trace.shape[1] != 11 or len(trace) < 2 or not np.isfinite(trace[:, :6]).all():
         return "has no sound trajectory"
+    if not _is_rising(trace[:, 0]):
+        return "has no sound trajectory: its times do not rise"
     if crowd.ndim != 3 or len(crowd) != len(trace) or crowd.shape[2] != 2:
         return "is damaged: people and robot do not match"
     missing = [name for name in SEEN if name not in arrays]
@@ -90,14 +97,27 @@ def _trouble_with(arrays: Mapping[str, Any]) -> str:
 
 def _match(arrays: Mapping[str, Any]) -> bool:
     """Whether what the robot saw and meant fits together."""
-    rows = len(arrays["trace"])
-    of_rows = ("pieces_lost", "belief_covariance", "track_count", "odometry", "motion_energy_j")
-    sound = all(len(arrays[name]) == rows for name in of_rows) and arrays["tracks"].shape[1:] == (6,)
-    sound = sound and arrays["scan_mm"].ndim == 2 and len(arrays["scan_mm"]) == len(arrays["scan_stamp"])
-    sound = sound and arrays["plan_xy"].shape[1:] == (2,) and len(arrays["plan_size"]) == len(arrays["plan_stamp"])
-    sound = sound and arrays["odometry"].shape[1:] == (5,) and arrays["belief_covariance"].shape[1:] == (3,)
+    lengths: dict[int | str, int] = {}
+    for name, shape in {**NEEDED, **SEEN}.items():
+        found = arrays[name].shape
+        if len(found) != len(shape):
+            return False
+        own = zip(shape, found, strict=True)
+        if any(lengths.setdefault(each, each if isinstance(each, int) else length) != length for each, length in own):
+            return False
     counts = ((arrays["track_count"], arrays["tracks"]), (arrays["plan_size"], arrays["plan_xy"]))
-    return sound and arrays["scan_geometry"].shape == (7,) and all(sizes.sum() == len(what) for sizes, what in counts)
+    return (
+        all(arrays[name].dtype.kind in "iu" and (arrays[name] >= 0).all() for name in WHOLE)
+        and all((sizes <= len(what)).all() and int(sizes.sum()) == len(what) for sizes, what in counts)
+        and _is_rising(arrays["scan_stamp"])
+        and _is_rising(arrays["plan_stamp"])
+        and all(bool(np.isfinite(arrays[name]).all()) for name in ("scan_geometry", "plan_xy"))
+    )
+
+
+def _is_rising(stamps: FloatArray) -> bool:
+    """Whether stamps (n,) [s] are numbers none of which is before the one ahead of it."""
+    return bool(np.isfinite(stamps).all() and (np.diff(stamps) >= 0.0).all())
 
 
 def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
@@ -107,8 +127,8 @@ def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
     fields.add("t", trace[:, 0], 0.001)
     fields.add("pose", _with_yaw(trace[:, 1:4]), CENTIMETRE, yaw_column=2)
     fields.add("motion", trace[:, (4, 5, 9, 10)], CENTIMETRE)  # speed, yaw rate, and both as commanded
-    if not np.isnan(trace[:, 6:9]).any():
-        fields.add("belief", _with_yaw(trace[:, 6:9]), CENTIMETRE, yaw_column=2)
+    if not np.isnan(trace[:, 6:9]).all():
+        fields.add("belief", _with_yaw(trace[:, 6:9]), CENTIMETRE, yaw_column=2)  # FAR where it has none
     fields.add("crowd", arrays["crowd"].reshape(len(trace), -1), CENTIMETRE)
     if "pieces_lost" in arrays:
         _add_seen(fields, arrays, fineness)
@@ -130,7 +150,8 @@ def _add_seen(fields: "_Fields", arrays: Mapping[str, Any], fineness: Fineness) 
     ranges = arrays["scan_mm"][::every, ::beam]
     fields.add("scanStamp", arrays["scan_stamp"][::every], 0.001)
     fields.add("scanGeometry", geometry * (1, beam, 1, 1, 1, 1, 1), 1e-6)
-    fields.add("scan", np.where(ranges == NO_RETURN, 0.0, ranges / 1000.0).T, step)  # scan by scan, beam after beam
+    ranges = np.where(ranges == NO_RETURN, 0, ranges).T  # [mm] scan by scan, beam after beam
+    fields.add("scan", ranges, step, unit=0.001)
 
 
 def _plans(arrays: Mapping[str, Any]) -> list[FloatArray]:
@@ -145,8 +166,11 @@ def _plans(arrays: Mapping[str, Any]) -> list[FloatArray]:
 
 
 def _with_yaw(poses: FloatArray) -> FloatArray:
-    """Poses (T, 3) whose yaw does not jump from pi to -pi."""
-    return np.column_stack((poses[:, :2], np.unwrap(poses[:, 2])))
+    """Poses (T, 3) whose yaw does not jump from pi to -pi; rows with NaN stay as they are."""
+    known = ~np.isnan(poses).any(axis=1)
+    yaws = np.full(len(poses), np.nan)
+    yaws[known] = np.unwrap(poses[known, 2])
+    return np.column_stack((poses[:, :2], yaws))
 
 
 class _Fields:
@@ -157,32 +181,44 @@ class _Fields:
         self._bodies: list[bytes] = []
 
     def add(
-        self, name: str, values: Any, scale: float, yaw_column: int | None = None, whole_column: int | None = None
+        self,
+        name: str,
+        values: Any,
+        scale: float,
+        yaw_column: int | None = None,
+        whole_column: int | None = None,
+        unit: float = 1.0,
     ) -> None:
-        """Take in an array (n,) or (n, columns) in steps of ``scale``; one column may be an angle, one a number."""
-        table = np.asarray(values, dtype=np.float64)
+        """Take in an array (n,) or (n, columns) of ``unit`` in steps of ``scale``.
+
+        One column may be an angle, one a number.
+        """
+        table = np.asarray(values)
         table = table[:, np.newaxis] if table.ndim == 1 else table
-        scales = np.full(table.shape[1], scale)
+        scales = [scale] * table.shape[1]
         if yaw_column is not None:
             scales[yaw_column] = MILLIRADIAN
         if whole_column is not None:
             scales[whole_column] = 1.0
-        whole = np.rint(np.clip(np.nan_to_num(table / scales, nan=FAR), -FAR, FAR)).astype(np.int64).T
-        first = whole[:, :1]
-        steps = np.diff(whole, axis=1, prepend=first) if whole.shape[1] else whole
+        first: list[int] = []
+        steps = np.zeros(table.T.shape, dtype=np.int32)
+        for column, own, step in zip(table.T, steps, scales, strict=True):  # one at a time: scans are large
+            scaled = np.nan_to_num(column.astype(np.float64) * (unit / step), nan=FAR)
+            whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
+            first += whole[:1].tolist()
+            own[1:] = np.diff(whole)
         kind = _smallest(steps)
-        body = np.ascontiguousarray(steps, dtype=f"<i{kind}").tobytes()
         self._heads.append(
             {
                 "name": name,
-                "columns": whole.shape[0],
-                "n": whole.shape[1],
+                "columns": steps.shape[0],
+                "n": steps.shape[1],
                 "bytes": kind,
-                "scales": scales.tolist() if len(set(scales.tolist())) > 1 else [scale],
-                "first": first.ravel().tolist(),
+                "scales": scales if len(set(scales)) > 1 else [scale],
+                "first": first,
             }
         )
-        self._bodies.append(body)
+        self._bodies.append(steps.astype(f"<i{kind}").tobytes())
 
     def content(self) -> bytes:
         """All of it."""
@@ -190,7 +226,7 @@ class _Fields:
         return b"".join((struct.pack("<I", len(head)), head, *self._bodies))
 
 
-def _smallest(steps: IntArray) -> int:
+def _smallest(steps: npt.NDArray[np.int32]) -> int:
     """Bytes of the smallest whole number that holds them all."""
-    largest = int(np.abs(steps).max()) if steps.size else 0
+    largest = max(int(steps.max()), -int(steps.min())) if steps.size else 0
     return 1 if largest < 2**7 else 2 if largest < 2**15 else 4

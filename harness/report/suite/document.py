@@ -1,6 +1,6 @@
 """The page of a suite as Markdown: what was found, on how much it rests, and what is missing."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.durable_files import write_text
@@ -9,6 +9,7 @@ from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.results import Results, Standing
 from harness.report.suite.tables import counts, margins, of_condition, write_quantities
 from harness.stored_run import StoredRun
+from harness.suite import Condition, cells
 from harness.suite_pieces import Piece
 from navstack.errors import InputError
 
@@ -120,9 +121,20 @@ def _found(results: Results, figures: str) -> list[str]:
             text
             for condition in results.conditions
             if any(each.valuation for each in results.under(condition))
-            for text in (f"### {results.label(condition)}", of_condition(results, condition))
+            for text in (
+                f"### {results.label(condition)}",
+                of_condition(results, condition),
+                *_warnings(results, condition),
+            )
         ),
     ]
+
+
+def _warnings(results: Results, condition: Condition) -> list[str]:
+    """What else than the stack may be behind a difference under a condition."""
+    known = [(stack, each) for (where, stack), each in results.differences.items() if where == condition]
+    lines = [f"- `{stack}`: {warning}" for stack, each in known for warning in each.warnings]
+    return ["Beside the stack, these differ from the first in:\n\n" + "\n".join(lines)] if lines else []
 
 
 def _basis(results: Results) -> list[str]:
@@ -132,13 +144,21 @@ def _basis(results: Results) -> list[str]:
     lines = [
         f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; missions: "
         f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
-        f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for every stack",
+        f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for every stack"
+        + _but(results.pieces),
     ]
     lines += [f"- map {name}: SHA-256 {digest}" for name, digest in _maps(runs)]
     lines += [f"- versions: {text}" for text in _versions(results.pieces)]
     if results.strangers:
         lines.append(f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}")
     return ["\n".join(lines), *_log(results)]
+
+
+def _but(pieces: Sequence[Piece]) -> str:
+    """What limits a comparison of stacks that several states of the program drove."""
+    if len({piece.program for piece in pieces}) < 2:
+        return ""
+    return "; where different states of the program drove two stacks, that is in their difference, too"
 
 
 def _maps(runs: Sequence[StoredRun]) -> list[tuple[str, str]]:
@@ -157,7 +177,8 @@ def _log(results: Results) -> list[str]:
     programs = len({piece.program for piece in results.pieces})
     states = "one state" if programs == 1 else f"{programs} states"
     lines = [
-        f"- {piece.date}: {piece.deliveries} deliveries, program {piece.program[:DIGITS]}" for piece in results.pieces
+        f"- {piece.date}: {piece.deliveries} deliveries, program {piece.program[:DIGITS]}{_driven(results, piece)}"
+        for piece in results.pieces
     ]
     done = sum(each.n + each.errors for each in results.standings)
     rest = done - sum(piece.deliveries for piece in results.pieces)
@@ -168,3 +189,18 @@ def _log(results: Results) -> list[str]:
         "kept; its `params/` say what it was driven with, whatever the files that come with the program say today.",
         "\n".join(lines),
     ]
+
+
+def _driven(results: Results, piece: Piece) -> str:
+    """Of which cells a piece has deliveries: by condition the stacks; empty: it was not noted down."""
+    found: dict[str, dict[str, int]] = {}
+    for cell in cells(results.suite):
+        if count := piece.cells.get(cell.name):
+            own = found.setdefault(results.label(cell.condition), {})
+            own[cell.stack_name] = own.get(cell.stack_name, 0) + count
+    text = "; ".join(f"{label}: {_counted(own)}" for label, own in found.items())
+    return f" ({text})" if text else ""
+
+
+def _counted(deliveries: Mapping[str, int]) -> str:
+    return ", ".join(f"{stack} {count}" for stack, count in deliveries.items())

@@ -22,7 +22,7 @@ EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"  # Okabe and Ito's colours,
 PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9")
 OUTCOME_COLOURS = ("#009e73", "#e69f00", "#8a8a8a", "#d55e00")
 FAR, LINEAR = -100.0, 10.0  # [USD] a margin below the first makes the axis logarithmic beyond the second
-DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0)  # [USD] that such an axis names
+DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0, 100.0, 1000.0)  # [USD] that such an axis names
 STRETCH = 20.0  # a stack whose value is so many times the median's is cut, and its value stands beside it
 
 Line = Callable[["Axes", int, Standing], None]
@@ -91,14 +91,15 @@ def _margin(figure: "Figure", results: Results) -> None:
                   markerfacecolor=colour if is_sure else "white")  # fmt: skip
 
     known = [each.interval(MARGIN) for each in results.standings]
-    lowest = min((end for each in known for end in (each.value, each.low) if end is not None), default=0.0)
+    ends = [end for each in known for end in (each.value, each.low, each.high) if end is not None]
+    lowest, highest = min(ends, default=0.0), max(ends, default=0.0)
     scale = f", logarithmic beyond {LINEAR:g}" if lowest < FAR else ""
     title = f"contribution margin [USD/delivery], 95 % interval{scale} (blue: above 0, red: below, hollow: neither)"
     panels = _panels(figure, results, line, lambda each: _number(each.interval(MARGIN).value), title)
     if lowest < FAR:
         panels[0].set_xscale("symlog", linthresh=LINEAR, linscale=1.5)
         panels[0].set_xticks(DECADES, [_number(each, 0) for each in DECADES])
-        panels[0].set_xlim(1.2 * lowest, LINEAR)
+        panels[0].set_xlim(1.2 * lowest, max(LINEAR, 1.1 * highest))
         panels[0].minorticks_off()
     for axes in panels:
         axes.axvline(0.0, color="black", linewidth=0.7, zorder=0)

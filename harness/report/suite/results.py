@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from harness.compare import PAIR, Side, compare
+from harness.compare import PAIR, Comparison, Side, compare
 from harness.metrics import Row
 from harness.report.suite.names import label_of
 from harness.statistics import Interval, PairedDifference, holm
@@ -56,6 +56,7 @@ class Difference:
     pairs: int
     paired: PairedDifference
     p_holm: float  # adjusted for all stacks under the condition
+    warnings: tuple[str, ...]  # why the two might differ for other reasons than their stacks
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,10 @@ class Results:
         found: dict[tuple[Condition, str], Difference] = {}
         for condition in self.conditions:
             own = _against_first(self.under(condition))
-            adjusted = holm([paired.p for _, _, paired in own])
-            for (stack, pairs, paired), p in zip(own, adjusted, strict=True):
-                found[condition, stack] = Difference(pairs, paired, float(p))
+            paired = [comparison.differences[MARGIN].paired for _, comparison in own]
+            adjusted = holm([each.p for each in paired])
+            for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
+                found[condition, stack] = Difference(comparison.pairs, each, float(p), tuple(comparison.warnings))
         return found
 
 
@@ -158,8 +160,8 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     return Standing(first.stack_name, first.condition, declared, side, valuation)
 
 
-def _against_first(standings: Sequence[Standing]) -> list[tuple[str, int, PairedDifference]]:
-    """Stack, missions in common and difference of the margin of all but the first that share missions with it."""
+def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]]:
+    """The margins of all but the first stack that share missions with it, held against its."""
     first, *others = standings
     if first.side is None or first.interval(MARGIN).value is None:
         return []
@@ -169,8 +171,7 @@ def _against_first(standings: Sequence[Standing]) -> list[tuple[str, int, Paired
         if other.side is None or other.interval(MARGIN).value is None:
             continue
         if any(_mission(row) in missions for row in other.side.stack.rows):
-            comparison = compare(first.side, other.side, [MARGIN])
-            found.append((other.stack, comparison.pairs, comparison.differences[MARGIN].paired))
+            found.append((other.stack, compare(first.side, other.side, [MARGIN])))
     return found
 
 

@@ -90,8 +90,8 @@ def _check_filters(browser: Any) -> None:
     assert profits == sorted(profits)
     choose(browser, "by-stack", "1")
     assert {row[1] for row in shown(browser)} == {EVIL}
-    choose(browser, "by-cost", "injury")
-    assert all(float(row[6]) > 0.0 for row in shown(browser))
+    choose(browser, "by-cost", "person")
+    assert all(int(row[7]) > 0 for row in shown(browser))
     choose(browser, "by-outcome", "timeout")
     assert {row[5] for row in shown(browser)} <= {"late"}
     told = browser.execute_script("return document.querySelector('#list-count').textContent")

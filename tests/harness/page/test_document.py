@@ -16,7 +16,8 @@ from harness.cli import main
 from harness.manifest import map_digest
 from harness.metrics import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
-from harness.report.page.sections import break_even_histogram, profit_curve
+from harness.report.page.entries import entries_of
+from harness.report.page.sections import break_even, break_even_histogram, profit_curve
 from harness.stored_run import StoredStack, load_run
 from harness.table_files import read_rows, write_table
 from harness.world.scene_io import load_scene
@@ -283,3 +284,35 @@ def test_a_stack_of_errors_only_is_named(write_run: Callable[..., Path]) -> None
     broken = StoredStack("broken", run.stacks[0].carries, run.stacks[0].localizer, 3, ())
     page = report_page([dataclasses.replace(run, stacks=(*run.stacks, broken))], 0, "2026-01-01")
     assert "one: broken is left out: all of its 3 deliveries ended in an error" in data_of(page)["basis"]["notes"]
+
+
+def test_what_a_run_has_not_driven_is_said(write_run: Callable[..., Path]) -> None:
+    run = load_run(str(write_run("one", stacks=("some", "none"), episodes=3)))
+    some, none = (
+        dataclasses.replace(each, rows=each.rows[:kept]) for each, kept in zip(run.stacks, (2, 0), strict=True)
+    )
+    page = report_page([dataclasses.replace(run, stacks=(some, none))], 0, "2026-01-01")
+    assert data_of(page)["basis"]["notes"][-2:] == [
+        "one: some has driven 2 of its 3 deliveries; --resume of the run goes on",
+        "one: none is left out: it has driven nothing yet; --resume of the run goes on",
+    ]
+
+
+def test_nothing_is_told_of_breaking_even_where_all_earned_the_same(write_run: Callable[..., Path]) -> None:
+    def alike(row: dict[str, Any]) -> None:
+        row |= {"outcome": "sla", "distance_m": 50.0, "motion_energy_wh": 1.0}
+
+    quiet, lively = write_run("quiet", episodes=9, crowd=0.0, change=alike), write_run("lively", episodes=9)
+    assert [break_even(entries_of([load_run(str(each))])) != [] for each in (quiet, lively)] == [False, True]
+
+
+def test_texts_that_utf_8_does_not_have_do_no_harm(write_run: Callable[..., Path], tmp_path: Path) -> None:
+    folder = write_run("one", episodes=2)
+    about = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps({**about, "command": ["navbench", "\ud800"]}))
+    (folder / "params" / "rules.yaml").write_text("1: a\n2026-01-01: b\nc: d\n")
+    with pytest.raises(SystemExit) as ended:
+        main(["report", str(folder), "--out", str(tmp_path / "r.html")])
+    assert ended.value.code == 0
+    run = data_of((tmp_path / "r.html").read_text(encoding="utf-8"))["basis"]["runs"][0]
+    assert "?" in run["command"] and len(run["rules version"]) == 12

@@ -4,6 +4,8 @@ import base64
 import gzip
 import json
 import struct
+import tracemalloc
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -73,6 +75,34 @@ def test_a_robot_that_does_not_localize_has_no_belief(make_arrays: Callable[...,
     assert "belief" not in decoded(encode(arrays, FINE))
 
 
+def test_a_belief_that_begins_later_is_absent_until_then(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays(ROW)
+    arrays["trace"][:20, 6:9] = np.nan
+    believed = decoded(encode(arrays, FINE))["belief"]
+    assert (believed[0, :20] > 5e4).all(), "the page takes it for none"
+    np.testing.assert_allclose(believed[:2, 20:].T, arrays["trace"][20:, 6:8], atol=6e-3)
+    np.testing.assert_allclose(believed[2, 20:], np.unwrap(arrays["trace"][20:, 8]), atol=6e-4)
+
+
+def test_a_long_recording_takes_little_memory(make_arrays: Callable[..., Arrays]) -> None:
+    arrays = make_arrays({**ROW, "duration_s": 600.0}, beams=1000)
+    tracemalloc.start()
+    encode(arrays, FINE)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 8 * arrays["scan_mm"].nbytes
+
+
+def test_an_array_larger_than_any_memory_is_refused(make_arrays: Callable[..., Arrays], tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "r.npz", **{k: v for k, v in make_arrays(ROW).items() if k != "trace"})
+    head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000000000, 11), }"
+    size = 118
+    with zipfile.ZipFile(tmp_path / "r.npz", "a") as archive:
+        archive.writestr("trace.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", size) + head.ljust(size - 1) + b"\n")
+    with pytest.raises(InputError, match="is damaged"):
+        load_recording(tmp_path / "r.npz")
+
+
 def test_a_recording_of_trajectories_only_is_shown_as_far_as_it_goes(
     make_arrays: Callable[..., Arrays], tmp_path: Path
 ) -> None:
@@ -93,6 +123,12 @@ def test_a_recording_of_trajectories_only_is_shown_as_far_as_it_goes(
         (lambda arrays: arrays.update(plan_size=arrays["plan_size"][1:]), "do not match"),
         (lambda arrays: arrays.update(crowd=np.array(["x"])), "something else than numbers"),
         (lambda arrays: arrays.pop("scan_mm"), "lacks scan_mm"),
+        (lambda arrays: arrays.update(trace=arrays["trace"][::-1]), "its times do not rise"),
+        (lambda arrays: arrays.update(pieces_lost=np.array(3)), "do not match"),
+        (lambda arrays: arrays.update(scan_stamp=np.full(len(arrays["trace"]), np.nan)), "do not match"),
+        (lambda arrays: arrays.update(plan_size=arrays["plan_size"] * 1.0), "do not match"),
+        (lambda arrays: arrays.update(track_count=arrays["track_count"] - 2), "do not match"),
+        (lambda arrays: arrays.update(plan_xy=np.full_like(arrays["plan_xy"], np.inf)), "do not match"),
     ],
 )
 def test_a_damaged_recording_is_refused(

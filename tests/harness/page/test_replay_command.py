@@ -184,6 +184,8 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         ((str(folder), "1", "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
         ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
         ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
+        ((str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
+        ((str(folder), "1", *page, "--close-up", str(tmp_path / "d.png")), "give a name that ends with .gif"),
         (
             (str(still), "0", "--close-up", str(tmp_path / "d.gif")),
             "touched nothing in episode 0, and --close-up shows a contact",
@@ -193,6 +195,7 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         err = capsys.readouterr().err
         assert (said in err, err.count("\n")) == (True, 1), err
     (tmp_path / "d.mcap").rmdir()
+    assert not (tmp_path / "p.html").exists(), "nothing is made before all can be"
     assert not list(tmp_path.glob("*.mcap")) and not list(tmp_path.glob(".bag-*"))
 
 

@@ -3,6 +3,7 @@ const OUTCOMES = {
   sla: ['delivered intact, in time', '--sla'], arrived: ['arrived', '--arrived'], spoiled: ['food spoiled', '--spoiled'],
   timeout: ['too late', '--timeout'], physical_assistance: ['physical assistance', '--physical'],
 };
+const UNDEFINED = 'undefined: the cargo was not simulated';
 const BRIEF = { sla: 'in time', arrived: 'arrived', spoiled: 'spoiled', timeout: 'late', physical_assistance: 'assistance' };
 const outcomeName = key => (OUTCOMES[key] || [key.replaceAll('_', ' ')])[0];
 
@@ -39,7 +40,7 @@ function waterfallPanels() {
   const panel = (each, number) => {
     const low = Math.min(...scaleOf(each)), high = Math.max(...scaleOf(each));
     return h('div', {}, h('h3', {}, !each.paper && h('span', { class: 'dot', tint: tint(number) }), each.label),
-      figure(`${each.label}: from revenue to margin: ${steps(each).map(step => `${step.name} ${usd(step.value)}`).join(', ')}`,
+      figure(`${each.label}: from revenue to margin: ${steps(each).map(step => `${step.name} ${usd(step.value)}`).join(', ') || UNDEFINED}`,
         width => waterfall(each, width, low, high)));
   };
   return [h('div', { class: 'panels' }, DATA.waterfall.map(panel)),
@@ -59,7 +60,7 @@ function waterfall(each, width, low, high) {
   const rows = steps(each), row = 25, left = 86, right = 68;
   const height = rows.length * row + 24, x = linear(low, high, left, width - right);
   const picture = s('svg', { width, height });
-  if (!rows.length) return fill(picture, {}, [s('text', { x: 0, y: 16, class: 't' }, 'undefined: the cargo was not simulated')]);
+  if (!rows.length) return fill(picture, {}, [s('text', { x: 0, y: 16, class: 't' }, UNDEFINED)]);
   const count = Math.max(3, (width - left - right) / 48), decimals = Math.max(0, Math.ceil(-Math.log10(tickStep(low, high, count)) - 1e-9));
   for (const tick of ticks(low, high, count)) {
     picture.append(s('line', { x1: x(tick), x2: x(tick), y1: 0, y2: height - 20, class: tick ? 'grid' : 'axis' }),

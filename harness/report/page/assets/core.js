@@ -22,6 +22,8 @@ const css = name => getComputedStyle(document.documentElement).getPropertyValue(
 const TINTS = 12;  // colours of stacks
 const tint = number => `var(--s${number % TINTS})`;
 
+const PERSON = 'pedestrian';  // what a contact with a person is called
+
 const isNumber = value => typeof value === 'number' && Number.isFinite(value);
 const sign = text => text.replace(/-(?=[\d.])/g, '−');  // a minus, and no hyphen
 function num(value, decimals = 0) {
@@ -52,6 +54,9 @@ function ticks(low, high, count) {
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step || 0);
   return found;
 }
+// Least and largest x and y of points, as many as there may be.
+const around = points => points.reduce(([left, low, right, high], [x, y]) =>
+  [Math.min(left, x), Math.min(low, y), Math.max(right, x), Math.max(high, y)], [Infinity, Infinity, -Infinity, -Infinity]);
 const linear = (low, high, from, to) => value => from + (value - low) / ((high - low) || 1) * (to - from);
 
 // A figure that is drawn anew at every width.

@@ -9,6 +9,13 @@ function masthead() {
     h('p', { class: 'sub' }, where.filter(Boolean).join(' · '))), themeButton());
 }
 
+function whatPairsShare() {
+  if (!DATA.comparisons.length) return null;
+  const missions = 'Differences are taken mission by mission: both stacks had the same ones';
+  return DATA.comparisons.some(each => each.warnings.length) ? `${missions}. What else differed stands above each table.`
+    : `${missions}, with the same people and the same noise.`;
+}
+
 function reportSections() {
   const instance = player(), replay = replaySection(instance), open = replay.open;
   const sections = [
@@ -18,7 +25,7 @@ function reportSections() {
       section('outcomes', 'How deliveries end', 'Share of deliveries; Wilson’s intervals stand in the table below.', outcomeBars()),
       section('profit', 'Profit over deliveries', 'As driven, in order; the band holds 95 % of the sums over resampled missions.', profitCurves())),
     section('breakeven', 'When the robot has paid for itself', 'Capital expenditure over the mean margin, over 10 000 resamples of the missions. The dot is the point estimate.', breakEvenRidges()),
-    section('comparison', 'Stacks held against each other', 'Every mission is met by both stacks with the same people and the same noise, so differences are taken mission by mission.', comparisonTables()),
+    section('comparison', 'Stacks held against each other', whatPairsShare(), comparisonTables()),
     section('tables', 'The paper’s two tables', 'Means per delivery with 95 % intervals, beside what the paper published.', paperTables()),
     section('map', 'Where it happened', 'Ways of recorded deliveries and contacts of all. Drag (or shift + arrows) to move, ctrl + wheel, + and − to zoom; a click opens the replay.', overview(open)),
     DATA.replays.length > 0 && section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next event that cost something, shift + arrows move the map.', replay.content),

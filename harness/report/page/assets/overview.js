@@ -14,8 +14,7 @@ function overview(open) {
     if (scenery) return scenery.bounds;
     const points = DATA.missions.filter(each => each[2] === state.map).flatMap(each => [[each[3], each[4]], [each[5], each[6]]]).filter(([x]) => isNumber(x));
     if (!points.length) return [0, 0, 10, 10];
-    const xs = points.map(each => each[0]), ys = points.map(each => each[1]);
-    return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+    return around(points);
   };
   const { place, canvas, context, wasDragged } = stage(
     `Map with ${ways.length} recorded ways and ${DATA.contacts.length} contacts of ${DATA.deliveries.entry.length} deliveries`,
@@ -43,8 +42,8 @@ function overview(open) {
       context.fillStyle = colour[`--s${entry % TINTS}`];
       dot(...camera.at(x1, y1), 3);
     }
-    if (state.contacts) for (const [entry, episode, x, y, , , , cost, counted] of DATA.contacts) {
-      if (here(entry, episode) && (counted || state.soft)) drawContact(context, camera.at(x, y), cost, counted);
+    if (state.contacts) for (const [entry, episode, x, y, , what, , cost, counted] of DATA.contacts) {
+      if (here(entry, episode) && (counted || state.soft)) drawContact(context, camera.at(x, y), isGrave(what, cost, counted));
     }
     drawScaleBar(context, camera, ratio);
   }
@@ -59,7 +58,7 @@ function overview(open) {
     const near = DATA.contacts.find(([entry, episode, x, y, , , , , counted]) =>
       state.contacts && here(entry, episode) && (counted || state.soft) && far(x, y) < 9);
     if (near) return { entry: near[0], episode: near[1], time: near[4], text: `${DATA.entries[near[0]].label}, episode ${near[1]}\n`
-      + `${near[5].replaceAll('_', ' ')} at ${num(near[4], 1)} s: ${num(near[6])} N s, ${near[7] ? usd(near[7]) : 'no cost'}` };
+      + `${near[5].replaceAll('_', ' ')} at ${num(near[4], 1)} s: ${num(near[6])} N s, ${isGrave(near[5], near[7], near[8]) ? usd(near[7]) : 'no cost'}` };
     const way = ways.find(each => state.ways && here(each.entry, each.episode) && each.points.some(([x, y], k) => {
       const next = each.points[k + 1];
       return next && distance([px, py], camera.at(x, y), camera.at(...next)) < 5;
@@ -96,9 +95,11 @@ function distance([px, py], [ax, ay], [bx, by]) {
   const dx = bx - ax, dy = by - ay, t = Math.max(0, Math.min(1, ((px - ax) * dx + (py - ay) * dy) / (dx * dx + dy * dy || 1)));
   return Math.hypot(px - ax - t * dx, py - ay - t * dy);
 }
-function drawContact(context, [x, y], cost, counted) {
-  const colour = colours(), size = counted ? 5 : 3.5;
-  for (const [stroke, width] of [[colour['--card'], 5], [counted && cost ? colour['--loss'] : colour['--soft'], 2.4]]) {
+// A counted contact that is paid for, or with a person: the hardest have no price.
+const isGrave = (what, cost, counted) => Boolean(counted) && (cost > 0 || what === PERSON);
+function drawContact(context, [x, y], grave) {
+  const colour = colours(), size = grave ? 5 : 3.5;
+  for (const [stroke, width] of [[colour['--card'], 5], [grave ? colour['--loss'] : colour['--soft'], 2.4]]) {
     context.strokeStyle = stroke;
     context.lineWidth = width;
     context.beginPath();

@@ -38,7 +38,7 @@ function profitCurves() {
 
 function breakEvenRidges() {
   const known = DATA.breakEven;
-  if (!known.length) return h('p', { class: 'note' }, 'Too few deliveries, or the cargo was not simulated.');
+  if (!known.length) return h('p', { class: 'note' }, 'Too few deliveries, all of them alike, or the cargo was not simulated.');
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
   const told = each => `${each.label}: ${isNumber(each.runs) ? `${num(each.runs)} deliveries` : 'never at the mean margin'}, `
     + `never in ${percent(each.never)} of the resamples`;
@@ -55,15 +55,15 @@ function breakEvenRidges() {
         s('text', { x: x(runs), y: height - bottom + 17, 'text-anchor': 'middle', class: 't' }, short(runs)));
     }
     known.forEach((each, k) => {
-      const base = (k + 1) * row, most = Math.max(...each.shares, 1e-9), room = row - 52;
+      const base = (k + 1) * row, room = row - 52, tall = (1 - each.never) * room / Math.max(...each.shares, 1e-9);
       let path = '';
       each.shares.forEach((share, i) => {
-        const top = base - share / most * room;
+        const top = base - share * tall;
         path += `${i ? 'V' : `M${x(each.edges[0])} ${base}V`}${top.toFixed(1)}H${x(each.edges[i + 1]).toFixed(1)}`;
       });
       if (path) picture.append(s('path', { d: `${path}V${base}Z`, fill: colour(each), 'fill-opacity': .3, stroke: colour(each), 'stroke-width': 1.4,
-        'data-tip': `${told(each)}\ncapital expenditure ${usd(each.capex, 0)}` }));
-      const facts = [isNumber(each.runs) ? `${num(each.runs)} at the mean margin` : 'never at the mean margin',
+        'data-tip': told(each) }));
+      const facts = [`${usd(each.capex, 0)}: ${isNumber(each.runs) ? `${num(each.runs)} at the mean margin` : 'never at the mean margin'}`,
         each.never > 0 && `never in ${each.never < .0005 ? '< 0.1 %' : percent(each.never)}`].filter(Boolean).join(' · ');
       picture.append(s('line', { x1: left, x2: width - right, y1: base, y2: base, class: 'axis' }),
         s('text', { x: left, y: base - row + 25, class: 'b', css: { fill: colour(each) } }, each.label),
@@ -72,7 +72,8 @@ function breakEvenRidges() {
       if (isNumber(each.runs) && Math.log10(each.runs) < high) picture.append(s('circle', { cx: x(each.runs), cy: base, r: 4, fill: colour(each) }));
     });
     picture.append(s('text', { x: (left + width - right) / 2, y: height - 3, 'text-anchor': 'middle', class: 't' },
-      'deliveries to break even (log scale); dashed: robot’s life'));
+      width < 640 ? 'deliveries to break even (log); dashed: robot’s life'
+        : 'deliveries to break even (log scale); a hill is as high as resamples are many that pay back; dashed: robot’s life'));
     return picture;
   });
 }

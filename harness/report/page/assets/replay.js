@@ -34,10 +34,10 @@ function player() {
   }
   function reset() {
     if (!state.recording) return;
-    const [xs, ys] = state.recording.driven;
     state.follow = false;
     parts.follow.setAttribute('aria-pressed', 'false');
-    camera.show([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], 1.25);
+    const [xs, ys] = state.recording.driven;
+    camera.show(around(Array.from(xs, (x, k) => [x, ys[k]])), 1.25);
   }
   function follow() {
     state.follow = true;
@@ -90,10 +90,8 @@ function player() {
     const pose = recording.pose(recording.driven, row), lines = [
       ['time', `${num(time, 1)} s`], ['speed', `${num(recording.motion[0][row[0]], 2)} m/s`],
       ['commanded', `${num(recording.motion[2][row[0]], 2)} m/s, ${num(recording.motion[3][row[0]], 2)} rad/s`]];
-    if (recording.belief) {
-      const believed = recording.pose(recording.belief, row);
-      lines.push(['belief error', `${num(Math.hypot(believed[0] - pose[0], believed[1] - pose[1]), 2)} m`]);
-    }
+    const believed = recording.believed(row);
+    if (recording.belief) lines.push(['belief error', believed ? `${num(Math.hypot(believed[0] - pose[0], believed[1] - pose[1]), 2)} m` : 'no belief']);
     const nearest = recording.crowd.length ? recording.nearest(row) : Infinity;
     lines.push(['nearest person', nearest < 1e3 ? `${num(nearest, 1)} m` : '–']);
     if (recording.tracks && recording.tracks[0].length) lines.push(['tracks', num(recording.tracksAt(row).length)]);

@@ -1,4 +1,5 @@
 // Reads what recording_code.py wrote: gzip, then a head in JSON and whole numbers as differences along each column.
+const ABSENT = 5e4;  // [m] nobody stands beyond it, and no belief is there
 const WHOLE = { 1: Int8Array, 2: Int16Array, 4: Int32Array };
 
 async function decodeRecording(text) {
@@ -36,11 +37,13 @@ class Recording {
     this.end = Math.max(this.times.at(-1), this.settled, ...facts.contacts.map(each => each[2]));
     this.trackStart = fields.trackCount ? starts(fields.trackCount[0]) : null;
     this.planStart = fields.planSize ? starts(fields.planSize[0]) : null;
-    this.costed = facts.contacts.filter(each => each[5] > 0);
+    this.costed = facts.contacts.filter(each => isGrave(each[3], each[5], each[6]));
     this.bill = [
       ['refund', facts.money.service_compensation], ['repair', facts.money.repair], ['electricity', facts.money.electricity],
     ].filter(each => each[1] > 0).map(([name, cost]) => ({ time: this.settled, name, cost }));
-    this.stops = [...new Set([...this.costed.map(each => each[2]), ...facts.reasons.map(each => each.time)])].sort((a, b) => a - b);
+    const hasFailed = !['sla', 'arrived'].includes(facts.outcome);
+    const ended = hasFailed && !facts.reasons.length ? [this.settled] : [];  // otherwise the reasons tell of it
+    this.stops = [...new Set([...this.costed.map(each => each[2]), ...facts.reasons.map(each => each.time), ...ended])].sort((a, b) => a - b);
     this.events = [...this.costed.map(each => ({ time: each[2], name: each[3].replaceAll('_', ' '), cost: each[5] })), ...this.bill];
   }
   row(time) {  // the row at or before a time, and how far it is to the next
@@ -50,6 +53,10 @@ class Recording {
   }
   value(columns, index, [k, next, part]) { return columns[index][k] + part * (columns[index][next] - columns[index][k]); }
   pose(columns, row) { return [0, 1, 2].map(index => this.value(columns, index, row)); }
+  believed([k, next, part]) {  // null: it has no belief just then
+    const isKnown = index => Math.abs(this.belief[0][index]) < ABSENT;
+    return this.belief && isKnown(k) ? this.pose(this.belief, isKnown(next) ? [k, next, part] : [k, k, 0]) : null;
+  }
   people(row) {
     const found = [];
     for (let k = 0; k < this.crowd.length; k += 2) found.push([this.value(this.crowd, k, row), this.value(this.crowd, k + 1, row)]);

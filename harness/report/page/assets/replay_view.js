@@ -44,9 +44,9 @@ function drawReplay(context, ratio, camera, recording, time, shown) {
   }
   drawRobot(context, camera, facts, pose, colour);
   if (shown.belief && recording.belief) drawBelief(context, camera, recording, row, colour);
-  if (shown.contacts) for (const [x, y, stamp, , , cost, counted] of facts.contacts) {
+  if (shown.contacts) for (const [x, y, stamp, what, , cost, counted] of facts.contacts) {
     if (stamp > time + 1e-6) continue;
-    drawContact(context, camera.at(x, y), cost, counted);
+    drawContact(context, camera.at(x, y), isGrave(what, cost, counted));
     const age = (time - stamp) / PULSE;
     if (age < 1) { circle([x, y], 8 + 26 * age); stroke(context, colour['--loss'], 3, 1 - age); }
   }
@@ -87,7 +87,8 @@ function drawRobot(context, camera, facts, pose, colour) {
   stroke(context, colour['--card'], 2.2, 1);
 }
 function drawBelief(context, camera, recording, row, colour) {
-  const believed = recording.pose(recording.belief, row);
+  const believed = recording.believed(row);
+  if (!believed) return;
   polygon(context, outline(camera, recording.facts.footprint, believed));
   stroke(context, colour['--belief'], 2, 1, [4, 3]);
   if (!recording.covariance) return;
