@@ -36,6 +36,15 @@ def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
             return None, errors.getvalue(), traceback.format_exc(limit=-3)
 
 
+def most_memory() -> int:
+    """Most memory [bytes] that this process has had; getrusage tells that of the one that started it, if it had more."""
+    status = Path("/proc/self/status")
+    if not status.exists():  # no Linux
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    (line,) = (line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+    return int(line.split()[1]) * 1024
+
+
 def main() -> None:
     """Try every input from the first on."""
     first, root = int(sys.argv[1]), Path(sys.argv[2])
@@ -60,7 +69,7 @@ def main() -> None:
         seconds = time.monotonic() - began
         faulthandler.cancel_dump_traceback_later()
         left = sorted(str(path.relative_to(folder)) for path in set(folder.rglob("*")) - before.keys())
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        peak = most_memory()
         harmed = [path.name for path in folder.glob("victim*") if path.stat().st_size != before[path]]
         record = {"status": status, "said": said, "trace": trace, "seconds": seconds, "left": left, "harmed": harmed}
         sys.stdout.write(json.dumps({**record, "peak": peak if peak > highest else 0}) + "\n")
