@@ -62,9 +62,9 @@ def what(evidence: Evidence, seconds: Seconds) -> str:
         return f"{head} the robot needed help: {REASONS.get(row['reason'], row['reason'])}{total}."
     assert event is not None
     partner = f"person {event['partner_id']}" if event["partner"] == PERSON else f"a {event['kind'].replace('_', ' ')}"
-    speeds = f"the robot came with {event['robot_speed_mps']:.2f} m/s"
+    speeds = f"the robot came with {event['robot_speed_mps']:z.2f} m/s"
     if event["partner"] == PERSON:
-        speeds += f", the person with {event['partner_speed_mps']:.2f} m/s"
+        speeds += f", the person with {event['partner_speed_mps']:z.2f} m/s"
     fault = FAULTS.get(event["fault"], event["fault"])
     return f"{head} it hit {partner} with {event['impulse_ns']:.0f} N s; {speeds}: {fault}."
 
@@ -80,7 +80,7 @@ def _motion(seconds: Seconds) -> str:
     when = "in the last second " if -seconds.at[0] >= 1.0 else ""
     return (
         f"In the {-seconds.at[0]:.1f} s before, it drove {_span(speed)} m/s and {when}{braked} "
-        f"(commanded {commanded[early]:.2f}, then {commanded[-1]:.2f} m/s)."
+        f"(commanded {commanded[early]:z.2f}, then {commanded[-1]:z.2f} m/s)."
     )
 
 
@@ -130,7 +130,7 @@ def _against(seconds: Seconds) -> str:
     if row["total_score"] is None and row["rejected"] >= samples:
         why = f"its optimiser {row['status']}" if row["status"] else _counts(rejections)
         return f"{text} found nothing legal ({why})."
-    text += f" chose {row['wanted_linear_x_mps']:.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
+    text += f" chose {row['wanted_linear_x_mps']:z.2f} m/s, {row['wanted_angular_z_radps']:+.2f} rad/s"
     if rejections and samples > 1:
         text += f"; illegal were {row['rejected']} of {samples} ({_counts(rejections)})"
     if shares:
@@ -157,9 +157,9 @@ def _preferred(seconds: Seconds, row: Row) -> str:
     else:
         gaps = list(deciding_critics(row, slower).items())[:SHARES]
         spoke = ", ".join(f"{name} +{gap:.3g}" for name, gap in gaps)
-        text = f"The best at most half as fast ({slower.command.linear_x:.2f} m/s) would have scored "
+        text = f"The best at most half as fast ({slower.command.linear_x:z.2f} m/s) would have scored "
         text += f"{slower.total - own:.3g} more{f'; what decided: {spoke}' if gaps else ''}. "
-    speeds = f"{second.command.linear_x:.2f} m/s, {second.command.angular_z:+.2f} rad/s"
+    speeds = f"{second.command.linear_x:z.2f} m/s, {second.command.angular_z:+.2f} rad/s"
     return f"{text}Second came {speeds} ({second.total - own:.3g} more)."
 
 
@@ -242,4 +242,4 @@ def _counts(counts: Mapping[str, int]) -> str:
 
 def _span(values: FloatArray) -> str:
     low, high = float(values.min()), float(values.max())
-    return f"{high:.2f}" if high - low < 0.05 else f"{low:.2f} to {high:.2f}"
+    return f"{high:z.2f}" if high - low < 0.05 else f"{low:z.2f} to {high:z.2f}"

@@ -37,7 +37,7 @@ def attempt(arguments: list[str]) -> tuple[int | None, str, str]:
 
 
 def most_memory() -> int:
-    """Most memory [bytes] that this process has had; getrusage tells that of the one that started it, if it had more."""
+    """Most memory [bytes] that this process has had; getrusage may tell that of the one which started it."""
     status = Path("/proc/self/status")
     if not status.exists():  # no Linux
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -37,12 +37,14 @@ function profitCurves() {
 }
 
 function breakEvenRidges() {
-  const known = DATA.breakEven;
-  if (!known.length) return h('p', { class: 'note' }, 'Too few deliveries, all of them alike, or the cargo was not simulated.');
+  const known = DATA.breakEven, why = 'too few deliveries, all of them alike, or the cargo was not simulated.';
+  const missing = DATA.entries.filter(entry => !known.some(each => each.label === entry.label)).map(each => each.label);
+  const note = missing.length > 0 && h('p', { class: 'note' }, `Nothing can be told of ${missing.join(', ')}: ${why}`);
+  if (!known.length) return note;
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
   const told = each => `${each.label}: ${isNumber(each.runs) ? `${num(each.runs)} deliveries` : 'never at the mean margin'}, `
     + `never in ${percent(each.never)} of the resamples`;
-  return figure(`Break-even point: ${known.map(told).join('; ')}`, width => {
+  return [figure(`Break-even point: ${known.map(told).join('; ')}`, width => {
     const row = 104, bottom = 40, height = known.length * row + bottom, left = 4, right = 4;
     const ends = known.flatMap(each => [...each.edges, each.life]);
     const low = Math.log10(Math.min(...ends)) - .06, high = Math.log10(Math.max(...ends)) + .06;
@@ -75,5 +77,5 @@ function breakEvenRidges() {
       width < 640 ? 'deliveries to break even (log); dashed: robot’s life'
         : 'deliveries to break even (log scale); a hill is as high as resamples are many that pay back; dashed: robot’s life'));
     return picture;
-  });
+  }), note];
 }
