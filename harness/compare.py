@@ -190,6 +190,8 @@ def _warnings(first: Side, second: Side) -> list[str]:
         if different:
             more = f" and {len(different) - SHOWN_VALUES} more" if len(different) > SHOWN_VALUES else ""
             warnings.append(f"other {name}: {'; '.join(different[:SHOWN_VALUES])}{more}")
+    if a.recorded_people() != b.recorded_people():
+        warnings.append("other people: the recordings that were replayed differ")
     for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
         if a.about.get(key) != b.about.get(key):
             warnings.append(f"other {title}: {a.about.get(key)} and {b.about.get(key)}")

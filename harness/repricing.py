@@ -81,12 +81,21 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
     optional = with_values(optional, {key: number for key, number in values.items() if key in other})
     check_prices(optional, "--set")
     names = check_terms([name.strip() for text in terms for name in text.split(",")])
+    for key in set(values) & other:
+        users = [term for term, (_, used) in TERMS.items() if key in {n for u in used for n in _spelt(optional, u)}]
+        if not set(users) & set(names):
+            raise InputError(f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}")
     return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
 
 
 def _names(group: Prices | OptionalPrices) -> set[str]:
     """Every key, with and without its unit."""
-    return {name for key, price in price_keys(group).items() for name in (key, with_unit(key, price))}
+    return {name for key in price_keys(group) for name in _spelt(group, key)}
+
+
+def _spelt(group: Prices | OptionalPrices, key: str) -> tuple[str, str]:
+    """A key without and with its unit."""
+    return key, with_unit(key, price_keys(group)[key])
 
 
 def _setting(text: str) -> tuple[str, float]:

@@ -1,9 +1,10 @@
 """A finished run as its folder tells of it, read without what simulates."""
 
 import dataclasses
+import hashlib
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
 from harness.runs import JOURNAL, MANIFEST, count_finished, no_run, other_study
 from harness.table_files import read_rows
 from navstack.errors import InputError, UnknownNameError
+from navstack.files import check_regular
 from navstack.params.strict import load_yaml, read_text
 
 NEEDED_OF_EVENTS = (
@@ -23,6 +25,7 @@ NEEDED_OF_EVENTS = (
     *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
 )
 CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
+MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,13 @@ class StoredRun:
     def condition(self, name: str) -> Any:
         """Content of one of the :data:`CONDITIONS`' files."""
         return load_yaml(self.folder / "params" / f"{name}.yaml")
+
+    def recorded_people(self) -> str:
+        """SHA-256 of the recording whose people were replayed; empty: there is none."""
+        files = sorted((self.folder / "params").glob("people.*"))
+        for file in files:
+            check_regular(file, MOST_PEOPLE)
+        return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest() if files else ""
 
     def only(self, stack: str) -> "StoredRun":
         """The same run with one stack.
@@ -137,6 +147,7 @@ def _load(folder: Path) -> StoredRun:
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     for event in events:
         _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
+    _check_contacts(finished, events, folder)
     return StoredRun(folder, about, stacks, tuple(events))
 
 
@@ -156,6 +167,22 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     if not sound:
         raise InputError(f"{path}: is damaged; it should name the seed, the map and the stacks of a run")
     return {**about, "stacks": stacks}
+
+
+def _check_contacts(rows: Sequence[Row], events: Sequence[Row], folder: Path) -> None:
+    """Check that each delivery has as many counted contacts with people among the events as its row says."""
+    found: dict[tuple[str, int], int] = {}
+    for event in events:
+        if event["type"] == COUNTED and event["partner"] == PERSON:
+            key = event["stack"], event["episode"]
+            found[key] = found.get(key, 0) + 1
+    for row in rows:
+        told, there = row["pedestrian_contacts"], found.get((row["stack"], row["episode"]), 0)
+        if told is not None and told != there:
+            raise InputError(
+                f"{folder}: episode {row['episode']} of {row['stack']} has {told} contacts with people in "
+                f"episodes.parquet and {there} in events.parquet: they are of different states; take a whole copy"
+            )
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:

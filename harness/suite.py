@@ -219,12 +219,26 @@ def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str
     if _world_of(begun) == _world_of(cell):
         names.append("world.yaml")
     folder = path / begun.name
+    if _world_of(begun) == _world_of(cell) and _people_in(folder) != _people(texts):
+        raise InputError(
+            f"'{path / cell.name}' would be driven with another recording of people than '{folder}', whose deliveries "
+            "the same suite has; restore the file, or begin the suite in a new folder"
+        )
     for name in names:
         if load_yaml(folder / "params" / name) != load_text(texts[name], name):
             raise InputError(
                 f"'{path / cell.name}' would be driven with another {name} than '{folder}', whose deliveries the same "
                 "suite has; restore the file, or begin the suite in a new folder"
             )
+
+
+def _people(texts: Mapping[str, str]) -> list[str]:
+    """The recording of people among a run's parameters, if there is one."""
+    return [text for name, text in texts.items() if name.startswith("people.")]
+
+
+def _people_in(folder: Path) -> list[str]:
+    return [file.read_text(encoding="utf-8") for file in sorted((folder / "params").glob("people.*"))]
 
 
 def require_alike(path: Path, cell: Cell, study: Study) -> None:
@@ -234,9 +248,12 @@ def require_alike(path: Path, cell: Cell, study: Study) -> None:
         InputError: it was not.
     """
     folder = path / cell.name
-    now = {name: load_text(text, name) for name, text in parameters(study).items() if name.endswith(".yaml")}
+    texts = parameters(study)
+    now = {name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")}
     then = {file.name: load_yaml(file) for file in sorted((folder / "params").glob("*.yaml"))}
     other = [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
+    if _people_in(folder) != _people(texts):
+        other.append("recording of people")
     if load_study(folder).template.missions != study.template.missions:
         other.append("way to draw missions")
     if other:

@@ -39,9 +39,9 @@ The rules:
   Nav2's parameters and prices are fixed.
 - Attempts drive seed 1000, and all are logged (`calibrate.py attempt`). Values out of range are refused; where runs
   that were driven already are logged, such values are marked, and any seed but 0 is taken.
-- The frozen world, `params/worlds/published.yaml`, drives seed 0 once (`calibrate.py verify`). `make frozen` drives all
-  that rests on it and is not in `results/baseline/`: this page, the [four controllers](controllers.md), the
-  [tuned file](tuning.md#results).
+- The frozen world, `params/worlds/published.yaml`, drives seed 0 once (`calibrate.py verify`). `make frozen` drives
+  what of this page, of the [four controllers](controllers.md) and of the [tuned file](tuning.md#results) is not in
+  `results/baseline/`; the rest of the [published study](study.md) is `python benchmarks/published_study.py`'s.
 - The maps are ours, generated after the published map's statistics ([what is simplified](simplifications.md)).
 """
 

@@ -153,11 +153,11 @@ def axis(prices: Prices, key: str) -> Axis:
     if not base:
         groups = {name.rpartition(".")[0] for name in known} - {""}
         raise UnknownNameError("price", key, sorted({*known, *groups}))
-    if key not in known:
-        return Axis(key, base, "", MAP_FACTORS)
-    least, most = limits_of(prices, key)
-    inside = (base[key] * MAP_FACTORS <= most) & (MAP_FACTORS >= (LEAST_FACTOR if least else 0.0))
-    return Axis(key, base, known[key].unit, MAP_FACTORS[inside])
+    inside = np.ones(MAP_FACTORS.size, dtype=np.bool_)
+    for name, value in base.items():  # of a group the factors that suit every price
+        least, most = limits_of(prices, name)
+        inside &= (value * MAP_FACTORS <= most) & (MAP_FACTORS >= (LEAST_FACTOR if least else 0.0))
+    return Axis(key, base, known[key].unit if key in known else "", MAP_FACTORS[inside])
 
 
 def two_way(evaluate: Evaluate, x: Axis, y: Axis) -> TwoWay:

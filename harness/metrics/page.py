@@ -25,8 +25,7 @@ believes; only localization errors compare both. A tick is the longest time afte
 when it is due: 1/60 s for most shipped Nav2 files, 1/20 s for `stock.yaml`, 1/30 s for `mpc.yaml`. "ours" marks
 definitions that are not taken from elsewhere.
 
-All this costs about 1 % of the run time of `nav2-gps`. The delay of people needs a second crowd: where people make way,
-another 5 to 10 %; elsewhere nothing.
+The delay of people needs a second crowd, which takes time where people make way; all else costs next to nothing.
 """
 
 

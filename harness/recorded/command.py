@@ -227,9 +227,12 @@ def _print(trajectory: Trajectory, comparison: Comparison | None, request: Reque
     ]
     if comparison is not None:
         lines.append(f"APE against {request.reference}, alignment {request.alignment}: {_text(comparison.ape)}")
-        rpe = "none: the reference has no headings" if comparison.rpe is None else _text(comparison.rpe)
+        rpe = NO_RPE if comparison.rpe is None else _text(comparison.rpe)
         lines.append(f"RPE over {request.interval:g} s: {rpe}")
     sys.stdout.write("".join(f"{line}\n" for line in lines))
+
+
+NO_RPE = "none: the reference has no headings, or no two poses are that far apart"
 
 
 def _text(errors: Errors) -> str:

@@ -22,8 +22,9 @@ TITLES = {
     "no_threshold_shared_fault": "all, shared",
 }
 ACCOUNTING_NOTE = (
-    "counted: contacts that the published rule counts; all: every contact event with its whole impulse. Robot at "
-    "fault: where it moved into the other the faster; shared: by its share of the closing speed. Outcomes stay."
+    "counted: contacts that the published rule counts; all: every contact event with the impulse of its impacts, "
+    "without pushes that go on. Robot at fault: where it moved into the other the faster; shared: by its share of the "
+    "closing speed. Outcomes stay."
 )
 HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 
@@ -48,6 +49,10 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
     for each in results:
         console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}", markup=False)
+        if each.stack.errors:
+            console.print(
+                f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out", markup=False
+            )
         for name, term in each.valuation.terms.items():
             console.print(
                 f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
@@ -64,7 +69,7 @@ def risk_text(risk: Risk) -> str:
     worst = risk.opex_cvar95_usd_per_run
     if worst is None:
         return "chance of break-even and mean of the worst deliveries undefined: they need several missions, with cargo"
-    few = "" if worst.low is not None else " (too few for an interval)"
+    few = "" if worst.low is not None else " (too few, or all alike: no interval)"
     text = f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}"
     if risk.break_even_probability is None:
         return (

@@ -67,6 +67,13 @@ def test_two_stacks_of_one_folder(write_run: WriteRun) -> None:
         compared(run, run)
 
 
+def test_other_recorded_people_are_named(write_run: WriteRun) -> None:
+    runs = [write_run(name, episodes=4) for name in "ab"]
+    for run, x in zip(runs, (1.0, 31.0), strict=True):
+        (run / "params" / "people.csv").write_text(f"id,t,x,y\n1,0,{x},0\n")
+    assert compared(*runs)["warnings"] == ["other people: the recordings that were replayed differ"]
+
+
 def test_missions_without_a_partner_are_left_out_and_counted(write_run: WriteRun) -> None:
     def fail(row: dict[str, Any]) -> None:
         row["error"] = "it broke" if row["episode"] in (2, 5) else None

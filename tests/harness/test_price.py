@@ -14,11 +14,13 @@ import pytest
 from harness.cli_price import price_command
 from harness.economics.prices import load_prices
 from harness.injury import injury_cost
+from harness.metrics import EVENT_COLUMNS
 from harness.report.repriced import risk_text
 from harness.repricing import choose, document, reprice
 from harness.resources import shipped
 from harness.statistics import Interval
 from harness.stored_run import load_run, repriced
+from harness.table_files import read_rows, write_table
 from harness.valuation import Risk, valuation_document, value
 from navstack.errors import InputError
 
@@ -98,6 +100,8 @@ def test_every_price_can_be_set(write_run: WriteRun) -> None:
     [
         (("delivery_fe=4",), (), "unknown price 'delivery_fe'; did you mean 'delivery_fee'"),
         (("delivery_fee=much",), (), "is not KEY=NUMBER"),
+        (("on_site_time=5",), (), "--set on_site_time has no effect without an optional term; add --with on_site_as"),
+        (("on_site_time_h=5",), ("operator",), "--set on_site_time_h has no effect"),
         (("delivery_fee",), (), "is not KEY=NUMBER"),
         (("delivery_fee=nan",), (), "delivery_fee: nan lies outside"),
         (("delivery_fee=40",), (), "refund 35.42 USD is less than the delivery_fee 40 USD"),
@@ -223,9 +227,27 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
 def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
     text = risk_text(Risk(Interval(1.25, None, None, 9), 18250.0, None))
     assert text.startswith(
-        "the worst 5 % of deliveries cost 1.25 $ each (too few for an interval); chance of break-even"
+        "the worst 5 % of deliveries cost 1.25 $ each (too few, or all alike: no interval); chance of break-even"
     )
     assert "all deliveries earned the same" in text
+
+
+def test_events_of_another_state_of_the_run_are_refused(write_run: WriteRun) -> None:
+    run = write_run("run", episodes=20)
+    events = read_rows(run / "events.parquet", EVENT_COLUMNS)
+    write_table(run / "events.parquet", EVENT_COLUMNS, [event for event in events if event["episode"] < 10])
+    with pytest.raises(InputError, match=r"contacts with people in episodes\.parquet and 0 in events\.parquet"):
+        load_run(str(run))
+
+
+def test_deliveries_without_a_result_are_counted_in_the_print(
+    write_run: WriteRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        row["error"] = "it broke" if row["episode"] in (2, 5) else None
+
+    price_command(str(write_run("run", episodes=12, change=fail)), None, (), (), as_json=False)
+    assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
 
 
 def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:

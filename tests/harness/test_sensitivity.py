@@ -112,6 +112,13 @@ def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...],
         sensitivity_command(str(run), None, (), (), maps, None, as_json=True)
 
 
+def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
+    _, result = varied("injury,delivery_fee")
+    (found,) = result["runs"][0]["maps"]
+    assert min(found["x"]["values"]) == pytest.approx(0.3), "a mass that formulas divide by is never 0"
+    assert all(value is not None for value in found["profit_usd_per_run"][0])
+
+
 def test_a_refund_below_its_fee_is_no_price(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", episodes=2)
     sensitivity_command(str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True)
