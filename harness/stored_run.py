@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -98,11 +98,22 @@ def load_run(folder_or_stack: str) -> StoredRun:
 
 
 def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> StoredStack:
-    """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them."""
+    """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them.
+
+    Raises:
+        InputError: rows and events are not of the same deliveries.
+    """
     impulses: dict[int, list[float]] = {}
     for event in events:
         if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
             impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
+    for row in stack.rows:
+        told, there = row["pedestrian_contacts"], len(impulses.get(row["episode"], ()))
+        if told is not None and told != there:
+            raise InputError(
+                f"episode {row['episode']} of {stack.name} has {told} contacts with people in episodes.parquet and "
+                f"{there} in events.parquet: they are of different states of the run; take a whole copy"
+            )
     force = prices.rolling_resistance_force
     rows = tuple(
         {
@@ -147,7 +158,6 @@ def _load(folder: Path) -> StoredRun:
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     for event in events:
         _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
-    _check_contacts(finished, events, folder)
     return StoredRun(folder, about, stacks, tuple(events))
 
 
@@ -167,22 +177,6 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     if not sound:
         raise InputError(f"{path}: is damaged; it should name the seed, the map and the stacks of a run")
     return {**about, "stacks": stacks}
-
-
-def _check_contacts(rows: Sequence[Row], events: Sequence[Row], folder: Path) -> None:
-    """Check that each delivery has as many counted contacts with people among the events as its row says."""
-    found: dict[tuple[str, int], int] = {}
-    for event in events:
-        if event["type"] == COUNTED and event["partner"] == PERSON:
-            key = event["stack"], event["episode"]
-            found[key] = found.get(key, 0) + 1
-    for row in rows:
-        told, there = row["pedestrian_contacts"], found.get((row["stack"], row["episode"]), 0)
-        if told is not None and told != there:
-            raise InputError(
-                f"{folder}: episode {row['episode']} of {row['stack']} has {told} contacts with people in "
-                f"episodes.parquet and {there} in events.parquet: they are of different states; take a whole copy"
-            )
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:

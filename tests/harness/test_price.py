@@ -237,7 +237,7 @@ def test_events_of_another_state_of_the_run_are_refused(write_run: WriteRun) -> 
     events = read_rows(run / "events.parquet", EVENT_COLUMNS)
     write_table(run / "events.parquet", EVENT_COLUMNS, [event for event in events if event["episode"] < 10])
     with pytest.raises(InputError, match=r"contacts with people in episodes\.parquet and 0 in events\.parquet"):
-        load_run(str(run))
+        priced(run)
 
 
 def test_deliveries_without_a_result_are_counted_in_the_print(
