@@ -139,7 +139,8 @@ PEOPLE = (
         LOWER,
         "How much longer people take because of the robot, summed over all: each person's errands are compared with "
         "those of a twin crowd, with the same random numbers, that never meets the robot. What is compared is when "
-        "each finishes the first errand that is unfinished here or there at the end, the rest of it walked freely.",
+        "each finishes the first errand that is unfinished here or there at the end, the rest of it walked freely. "
+        "The two crowds part after the first who makes way, so single deliveries say little: compare means of many.",
         OURS,
         undefined="nobody makes way for the robot (random_walk, replay), or there is nobody",
         mean_key="avg_pedestrian_delay_s",
