@@ -22,6 +22,7 @@ from harness.statistics import bootstrap_cvar, bootstrap_mean
 from harness.stored_run import load_run
 from navstack.types import FloatArray
 
+FEW = (2, 3, 5, 10)  # normally distributed values
 SIZES = (20, 50, 100, 200, 500)  # deliveries of a run, simulated costs
 DRAWN = (20, 100, 400)  # deliveries of a run, drawn from real ones
 LEAST = 400  # deliveries of a folder that stands for all
@@ -51,6 +52,15 @@ def simulated(replications: int, rng: np.random.Generator) -> Table:
                 held[i] += span.low is not None and span.high is not None and span.low <= truth <= span.high
         shares = held / replications
         table.add_row(str(n), f"{shares[0]:.3f}", f"{shares[1]:.3f}" if spans[1].low is not None else "--")
+    return table
+
+
+def normal(replications: int) -> Table:
+    """The same for the mean of few values that are as kind as can be."""
+    table = Table("values", "mean", title="normally distributed values: held by", box=box.SIMPLE_HEAD)
+    for n in FEW:
+        draw = np.random.default_rng((n, 1))
+        table.add_row(str(n), _held(lambda size, draw=draw: draw.normal(size=size), n, 0.0, replications))
     return table
 
 
@@ -87,7 +97,7 @@ def _held(draw: Callable[[int], FloatArray], n: int, truth: float, replications:
 
 
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--replications", type=int, default=1000)
     parser.add_argument("--runs", type=Path, action="append", help="folder of run folders; default: results/baseline")
@@ -95,6 +105,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     console = Console(file=sys.stdout, width=120)
     console.print(simulated(asked.replications, rng))
+    console.print(normal(asked.replications))
     console.print(resampled(asked.runs or [BASELINE], asked.replications, rng))
 
 

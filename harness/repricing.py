@@ -81,7 +81,7 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
     optional = with_values(optional, {key: number for key, number in values.items() if key in other})
     check_prices(optional, "--set")
     names = check_terms([name.strip() for text in terms for name in text.split(",")])
-    for key in set(values) & other:
+    for key in (key for key in values if key in other):
         users = [term for term, (_, used) in TERMS.items() if key in {n for u in used for n in _spelt(optional, u)}]
         if not set(users) & set(names):
             raise InputError(f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}")

@@ -67,7 +67,11 @@ class StoredRun:
         return load_yaml(self.folder / "params" / f"{name}.yaml")
 
     def recorded_people(self) -> str:
-        """SHA-256 of the recording whose people were replayed; empty: there is none."""
+        """SHA-256 of the recording whose people were replayed; empty: there is none.
+
+        Raises:
+            InputError: it is no regular file, or too large.
+        """
         files = sorted((self.folder / "params").glob("people.*"))
         for file in files:
             check_regular(file, MOST_PEOPLE)

@@ -124,7 +124,7 @@ def _assembled(data: Json, replays: Sequence[Json]) -> str:
     )
     parts = {
         "policy": policy,
-        "title": html.escape(data["title"].encode("utf-8", "replace").decode()),
+        "title": html.escape(_written(data["title"])),
         "style": style,
         "data": embedded({**data, "replays": [{**each, "data": None} for each in replays]}),
         "recordings": "\n".join(
@@ -139,10 +139,15 @@ def _assembled(data: Json, replays: Sequence[Json]) -> str:
 def embedded(data: Any) -> str:
     """JSON that can stand inside a script element whatever texts it holds."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    text = text.encode("utf-8", "replace").decode()  # half a surrogate pair, which JSON lets through, cannot be written
+    text = _written(text)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text
+
+
+def _written(text: str) -> str:
+    """A text without what UTF-8 does not have: half a surrogate pair, which JSON lets through."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def _asset(name: str) -> str:
