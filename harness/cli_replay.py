@@ -11,6 +11,7 @@ from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
     from harness.stored_run import StoredRun
+    from navstack.costmap.occupancy_grid import OccupancyGrid
 
 HELP = """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
 
@@ -75,16 +76,11 @@ def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
 def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
     from harness.report.page.document import one_recorded
     from harness.report.page.replays import bodies
-    from harness.report.page.scenery import scene_of_run
     from harness.report.replay_bag import write_bag
 
     recorded, arrays = one_recorded(run, episode)
     robot, radius = bodies(recorded.entry)
-    try:
-        grid = scene_of_run(run).geometry
-    except NavstackError as error:
-        click.echo(f"note: the file has no map: {error}", err=True)
-        grid = None
+    grid = _map_of(run, "the file")
     count = write_bag(path, arrays, recorded.entry.events_of(episode), grid, robot.polygon, radius)
     click.echo(f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB")
 
@@ -135,4 +131,16 @@ def _show_rerun(run: "StoredRun", episode: int) -> None:
 
     recorded, arrays = one_recorded(run, episode)
     robot, radius = bodies(recorded.entry)
-    show_in_rerun(f"{recorded.entry.stack.name}-{episode}", arrays, robot.polygon, radius)
+    events, grid = recorded.entry.events_of(episode), _map_of(run, "the viewer")
+    show_in_rerun(f"{recorded.entry.stack.name}-{episode}", arrays, events, grid, robot.polygon, radius)
+
+
+def _map_of(run: "StoredRun", where: str) -> "OccupancyGrid | None":
+    """The map of a run; None, and a note, where it is gone or has changed since."""
+    from harness.report.page.scenery import scene_of_run
+
+    try:
+        return scene_of_run(run).geometry
+    except NavstackError as error:
+        click.echo(f"note: {where} has no map: {error}", err=True)
+        return None

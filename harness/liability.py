@@ -20,6 +20,15 @@ ROBOT_MOVED = ("robot_into_person", "robot_into_property")  # faults that are th
 PERSON_MOVED = "person_into_standing_robot"
 
 
+def is_grave(event: Row) -> bool:
+    """Whether pictures show a row of ``events.parquet`` as a contact that matters.
+
+    Those that were paid for do, and all counted ones with people: the published price of the hardest is nothing, since
+    injuries beyond MAIS 3 have none.
+    """
+    return bool(event["type"] == COUNTED and (event["cost_usd"] or event["kind"] == PERSON))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
     """Contacts of many deliveries; arrays have one entry per contact."""

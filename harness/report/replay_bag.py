@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from harness.liability import COUNTED
+from harness.liability import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter
+from harness.report.replay_places import grid_around, placed
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import compose, relative_to
@@ -23,7 +24,6 @@ from navstack.types import FloatArray, Pose2D
 
 Fields = dict[str, Any]
 
-MAP_MARGIN = 20.0  # [m] around the way: the map of a whole town has 16 million cells
 CYLINDER, SPHERE = 3, 2  # types of visualization_msgs/Marker
 PERSON_HEIGHT = 1.7  # [m]
 PURPLE, AMBER, RED, GREY = (0.48, 0.25, 0.63), (0.71, 0.41, 0.06), (0.82, 0.14, 0.18), (0.5, 0.5, 0.5)
@@ -94,13 +94,8 @@ def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Me
 
 
 def _hits(events: Sequence[Row]) -> Iterator[Message]:
-    """Contacts with a time and a place."""
-    known = [
-        (number, event)
-        for number, event in enumerate(events)
-        if None not in (event["stamp_s"], event["x_m"], event["y_m"])
-    ]
-    for number, event in sorted(known, key=lambda pair: float(pair[1]["stamp_s"])):
+    """What was touched."""
+    for number, event in enumerate(placed(events)):
         yield "/contacts", "visualization_msgs/msg/MarkerArray", event["stamp_s"], {"markers": [_hit(number, event)]}
 
 
@@ -209,8 +204,8 @@ def _marker(
 
 
 def _hit(number: int, event: Row) -> Fields:
-    """A contact; red where it was paid for. It stays."""
-    colour = RED if event["type"] == COUNTED and event["cost_usd"] else GREY
+    """A contact; red where it matters. It stays."""
+    colour = RED if is_grave(event) else GREY
     marker = _marker("contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour)
     return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
 
@@ -220,14 +215,9 @@ def _mount(geometry: FloatArray, stamp: float) -> Fields:
 
 
 def _map(grid: OccupancyGrid, trace: FloatArray, stamp: float) -> Fields:
-    """The part of the map around the way."""
-    low, high = trace[:, 1:3].min(axis=0) - MAP_MARGIN, trace[:, 1:3].max(axis=0) + MAP_MARGIN
-    origin = np.array((grid.origin.x, grid.origin.y))
-    x0, y0 = np.maximum(np.floor((low - origin) / grid.resolution).astype(int), 0)
-    x1, y1 = np.minimum(np.ceil((high - origin) / grid.resolution).astype(int), (grid.width, grid.height))
-    corner = Pose2D(grid.origin.x + x0 * grid.resolution, grid.origin.y + y0 * grid.resolution)
-    size = {"resolution": grid.resolution, "width": int(x1 - x0), "height": int(y1 - y0), "origin": _pose(corner)}
-    return {"header": _header("map", stamp), "info": size, "data": grid.data[y0:y1, x0:x1].ravel()}
+    part = grid_around(grid, trace)
+    size = {"resolution": part.resolution, "width": part.width, "height": part.height, "origin": _pose(part.origin)}
+    return {"header": _header("map", stamp), "info": size, "data": part.data.ravel()}
 
 
 def _header(frame: str, stamp: float) -> Fields:

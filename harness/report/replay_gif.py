@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.liability import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
+from harness.report.replay_places import placed
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
 from navstack.geometry import transform_points
@@ -96,8 +98,7 @@ class _Picture:
         self._axes, self._arrays, self._footprint = axes, arrays, footprint
         self._trace: FloatArray = arrays["trace"]
         self._plans = plans_of(arrays)
-        known = [each for each in events if None not in (each["stamp_s"], each["x_m"], each["y_m"], each["cost_usd"])]
-        self._paid = sorted((each for each in known if each["cost_usd"]), key=lambda each: float(each["stamp_s"]))
+        self._grave = [each for each in placed(events) if is_grave(each)]
         low, high = self._trace[:, 1:3].min(axis=0) - 2 * REACH, self._trace[:, 1:3].max(axis=0) + 2 * REACH
         draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
         axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
@@ -137,8 +138,8 @@ class _Picture:
         scan = int(np.searchsorted(self._arrays["scan_stamp"], time + 1e-6)) - 1
         ends = scan_points(self._arrays, scan) if scan >= 0 else np.empty((0, 2))
         self._scan.set_data(ends[:, 0], ends[:, 1])
-        paid = [each for each in self._paid if each["stamp_s"] <= time + 1e-6]
-        self._hits.set_data([each["x_m"] for each in paid], [each["y_m"] for each in paid])
+        hits = [each for each in self._grave if each["stamp_s"] <= time + 1e-6]
+        self._hits.set_data([each["x_m"] for each in hits], [each["y_m"] for each in hits])
         height = REACH * HEIGHT_INCH * self._axes.get_position().height / WIDTH_INCH
         self._axes.set(xlim=(x - REACH, x + REACH), ylim=(y - height, y + height))
-        return float(sum(each["cost_usd"] for each in paid))
+        return float(sum(each["cost_usd"] or 0.0 for each in hits))

@@ -1,18 +1,25 @@
 """A recorded delivery in the Rerun viewer (rerun.io), which is an optional dependency."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness.liability import is_grave
+from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
+from harness.report.replay_places import grid_around, placed
+from navstack.costmap.occupancy_grid import SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 
 GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = 0x0B6E4FFF, 0x7B3FA0FF, 0xD1242FFF, 0x2F5FB3FF, 0xC2541BFF, 0xB4690EFF
+GREY = 0x808080FF
+FREE_SHADE, UNKNOWN_SHADE, SOLID_SHADE = 235, 170, 70  # of the map
+MAP_DEPTH, TOP = -0.05, 0.1  # [m] z of the map and of contacts, so that nothing hides what lies on it
 TIMELINE = "delivery"
 
 
@@ -27,13 +34,21 @@ def require_rerun() -> None:
 
 
 def show_in_rerun(
-    name: str, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float, file: Path | None = None
+    name: str,
+    arrays: Mapping[str, Any],
+    events: Sequence[Row],
+    grid: OccupancyGrid | None,
+    footprint: FloatArray,
+    person_radius: float,
+    file: Path | None = None,
 ) -> None:
     """Open the viewer with a delivery, or write what it would show into a ``.rrd`` file.
 
     Args:
         name: of the recording.
         arrays: of the recording.
+        events: of the delivery, as in ``events.parquet``.
+        grid: the map; None: it is not shown.
         footprint: of the robot, (N, 2) [m], base frame.
         person_radius: [m].
         file: where to; None: into a viewer that is started.
@@ -51,12 +66,30 @@ def show_in_rerun(
         stream.spawn()
     else:
         stream.save(str(file))
+    if grid is not None:
+        _log_map(rr, stream, grid_around(grid, arrays["trace"]))
     _log_rows(rr, stream, arrays, footprint, person_radius)
     _log_scans(rr, stream, arrays)
     for stamp, plan in plans_of(arrays):
         stream.set_time(TIMELINE, duration=stamp)
         stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
+    _log_contacts(rr, stream, placed(events), float(arrays["trace"][0, 0]))
     stream.flush()
+
+
+def _log_map(rr: Any, stream: Any, grid: OccupancyGrid) -> None:
+    """The map as a picture on the ground."""
+    shades = np.where(grid.data >= SOLID_FROM, SOLID_SHADE, FREE_SHADE)
+    shades = np.where(grid.data == UNKNOWN, UNKNOWN_SHADE, shades).astype(np.uint8)
+    corners = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
+    size = np.array((grid.width, grid.height)) * grid.resolution
+    ground = rr.Mesh3D(
+        vertex_positions=_flat(corners * size + (grid.origin.x, grid.origin.y), MAP_DEPTH),
+        triangle_indices=((0, 1, 2), (0, 2, 3)),
+        vertex_texcoords=corners,
+        albedo_texture=np.repeat(shades[:, :, np.newaxis], 3, axis=2),
+    )
+    stream.log("map", ground, static=True)
 
 
 def _log_rows(rr: Any, stream: Any, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float) -> None:
@@ -84,6 +117,22 @@ def _log_scans(rr: Any, stream: Any, arrays: Mapping[str, Any]) -> None:
         stream.log("scan", rr.Points3D(_flat(scan_points(arrays, number)), radii=0.04, colors=RED))
 
 
-def _flat(points: FloatArray) -> FloatArray:
-    """Points (n, 2) on the ground (n, 3)."""
-    return np.column_stack((points, np.zeros(len(points))))
+def _log_contacts(rr: Any, stream: Any, events: Sequence[Row], first: float) -> None:
+    """What was touched, from then on, and what it has cost [USD] since the first row's time [s]."""
+    cost = 0.0
+    stream.set_time(TIMELINE, duration=first)
+    stream.log("cost_of_contacts", rr.Scalars(cost))
+    for number, event in enumerate(events):
+        grave = is_grave(event)
+        cost += (event["cost_usd"] or 0.0) if grave else 0.0
+        label = f"{event['kind']}, {event['impulse_ns']:.0f} N s, {event['cost_usd'] or 0.0:.2f} $" if grave else None
+        place = _flat(np.array(((event["x_m"], event["y_m"]),)), TOP)
+        style = {"radii": 0.2 if grave else 0.1, "colors": RED if grave else GREY, "labels": label}
+        stream.set_time(TIMELINE, duration=float(event["stamp_s"]))
+        stream.log(f"contacts/{number}", rr.Points3D(place, **style))
+        stream.log("cost_of_contacts", rr.Scalars(cost))
+
+
+def _flat(points: FloatArray, z: float = 0.0) -> FloatArray:
+    """Points (n, 2) at a height [m], (n, 3)."""
+    return np.column_stack((points, np.full(len(points), z)))

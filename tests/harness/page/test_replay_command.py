@@ -12,12 +12,11 @@ from rosbags.highlevel import AnyReader
 
 from harness.cli import main
 from harness.manifest import map_digest
-from harness.metrics import EPISODE_COLUMNS
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
-from harness.report.replay_bag import write_bag
+from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
-from harness.report.replay_rerun import show_in_rerun
 from harness.table_files import read_rows
 from harness.world.scene_io import load_scene
 from navstack.geometry import compose
@@ -107,7 +106,28 @@ def test_rosbags_reads_the_messages_back(
     grid = found["/map"][0][1]
     assert len(grid.data) == grid.info.width * grid.info.height > 0
     assert grid.info.resolution == pytest.approx(load_scene("sidewalk").geometry.resolution)
-    assert sum(len(m.markers) for _, m in found["/contacts"]) > 0
+    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    touched = [m.markers[0] for _, m in found["/contacts"]]
+    assert len(touched) == sum(event["episode"] == 1 for event in events) > 0
+
+
+def test_a_person_who_was_hit_is_red_whatever_the_price(
+    make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
+) -> None:
+    event = {"x_m": 1.0, "y_m": 0.0, "impulse_ns": 1500.0, "type": "counted_contact", "cost_usd": 0.0}
+    hits = [
+        {**event, "stamp_s": 3.0, "kind": "pedestrian"},
+        {**event, "stamp_s": 2.0, "kind": "mailbox", "cost_usd": 4.5},
+        {**event, "stamp_s": 1.0, "kind": "mailbox"},
+        {**event, "stamp_s": 4.0, "kind": "pedestrian", "type": "contact_event", "cost_usd": None},
+        {**event, "stamp_s": None, "kind": "pedestrian"},
+    ]
+    write_bag(tmp_path / "d.mcap", make_arrays(ROW), hits, None, CORNERS, 0.3)
+    with AnyReader([tmp_path / "d.mcap"]) as reader:
+        contacts = [c for c in reader.connections if c.topic == "/contacts"]
+        found = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=contacts)]
+    colours = [(m.markers[0].color.r, m.markers[0].color.g, m.markers[0].color.b) for m in found]
+    np.testing.assert_allclose(colours, [GREY, RED, RED, GREY], rtol=1e-6)
 
 
 def test_an_animation_shows_the_whole_delivery(folder: Path, tmp_path: Path) -> None:
@@ -197,14 +217,3 @@ def test_what_cannot_be_shown_is_said_in_one_line(
     (tmp_path / "d.mcap").rmdir()
     assert not (tmp_path / "p.html").exists(), "nothing is made before all can be"
     assert not list(tmp_path.glob("*.mcap")) and not list(tmp_path.glob(".bag-*"))
-
-
-def test_rerun_is_asked_for_in_one_line(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
-    try:
-        import rerun  # noqa: F401
-    except ImportError:
-        with pytest.raises(Exception, match=r"pip install 'navbench\[rerun\]'"):
-            show_in_rerun("one", make_arrays(ROW), CORNERS, 0.3, tmp_path / "one.rrd")
-        return
-    show_in_rerun("one", make_arrays(ROW), CORNERS, 0.3, tmp_path / "one.rrd")
-    assert (tmp_path / "one.rrd").stat().st_size > 10_000
