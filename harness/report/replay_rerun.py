@@ -20,6 +20,7 @@ GREEN, PURPLE, RED, BLUE, ORANGE, AMBER = 0x0B6E4FFF, 0x7B3FA0FF, 0xD1242FFF, 0x
 GREY = 0x808080FF
 FREE_SHADE, UNKNOWN_SHADE, SOLID_SHADE = 235, 170, 70  # of the map
 MAP_DEPTH, TOP = -0.05, 0.1  # [m] z of the map and of contacts, so that nothing hides what lies on it
+EYE = 10.0, 25.0  # [m] of the viewer's camera behind and above the robot
 TIMELINE = "delivery"
 
 
@@ -66,6 +67,7 @@ def show_in_rerun(
         stream.spawn()
     else:
         stream.save(str(file))
+    stream.send_blueprint(_layout(arrays["trace"][0, 1:3].tolist()))
     if grid is not None:
         _log_map(rr, stream, grid_around(grid, arrays["trace"]))
     _log_rows(rr, stream, arrays, footprint, person_radius)
@@ -75,6 +77,26 @@ def show_in_rerun(
         stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
     _log_contacts(rr, stream, placed(events), float(arrays["trace"][0, 0]))
     stream.flush()
+
+
+def _layout(start: tuple[float, float]) -> Any:
+    """The viewer's panes: the place from above, with the robot in its middle, and beside it speed and costs."""
+    import rerun.blueprint as rrb
+
+    (x, y), (back, height) = start, EYE
+    eye = rrb.EyeControls3D(
+        position=(x, y - back, height), look_target=(x, y, 0.0), eye_up=(0.0, 0.0, 1.0), tracking_entity="robot"
+    )
+    place = rrb.Spatial3DView(name="delivery", eye_controls=eye)
+    courses = [
+        rrb.TimeSeriesView(name="speed [m/s]", contents="speed"),
+        rrb.TimeSeriesView(name="costs of contacts [$]", contents="cost_of_contacts"),
+    ]
+    return rrb.Blueprint(
+        rrb.Horizontal(place, rrb.Vertical(*courses), column_shares=(3, 1)),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
 
 
 def _log_map(rr: Any, stream: Any, grid: OccupancyGrid) -> None:
