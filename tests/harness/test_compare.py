@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_rel
 
 from harness.cli_compare import compare_command
 from harness.compare import compare, document, side_of
+from harness.metrics import EPISODE_COLUMNS
 from harness.stored_run import load_run
+from harness.table_files import read_rows
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]
@@ -62,7 +65,14 @@ def test_two_stacks_of_one_folder(write_run: WriteRun) -> None:
     run = write_run("run", ("one", "two"))
     result = compared(f"{run}:one", f"{run}:two")
     assert (result["a"]["stack"], result["b"]["stack"], result["pairs"]) == ("one", "two", 40)
-    assert 0.0 < result["differences"]["avg_distance_km"]["p"] <= 1.0
+    rows = read_rows(run / "episodes.parquet", EPISODE_COLUMNS)
+    one, two = (
+        np.array([row["distance_m"] / 1000.0 for row in rows if row["stack"] == stack]) for stack in ("one", "two")
+    )
+    told = result["differences"]["avg_distance_km"]
+    assert (told["a"], told["b"]) == (pytest.approx(one.mean()), pytest.approx(two.mean()))
+    assert told["value"] == pytest.approx((two - one).mean())
+    assert told["p"] == pytest.approx(ttest_rel(two, one).pvalue, abs=0.02), "a permutation test of many alike ones"
     with pytest.raises(InputError, match=r"has 2 stacks; choose one of: .*run:one, .*run:two"):
         compared(run, run)
 

@@ -221,7 +221,11 @@ def test_the_worst_deliveries_and_the_odds(write_run: WriteRun) -> None:
     assert risk["opex_cvar95_usd_per_run"]["value"] > priced(run)[0]["economics"]["opex"]
     assert risk["break_even"] == {"within_runs": 18250.0, "probability": pytest.approx(0.0, abs=1e-6)}
     cheap = priced(run, settings=("injury.costs.mais_0=0", "robot_cost=1", "lidar_cost=0", "gps_cost=0", "refund=3.49"))
-    assert 0.0 < cheap[0]["risk"]["break_even"]["probability"] <= 1.0
+    money, told = cheap[0]["economics"], cheap[0]["intervals"]["contribution_margin"]
+    variance = 40.0 * ((told["high"] - told["low"]) / 3.92) ** 2  # of a delivery
+    ever = np.exp(2.0 * money["contribution_margin"] * money["capex_usd"] / variance)  # a losing drift's first passage
+    assert 0.9 < ever < 0.99
+    assert cheap[0]["risk"]["break_even"]["probability"] == pytest.approx(ever, abs=0.01)
 
 
 def test_what_is_known_of_deliveries_that_earned_the_same_is_told() -> None:
