@@ -4,7 +4,7 @@ Usage: python benchmarks/check_amcl.py missions|kidnapped|offset|demo [--count N
 
 ``missions``: deliveries with the localizer in the loop (``--stack``, default nav2-amcl; ``--sensors`` names another
 preset than the stack's). The error is that of the believed position at every tick; a delivery is lost if it ends more
-than 2 m wrong.
+than 2 m wrong. A median along an axis that is not 0 is a bias that more particles do not take away.
 
 ``kidnapped``: AMCL listens while a robot that knows where it is makes a delivery. After 8 m AMCL is made to believe in
 another pose, anywhere free on the map, as if somebody had carried it; recovery is on. It has found itself when it ends
@@ -31,7 +31,7 @@ from amcl_demo import localize_globally
 from harness.execution import Workers
 from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
 from harness.stack import Stack, load_stack
-from harness.statistics import wilson_interval
+from harness.statistics import bootstrap_mean, wilson_interval
 from harness.study import EpisodeTask, make_study
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
@@ -70,23 +70,29 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D, Pose2D]]:
 
 
 def errors_of(task: EpisodeTask) -> np.ndarray:
-    """The error of the believed position [m] at every tick of a delivery."""
-    return np.array([distance(truth, believed) for _, truth, believed in drive(task)])
+    """How far the believed position is from the truth along the map's axes [m] at every tick of a delivery, (n, 2)."""
+    return np.array([(believed.x - truth.x, believed.y - truth.y) for _, truth, believed in drive(task)])
 
 
 def missions(count: int, seed: int, workers: int, stack: str, sensors: str | None) -> None:
     """Print how well a stack's localizer knows where it is."""
     study = make_study(stacks=[stack], sensors=sensors, episodes=count, seed=seed)
-    errors = []
+    errors, axes = [], []
     with Workers(workers) as pool:
         for finished in pool.run(errors_of, study.tasks()):
             if finished.result is None:
                 print(f"delivery {finished.task.episode}: {finished.error}", flush=True)
                 continue
-            errors.append(finished.result)
+            axes.append(np.median(finished.result, axis=0))
+            errors.append(np.hypot(*finished.result.T))
             if errors[-1][-1] > LOST:
                 print(f"delivery {finished.task.episode} is lost", flush=True)
             print(summary(errors), flush=True)
+    for axis, medians in zip("xy", np.transpose(axes), strict=True):
+        span = bootstrap_mean(medians, np.random.default_rng(0))
+        print(
+            f"along {axis}: mean over deliveries of the median {span.value:+.3f} [{span.low:+.3f}, {span.high:+.3f}] m"
+        )
 
 
 def summary(errors: list[np.ndarray]) -> str:
