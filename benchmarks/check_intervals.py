@@ -103,7 +103,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, action="append", help="folder of run folders; default: results/baseline")
     asked = parser.parse_args()
     rng = np.random.default_rng(0)
-    console = Console(file=sys.stdout, width=120)
+    console = Console(file=sys.stdout, width=140)
     console.print(simulated(asked.replications, rng))
     console.print(normal(asked.replications))
     console.print(resampled(asked.runs or [BASELINE], asked.replications, rng))
