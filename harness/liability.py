@@ -14,6 +14,7 @@ from harness.economics.prices import Prices
 from harness.metrics import PRICED_PROPERTY, Row
 from navstack.types import FloatArray
 
+PUBLISHED = "published"  # of :data:`ACCOUNTINGS`
 COUNTED, EVENT = "counted_contact", "contact_event"  # types of rows in events.parquet
 PERSON = "pedestrian"
 ROBOT_MOVED = ("robot_into_person", "robot_into_property")  # faults that are the robot's
@@ -91,7 +92,7 @@ def shared(contacts: Contacts) -> FloatArray:
 
 # Accounting -> which contacts, and the robot's share of their cost.
 ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
-    "published": (COUNTED, whole),
+    PUBLISHED: (COUNTED, whole),
     "robot_at_fault": (COUNTED, at_fault_only),
     "shared_fault": (COUNTED, shared),
     "no_threshold": (EVENT, whole),

@@ -1,12 +1,12 @@
 """A stored run at other prices: the documents of ``navbench run``, and what other accounting would make of them."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from harness.contact_costs import injury_costs
 from harness.economics.break_even import break_even_runs
-from harness.economics.cost_model import Economics, Measured, price, running
+from harness.economics.cost_model import Economics, Measured, Running, price, running
 from harness.economics.optional_terms import TERMS, OptionalPrices, check_terms, load_optional_prices, together
 from harness.economics.price import check_prices, price_keys, with_unit, with_values
 from harness.economics.prices import Prices, checked, load_prices
@@ -119,17 +119,31 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
 
 def _accountings(run: StoredRun, stack: StoredStack, valuation: Valuation, choices: Choices) -> dict[str, Accounting]:
     """The money under every accounting, on the same resamples."""
-    prices, rows = choices.prices, stack.rows
-    each = deliveries(rows, prices.rolling_resistance_force)
-    extra = together(beyond(each, stack, prices, choices.optional).values())
-    clusters = missions(rows)
+    clusters = missions(stack.rows)
     results = {}
-    for name in ACCOUNTINGS:
-        costs = running(accounted(each, rows, run.events, name, prices), prices, extra)
+    for name, costs in _running_costs(run, stack, choices):
         intervals = mean_intervals({term: getattr(costs, term) for term in VARIED}, clusters, run.seed, CENT)
         margin = intervals["contribution_margin"].value if "contribution_margin" in intervals else None
         results[name] = Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
     return results
+
+
+def _running_costs(run: StoredRun, stack: StoredStack, choices: Choices) -> Iterator[tuple[str, Running]]:
+    """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
+    prices = choices.prices
+    each = deliveries(stack.rows, prices.rolling_resistance_force)
+    extra = together(beyond(each, stack, prices, choices.optional).values())
+    for name in ACCOUNTINGS:
+        yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
+
+
+def accounted_margins(run: StoredRun, stack: StoredStack) -> dict[str, FloatArray]:
+    """What each delivery of a stack earns less what it costs [USD], shape (n,), under every accounting.
+
+    At the run's own prices; empty where the margin is undefined, because the cargo was not simulated.
+    """
+    costs = _running_costs(run, stack, choose(run, None, (), ()))
+    return {name: each.contribution_margin for name, each in costs if each.contribution_margin is not None}
 
 
 def document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:

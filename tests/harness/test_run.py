@@ -82,7 +82,7 @@ def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int)
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # background jobs and nohup's ignore some
     )
     journal = out / "journal.jsonl"
     deadline = time.monotonic() + 300.0  # a fresh checkout compiles first

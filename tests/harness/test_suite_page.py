@@ -17,11 +17,13 @@ from rich.console import Console
 
 from harness.cli_suite import _table
 from harness.compare import Side, compare
+from harness.liability import ACCOUNTINGS, PUBLISHED
 from harness.report.markdown import interval_text
 from harness.report.suite.document import FIGURES, page, write_results
 from harness.report.suite.figures import _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
+from harness.repricing import accounted_margins, choose, reprice
 from harness.statistics import Interval
 from harness.stored_run import load_run
 from harness.suite import Suite, cells, declare
@@ -94,6 +96,36 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
     assert {path.name for path in figures} == {f"{name}.{kind}" for name in FIGURES for kind in ("png", "pdf")}
     write_results(results, study)
     assert {path: path.read_bytes() for path in figures} == figures
+
+
+def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None:
+    results = read_results(study)
+    run = load_run(str(study / "sidewalk-costnav-seed0-other"))
+    (expected,) = reprice(run, choose(run, None, (), ()))
+    standing = results.standings[1]
+    found = results.accounted[standing.condition, "other"]
+    assert found == {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
+    assert found[PUBLISHED] == standing.interval(MARGIN) != found["robot_at_fault"]
+    section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## How deliveries end")[0]
+    counted, _, every = section.partition("however light")
+    assert f"| `other` | {interval_text(found['robot_at_fault'], 2)} | – |" in counted
+    assert f"| `other` | {interval_text(found['no_threshold_robot_at_fault'], 2)} | – |" in every
+    write_results(results, study)
+    rows = {row["quantity"]: row for row in read_rows(study / "table.parquet", COLUMNS) if row["stack"] == "other"}
+    assert {f"{MARGIN}_{name}" for name in ACCOUNTINGS if name != PUBLISHED} <= set(rows)
+    assert rows[f"{MARGIN}_shared_fault"]["low"] == found["shared_fault"].low
+
+
+def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: Path) -> None:
+    declare(tmp_path / "study", Suite("Made up", ("mine",), 20, maps=("sidewalk",), seeds=(0, 1)))
+    for seed, episodes in ((0, 20), (1, 5)):
+        write_run(f"study/sidewalk-costnav-seed{seed}-mine", episodes=episodes, seed=seed)
+    results = read_results(tmp_path / "study")
+    (standing,) = results.standings
+    runs = [load_run(str(tmp_path / "study" / f"sidewalk-costnav-seed{seed}-mine")) for seed in (0, 1)]
+    alone = [accounted_margins(run, run.stacks[0])["robot_at_fault"] for run in runs]
+    found = results.accounted[standing.condition, "mine"]["robot_at_fault"]
+    assert (found.value, found.n) == (pytest.approx((alone[0].sum() + alone[1].sum()) / 25), 25)
 
 
 def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:

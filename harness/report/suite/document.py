@@ -7,7 +7,7 @@ from harness.durable_files import write_text
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.results import Results, Standing
-from harness.report.suite.tables import counts, margins, of_condition, write_quantities
+from harness.report.suite.tables import accounted_margins, counts, margins, of_condition, write_quantities
 from harness.stored_run import StoredRun
 from harness.suite import Condition, cells
 from harness.suite_pieces import Piece
@@ -106,6 +106,7 @@ def _found(results: Results, figures: str) -> list[str]:
         *cut,
         "## What it costs",
         pictures["costs"],
+        *_liability(results),
         "## How deliveries end",
         pictures["outcomes"],
         "## Whether the robot pays for itself",
@@ -127,6 +128,24 @@ def _found(results: Results, figures: str) -> list[str]:
                 *_warnings(results, condition),
             )
         ),
+    ]
+
+
+def _liability(results: Results) -> list[str]:
+    """What the robot would earn if it paid for fewer contacts; nothing where margins are undefined."""
+    if not any(results.accounted.values()):
+        return []
+    return [
+        "## Who pays for contacts",
+        "Above the robot pays for every contact that the published rule counts, whoever moved into whom. If it paid "
+        "only where it moved into a person at least as fast as the person into it, and for property always, the same "
+        "deliveries would have earned [USD/delivery]:",
+        accounted_margins(results, "robot_at_fault"),
+        "The rule counts contacts from 50 N s in a physics step. If the robot paid for all in which it is at fault, "
+        "however light:",
+        accounted_margins(results, "no_threshold_robot_at_fault"),
+        "Outcomes stay as they were: a delivery that a counted contact ended is not driven on. More accountings, with "
+        "what each counts: `navbench price RUN`.",
     ]
 
 

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from harness.compare import PAIR, Comparison, Side, compare
 from harness.metrics import Row
 from harness.report.suite.names import label_of
+from harness.repricing import accounted_margins
 from harness.statistics import Interval, PairedDifference, holm
 from harness.stored_run import StoredRun, load_run
 from harness.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
 from harness.suite_pieces import Piece, pieces_of
-from harness.valuation import Valuation, valuation_document, value
+from harness.valuation import CENT, Valuation, mean_intervals, missions, valuation_document, value
 
 MARGIN = "contribution_margin"
 
@@ -27,6 +30,7 @@ class Standing:
     declared: int  # deliveries
     side: Side | None  # rows of all seeds; None: nothing is driven
     valuation: Valuation | None  # None: no delivery finished
+    runs: tuple[StoredRun, ...] = ()  # of each seed that has a delivery
 
     @property
     def n(self) -> int:
@@ -108,6 +112,11 @@ class Results:
                 found[condition, stack] = Difference(comparison.pairs, each, float(p), tuple(comparison.warnings))
         return found
 
+    @cached_property
+    def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
+        """Margins by condition and stack under every one of :data:`harness.liability.ACCOUNTINGS`."""
+        return {(each.condition, each.stack): _accounted(each) for each in self.standings if each.runs}
+
 
 def read_results(path: Path) -> Results:
     """Read a suite folder.
@@ -149,7 +158,7 @@ def _row(standing: Standing, suite: Suite) -> Row:
 def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     """The cells of one stack under one condition, which differ in their seeds only."""
     begun = [cell for cell in own if is_begun(path, cell) and (path / cell.name / "episodes.parquet").is_file()]
-    runs = [load_run(str(path / cell.name)) for cell in begun]
+    runs = tuple(load_run(str(path / cell.name)) for cell in begun)
     first, declared = own[0], suite.episodes * len(own)
     if not runs:
         return Standing(first.stack_name, first.condition, declared, None, None)
@@ -157,7 +166,16 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     errors = sum(run.stacks[0].errors for run in runs)
     side = Side(runs[0], dataclasses.replace(runs[0].stacks[0], rows=rows, errors=errors))
     valuation = value(rows, side.stack, side.run.prices(), side.run.seed) if rows else None
-    return Standing(first.stack_name, first.condition, declared, side, valuation)
+    driven = tuple(run for run in runs if run.stacks[0].rows)
+    return Standing(first.stack_name, first.condition, declared, side, valuation, driven)
+
+
+def _accounted(standing: Standing) -> dict[str, Interval]:
+    """Margins under every accounting, on the same resamples; none where they are undefined."""
+    seeds = [accounted_margins(run, run.stacks[0]) for run in standing.runs]
+    columns = {name: np.concatenate([margins[name] for margins in seeds]) for name in seeds[0] if all(seeds)}
+    rows = [row for run in standing.runs for row in run.stacks[0].rows]
+    return mean_intervals(columns, missions(rows), standing.runs[0].seed, CENT)
 
 
 def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]]:

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
+from harness.liability import PUBLISHED
 from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.suite.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
@@ -37,6 +38,19 @@ def margins(results: Results) -> str:
     rows = [
         [f"`{stack}`", *(_margin(each) for each in results.standings if each.stack == stack)]
         for stack in results.ranked
+    ]
+    return table(["stack", *map(results.label, results.conditions)], rows)
+
+
+def accounted_margins(results: Results, accounting: str) -> str:
+    """The margin of every stack under every condition with contacts accounted for in another way, in the same order."""
+
+    def cell(standing: Standing) -> str:
+        known = results.accounted.get((standing.condition, standing.stack), {})
+        return interval_text(known[accounting], 2) if accounting in known else "–"
+
+    rows = [
+        [f"`{stack}`", *(cell(each) for each in results.standings if each.stack == stack)] for stack in results.ranked
     ]
     return table(["stack", *map(results.label, results.conditions)], rows)
 
@@ -87,14 +101,14 @@ def write_quantities(results: Results, folder: Path) -> Path:
     """
     path = folder / TABLE
     try:
-        write_table(path, COLUMNS, [row for each in results.standings for row in _quantities(each)])
+        write_table(path, COLUMNS, [row for each in results.standings for row in _quantities(results, each)])
     except OSError as error:
         raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None
     return path
 
 
-def _quantities(standing: Standing) -> Sequence[Row]:
-    """Those with an interval, and the other terms of the money and the risk without."""
+def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
+    """Those with an interval, margins under other accountings, and other terms of the money and the risk without."""
     valuation = standing.valuation
     if valuation is None:
         return []
@@ -105,6 +119,12 @@ def _quantities(standing: Standing) -> Sequence[Row]:
         "stack": standing.stack,
     }
     rows = [{**where, "quantity": key, **each.as_json()} for key, each in sorted(valuation.intervals.items())]
+    accounted = results.accounted.get((standing.condition, standing.stack), {})
+    rows += [
+        {**where, "quantity": f"{MARGIN}_{name}", **each.as_json()}
+        for name, each in accounted.items()
+        if name != PUBLISHED
+    ]
     others = {
         **dataclasses.asdict(valuation.economics),
         "break_even_probability": valuation.risk.break_even_probability,
