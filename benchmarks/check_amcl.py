@@ -29,6 +29,7 @@ import numpy as np
 from amcl_demo import localize_globally
 
 from harness.execution import Workers
+from harness.report.markdown import interval_text
 from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
 from harness.stack import Stack, load_stack
 from harness.statistics import bootstrap_mean, wilson_interval
@@ -88,11 +89,11 @@ def missions(count: int, seed: int, workers: int, stack: str, sensors: str | Non
             if errors[-1][-1] > LOST:
                 print(f"delivery {finished.task.episode} is lost", flush=True)
             print(summary(errors), flush=True)
+    if not axes:
+        return
     for axis, medians in zip("xy", np.transpose(axes), strict=True):
         span = bootstrap_mean(medians, np.random.default_rng(0))
-        print(
-            f"along {axis}: mean over deliveries of the median {span.value:+.3f} [{span.low:+.3f}, {span.high:+.3f}] m"
-        )
+        print(f"along {axis}: mean over deliveries of the median {interval_text(span, 3)} m")
 
 
 def summary(errors: list[np.ndarray]) -> str:

@@ -25,6 +25,7 @@ from navstack.types import FloatArray
 FEW = (2, 3, 5, 10)  # normally distributed values
 SIZES = (20, 50, 100, 200, 500)  # deliveries of a run, simulated costs
 DRAWN = (20, 100, 400)  # deliveries of a run, drawn from real ones
+DISASTER = 400.0  # [USD] loss of a delivery
 LEAST = 400  # deliveries of a folder that stands for all
 DRAWS = 500  # bootstrap draws per interval
 TRUTH_FROM = 4_000_000  # deliveries
@@ -60,7 +61,8 @@ def normal(replications: int) -> Table:
     table = Table("values", "mean", title="normally distributed values: held by", box=box.SIMPLE_HEAD)
     for n in FEW:
         draw = np.random.default_rng((n, 1))
-        table.add_row(str(n), _held(lambda size, draw=draw: draw.normal(size=size), n, 0.0, replications))
+        held, _ = _shares(lambda size, draw=draw: draw.normal(size=size), n, 0.0, replications)
+        table.add_row(str(n), f"{held:.2f}")
     return table
 
 
@@ -75,25 +77,34 @@ def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray]]:
                     yield f"{place}: {stack.name}", profits(run, stack, choose(run, None, (), ()))
 
 
-def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> Table:
-    """The same for the mean margin of real deliveries, and how often the low end lies above the truth."""
+def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> tuple[Table, Table]:
+    """The same for the mean margin of real deliveries, and how often the low end lies above the truth; and in short."""
     table = Table("run", "worst [USD]", title="real margins: held by, and low end too high in", box=box.SIMPLE_HEAD)
+    brief = Table("runs", "worst [USD]", title="held by: least to most, median", box=box.SIMPLE_HEAD)
     for n in DRAWN:
         table.add_column(f"n = {n}", justify="right")
+        brief.add_column(f"n = {n}", justify="right")
+    groups: dict[bool, list[tuple[float, list[float]]]] = {False: [], True: []}  # by whether a disaster is among them
     for name, margins in driven(folders):
-        cells = [_held(lambda n, m=margins: rng.choice(m, n), n, float(margins.mean()), replications) for n in DRAWN]
-        table.add_row(name, f"{margins.min():.0f}", *cells)
-    return table
+        truth, worst = float(margins.mean()), float(margins.min())
+        found = [_shares(lambda n, m=margins: rng.choice(m, n), n, truth, replications) for n in DRAWN]
+        table.add_row(name, f"{worst:.0f}", *(f"{held:.2f}, {above:.2f}" for held, above in found))
+        groups[worst < -DISASTER].append((worst, [held for held, _ in found]))
+    for group in filter(None, groups.values()):
+        worst, held = np.array([each for each, _ in group]), np.array([shares for _, shares in group])
+        cells = [f"{column.min():.2f} to {column.max():.2f}, {np.median(column):.2f}" for column in held.T]
+        brief.add_row(str(len(group)), f"{worst.max():.0f} to {worst.min():.0f}", *cells)
+    return table, brief
 
 
-def _held(draw: Callable[[int], FloatArray], n: int, truth: float, replications: int) -> str:
+def _shares(draw: Callable[[int], FloatArray], n: int, truth: float, replications: int) -> tuple[float, float]:
     held = above = 0
     rng = np.random.default_rng(n)
     for _ in range(replications):
         span = bootstrap_mean(draw(n), rng, DRAWS)
         held += span.low is not None and span.high is not None and span.low <= truth <= span.high
         above += span.low is not None and span.low > truth
-    return f"{held / replications:.2f}, {above / replications:.2f}"
+    return held / replications, above / replications
 
 
 def main() -> None:
@@ -106,7 +117,8 @@ def main() -> None:
     console = Console(file=sys.stdout, width=140)
     console.print(simulated(asked.replications, rng))
     console.print(normal(asked.replications))
-    console.print(resampled(asked.runs or [BASELINE], asked.replications, rng))
+    for table in resampled(asked.runs or [BASELINE], asked.replications, rng):
+        console.print(table)
 
 
 if __name__ == "__main__":

@@ -24,8 +24,8 @@ PERSON_MOVED = "person_into_standing_robot"
 def is_grave(event: Row) -> bool:
     """Whether pictures show a row of ``events.parquet`` as a contact that matters.
 
-    Those that were paid for do, and all counted ones with people: the published price of the hardest is nothing, since
-    injuries beyond MAIS 3 have none.
+    Those that were paid for do, and all counted ones with people: the hardest cost next to nothing, since injuries
+    beyond MAIS 3 have no price.
     """
     return bool(event["type"] == COUNTED and (event["cost_usd"] or event["kind"] == PERSON))
 
@@ -77,7 +77,7 @@ def whole(contacts: Contacts) -> FloatArray:
 
 
 def at_fault_only(contacts: Contacts) -> FloatArray:
-    """The robot pays where it moved into the other faster than the other into it, for property always."""
+    """The robot pays where it moved into the other at least as fast as the other into it, for property always."""
     return np.array([fault in ROBOT_MOVED for fault in contacts.faults], dtype=np.float64)
 
 

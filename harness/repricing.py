@@ -137,12 +137,15 @@ def _running_costs(run: StoredRun, stack: StoredStack, choices: Choices) -> Iter
         yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
 
 
-def accounted_margins(run: StoredRun, stack: StoredStack) -> dict[str, FloatArray]:
+def accounted_profits(run: StoredRun, stack: StoredStack, choices: Choices) -> dict[str, FloatArray]:
     """What each delivery of a stack earns less what it costs [USD], shape (n,), under every accounting.
 
-    At the run's own prices; empty where the margin is undefined, because the cargo was not simulated.
+    Empty where that is undefined, because the cargo was not simulated.
+
+    Raises:
+        InputError: the stack's rows and the run's events are of different states.
     """
-    costs = _running_costs(run, stack, choose(run, None, (), ()))
+    costs = _running_costs(run, repriced(stack, run.events, choices.prices), choices)
     return {name: each.contribution_margin for name, each in costs if each.contribution_margin is not None}
 
 

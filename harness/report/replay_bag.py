@@ -16,7 +16,7 @@ from harness.liability import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter
-from harness.report.replay_places import grid_around, placed
+from harness.report.replay_places import contacts_shown, grid_around
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import compose, relative_to
@@ -88,14 +88,15 @@ def _streams(
 def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Message]:
     """What stays: the map, and the sensor's mounting."""
     first = float(arrays["trace"][0, 0])
-    if grid is not None:
-        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(grid, arrays["trace"], first)
+    part = None if grid is None else grid_around(grid, arrays["trace"])
+    if part is not None:
+        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(part, first)
     yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [_mount(arrays["scan_geometry"], first)]}
 
 
 def _hits(events: Sequence[Row]) -> Iterator[Message]:
     """What was touched."""
-    for number, event in enumerate(placed(events)):
+    for number, event in enumerate(contacts_shown(events)):
         yield "/contacts", "visualization_msgs/msg/MarkerArray", event["stamp_s"], {"markers": [_hit(number, event)]}
 
 
@@ -214,10 +215,9 @@ def _mount(geometry: FloatArray, stamp: float) -> Fields:
     return _transform("base_link", "laser", stamp, Pose2D(*geometry[4:7].tolist()))
 
 
-def _map(grid: OccupancyGrid, trace: FloatArray, stamp: float) -> Fields:
-    part = grid_around(grid, trace)
-    size = {"resolution": part.resolution, "width": part.width, "height": part.height, "origin": _pose(part.origin)}
-    return {"header": _header("map", stamp), "info": size, "data": part.data.ravel()}
+def _map(grid: OccupancyGrid, stamp: float) -> Fields:
+    size = {"resolution": grid.resolution, "width": grid.width, "height": grid.height, "origin": _pose(grid.origin)}
+    return {"header": _header("map", stamp), "info": size, "data": grid.data.ravel()}
 
 
 def _header(frame: str, stamp: float) -> Fields:

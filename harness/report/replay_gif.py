@@ -12,7 +12,7 @@ from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
-from harness.report.replay_places import placed
+from harness.report.replay_places import contacts_shown
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
 from navstack.geometry import transform_points
@@ -98,7 +98,7 @@ class _Picture:
         self._axes, self._arrays, self._footprint = axes, arrays, footprint
         self._trace: FloatArray = arrays["trace"]
         self._plans = plans_of(arrays)
-        self._grave = [each for each in placed(events) if is_grave(each)]
+        self._grave = [each for each in contacts_shown(events) if is_grave(each)]
         low, high = self._trace[:, 1:3].min(axis=0) - 2 * REACH, self._trace[:, 1:3].max(axis=0) + 2 * REACH
         draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
         axes.set(xticks=[], yticks=[], xlabel="", ylabel="")

@@ -1,8 +1,7 @@
 """A recorded delivery in the Rerun viewer (rerun.io), which is an optional dependency."""
 
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
-from pathlib import Path
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from harness.liability import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
-from harness.report.replay_places import grid_around, placed
+from harness.report.replay_places import contacts_shown, grid_around
 from navstack.costmap.occupancy_grid import SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import transform_points
@@ -22,16 +21,26 @@ FREE_SHADE, UNKNOWN_SHADE, SOLID_SHADE = 235, 170, 70  # of the map
 MAP_DEPTH, TOP = -0.05, 0.1  # [m] z of the map and of contacts, so that nothing hides what lies on it
 EYE = 10.0, 25.0  # [m] of the viewer's camera behind and above the robot
 TIMELINE = "delivery"
+OLDEST = (0, 41)  # version of rerun-sdk
 
 
 def require_rerun() -> None:
     """Check that rerun-sdk is there.
 
     Raises:
-        InputError: it is not installed.
+        InputError: it is not installed, or too old.
     """
-    if find_spec("rerun") is None:
-        raise InputError("--rerun needs the Rerun viewer, which is not installed; run: pip install 'navbench[rerun]'")
+    try:
+        installed = version("rerun-sdk")
+    except PackageNotFoundError:
+        raise InputError(
+            "--rerun needs the Rerun viewer, which is not installed; run: pip install 'navbench[rerun]'"
+        ) from None
+    if tuple(map(int, installed.split(".")[:2])) < OLDEST:
+        oldest = ".".join(map(str, OLDEST))
+        raise InputError(
+            f"--rerun needs rerun-sdk {oldest} or newer, and {installed} is installed; run: pip install -U rerun-sdk"
+        )
 
 
 def show_in_rerun(
@@ -41,21 +50,19 @@ def show_in_rerun(
     grid: OccupancyGrid | None,
     footprint: FloatArray,
     person_radius: float,
-    file: Path | None = None,
 ) -> None:
-    """Open the viewer with a delivery, or write what it would show into a ``.rrd`` file.
+    """Open the viewer with a delivery.
 
     Args:
         name: of the recording.
         arrays: of the recording.
         events: of the delivery, as in ``events.parquet``.
-        grid: the map; None: it is not shown.
+        grid: the map; None, or far from the way: it is not shown.
         footprint: of the robot, (N, 2) [m], base frame.
         person_radius: [m].
-        file: where to; None: into a viewer that is started.
 
     Raises:
-        InputError: rerun-sdk is not installed, or the recording holds trajectories only.
+        InputError: rerun-sdk is not installed or too old, or the recording holds trajectories only.
     """
     require_rerun()
     if "scan_mm" not in arrays:
@@ -63,19 +70,17 @@ def show_in_rerun(
     import rerun as rr
 
     stream = rr.RecordingStream(name)
-    if file is None:
-        stream.spawn()
-    else:
-        stream.save(str(file))
+    stream.spawn()
     stream.send_blueprint(_layout(arrays["trace"][0, 1:3].tolist()))
-    if grid is not None:
-        _log_map(rr, stream, grid_around(grid, arrays["trace"]))
+    part = None if grid is None else grid_around(grid, arrays["trace"])
+    if part is not None:
+        _log_map(rr, stream, part)
     _log_rows(rr, stream, arrays, footprint, person_radius)
     _log_scans(rr, stream, arrays)
     for stamp, plan in plans_of(arrays):
         stream.set_time(TIMELINE, duration=stamp)
         stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
-    _log_contacts(rr, stream, placed(events), float(arrays["trace"][0, 0]))
+    _log_contacts(rr, stream, contacts_shown(events), float(arrays["trace"][0, 0]))
     stream.flush()
 
 

@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.economics.cost_model import Measured
+from harness.liability import PUBLISHED
 from harness.report.tables import Column, render_tables, report_table
 from harness.repricing import VARIED, Accounting, Choices, Repriced
 from harness.statistics import Interval
@@ -14,7 +15,7 @@ from harness.stored_run import StoredRun
 from harness.valuation import Risk
 
 TITLES = {
-    "published": "counted, whole: published",
+    PUBLISHED: "counted, whole: published",
     "robot_at_fault": "counted, robot at fault",
     "shared_fault": "counted, shared",
     "no_threshold": "all, whole",
@@ -23,8 +24,8 @@ TITLES = {
 }
 ACCOUNTING_NOTE = (
     "counted: contacts that the published rule counts; all: every contact event with the impulse of its impacts, "
-    "without pushes that go on. Robot at fault: where it moved into the other the faster; shared: by its share of the "
-    "closing speed. Outcomes stay."
+    "without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
+    "into it; shared: by its share of the closing speed. Outcomes stay."
 )
 HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 

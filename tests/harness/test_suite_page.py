@@ -18,21 +18,24 @@ from rich.console import Console
 from harness.cli_suite import _table
 from harness.compare import Side, compare
 from harness.liability import ACCOUNTINGS, PUBLISHED
+from harness.metrics import EVENT_COLUMNS
 from harness.report.markdown import interval_text
-from harness.report.suite.document import FIGURES, page, write_results
+from harness.report.suite.document import FIGURES, LIABILITY, page, write_results
 from harness.report.suite.figures import _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
-from harness.repricing import accounted_margins, choose, reprice
+from harness.repricing import accounted_profits, choose, reprice
 from harness.statistics import Interval
 from harness.stored_run import load_run
 from harness.suite import Suite, cells, declare
 from harness.suite_pieces import Piece, note_piece
-from harness.table_files import read_rows
+from harness.table_files import read_rows, write_table
 from harness.valuation import value
+from navstack.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
+INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars
 EPISODES = {"sidewalk-costnav-seed0-mine": 30, "sidewalk-costnav-seed0-other": 12, "sidewalk_1-costnav-seed0-mine": 20}
 
 
@@ -107,9 +110,8 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
     assert found == {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
     assert found[PUBLISHED] == standing.interval(MARGIN) != found["robot_at_fault"]
     section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## How deliveries end")[0]
-    counted, _, every = section.partition("however light")
-    assert f"| `other` | {interval_text(found['robot_at_fault'], 2)} | – |" in counted
-    assert f"| `other` | {interval_text(found['no_threshold_robot_at_fault'], 2)} | – |" in every
+    for text, name in zip(section.split("**: ")[1:], LIABILITY, strict=True):
+        assert f"| `other` | {interval_text(found[name], 2)}, n = 12 | not driven |" in text
     write_results(results, study)
     rows = {row["quantity"]: row for row in read_rows(study / "table.parquet", COLUMNS) if row["stack"] == "other"}
     assert {f"{MARGIN}_{name}" for name in ACCOUNTINGS if name != PUBLISHED} <= set(rows)
@@ -123,9 +125,38 @@ def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: 
     results = read_results(tmp_path / "study")
     (standing,) = results.standings
     runs = [load_run(str(tmp_path / "study" / f"sidewalk-costnav-seed{seed}-mine")) for seed in (0, 1)]
-    alone = [accounted_margins(run, run.stacks[0])["robot_at_fault"] for run in runs]
+    alone = [accounted_profits(run, run.stacks[0], choose(run, None, (), ()))["robot_at_fault"] for run in runs]
     found = results.accounted[standing.condition, "mine"]["robot_at_fault"]
     assert (found.value, found.n) == (pytest.approx((alone[0].sum() + alone[1].sum()) / 25), 25)
+    together = results.accounted[standing.condition, "mine"][PUBLISHED]
+    assert together == standing.interval(MARGIN), "one bootstrap for all that is said of a stack"
+
+
+def test_contacts_of_another_state_are_refused(study: Path) -> None:
+    path = study / "sidewalk-costnav-seed0-mine" / "events.parquet"
+    events = read_rows(path, EVENT_COLUMNS)
+    write_table(path, EVENT_COLUMNS, events[: len(events) // 2])
+    with pytest.raises(InputError, match="different states of the run"):
+        page(read_results(study))
+
+
+def test_where_nobody_was_touched_nobody_pays(write_run: Callable[..., Path], tmp_path: Path) -> None:
+    declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
+    write_run("study/sidewalk-costnav-seed0-mine", episodes=9, crowd=0.0)
+    results = read_results(tmp_path / "study")
+    assert set(results.accounted[results.standings[0].condition, "mine"]) == set(ACCOUNTINGS)
+    assert "Who pays" not in page(results)
+
+
+def test_without_cargo_no_accounting_has_a_margin(write_run: Callable[..., Path], tmp_path: Path) -> None:
+    def arrive(row: dict[str, Any]) -> None:
+        row["outcome"] = "arrived"
+
+    declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
+    write_run("study/sidewalk-costnav-seed0-mine", episodes=9, change=arrive)
+    results = read_results(tmp_path / "study")
+    assert results.accounted == {(results.standings[0].condition, "mine"): {}}
+    assert "Who pays" not in page(results)
 
 
 def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
@@ -220,6 +251,17 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
     assert (root / "README.md").read_text(encoding="utf-8") == readme
     with pytest.raises(ValueError, match="has no '<!-- study"):
         published.filled("no marks", "x")
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/index.md", "docs/controllers.md"])
+def test_what_texts_quote_of_the_study_is_in_it(name: str) -> None:
+    """Of every paragraph that names the study, each interval of dollars is one of its page."""
+    found = re.findall(INTERVAL, flat((ROOT / "docs" / "study.md").read_text(encoding="utf-8")))
+    text = (ROOT / name).read_text(encoding="utf-8").partition("<!-- study ends -->")
+    paragraphs = re.split(r"\n\n|\n(?=- )", text[2] or text[0])
+    quoted = [each for part in paragraphs if "study.md" in part for each in re.findall(INTERVAL, flat(part))]
+    assert len(quoted) > 3
+    assert not set(quoted) - set(found)
 
 
 def test_the_published_page_is_that_of_the_study_in_the_results(published: Any) -> None:

@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 
 from harness.liability import COUNTED, EVENT
-from harness.metrics import PRICED_PROPERTY, Row, was_counted
+from harness.metrics import PRICED_PROPERTY, Row
 from harness.report.page.entries import Entry
+from harness.report.replay_places import contacts_shown
 from navstack.types import FloatArray
 
 Json = dict[str, Any]
@@ -84,10 +85,7 @@ def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
 
 
 def contacts_of(entries: Sequence[Entry]) -> list[list[Any]]:
-    """Contacts with a place: entry, episode, x, y [m], time [s], what, impulse [N s], cost [USD], whether counted.
-
-    A counted contact stands for itself; an event for the contacts that the published rule did not count.
-    """
+    """Contacts with a place: entry, episode, x, y [m], time [s], what, impulse [N s], cost [USD], whether counted."""
     found = []
     for number, entry in enumerate(entries):
         for episode, events in _by_episode(entry).items():
@@ -105,15 +103,6 @@ def _by_episode(entry: Entry) -> dict[int, list[Row]]:
 
 def contacts(events: Sequence[Row]) -> list[list[Any]]:
     """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
-    events = [event for event in events if None not in (event["stamp_s"], event["x_m"], event["y_m"])]
-    counted = [event for event in events if event["type"] == COUNTED]
-    paid = [(event["stamp_s"], _partner(event)) for event in counted]
-    shown = [
-        event
-        for event in events
-        if event["type"] == EVENT
-        and not was_counted(event["stamp_s"], event["duration_s"] or 0.0, _partner(event), paid)
-    ]
     return [
         [
             *(rounded(event[key], 2) for key in ("x_m", "y_m", "stamp_s")),
@@ -122,12 +111,8 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
             rounded(event["cost_usd"] or 0.0, 2),
             event["type"] == COUNTED,
         ]
-        for event in sorted((*counted, *shown), key=lambda event: float(event["stamp_s"]))
+        for event in contacts_shown(events)
     ]
-
-
-def _partner(event: Row) -> tuple[str, int]:
-    return event["partner"], event["partner_id"]
 
 
 def trajectory(trace: FloatArray) -> list[int]:

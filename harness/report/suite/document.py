@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.durable_files import write_text
+from harness.liability import PUBLISHED
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.results import Results, Standing
-from harness.report.suite.tables import accounted_margins, counts, margins, of_condition, write_quantities
+from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
 from harness.stored_run import StoredRun
 from harness.suite import Condition, cells
 from harness.suite_pieces import Piece
@@ -19,6 +20,15 @@ FIGURES = {
     "costs": "What a delivery costs on average, by component",
     "outcomes": "How deliveries end, as shares",
     "break_even": "Probability that the robot pays for itself within its life",
+}
+LIABILITY = {  # of harness.liability.ACCOUNTINGS that the page shows
+    "robot_at_fault": "**Counted contacts, the robot at fault**: it pays where it moved into a person at least as fast "
+    "as the person into it.",
+    "shared_fault": "**Counted contacts, shared**: it pays its part of the speed at which the two came together, and "
+    "nothing where a person walked into it as it stood.",
+    "no_threshold_robot_at_fault": "**Every contact event, the robot at fault**: as the first, but with the impulse of "
+    "a whole event instead of a physics step's, without threshold for people and without the published pause after a "
+    "counted contact. What a push adds that goes on is not in it, so that the gravest squeezes weigh less.",
 }
 DIGITS = 12  # of a digest that are shown
 
@@ -132,20 +142,21 @@ def _found(results: Results, figures: str) -> list[str]:
 
 
 def _liability(results: Results) -> list[str]:
-    """What the robot would earn if it paid for fewer contacts; nothing where margins are undefined."""
-    if not any(results.accounted.values()):
+    """What the robot would earn if it paid for other contacts; nothing where that changes nothing."""
+    known = [each for each in results.accounted.values() if each]
+    if not any(each[name] != each[PUBLISHED] for each in known for name in each):
         return []
+    tables = [text for name, words in LIABILITY.items() for text in (words, margins_under(results, name))]
     return [
         "## Who pays for contacts",
-        "Above the robot pays for every contact that the published rule counts, whoever moved into whom. If it paid "
-        "only where it moved into a person at least as fast as the person into it, and for property always, the same "
-        "deliveries would have earned [USD/delivery]:",
-        accounted_margins(results, "robot_at_fault"),
-        "The rule counts contacts from 50 N s in a physics step. If the robot paid for all in which it is at fault, "
-        "however light:",
-        accounted_margins(results, "no_threshold_robot_at_fault"),
-        "Outcomes stay as they were: a delivery that a counted contact ended is not driven on. More accountings, with "
-        "what each counts: `navbench price RUN`.",
+        "Above the robot pays for every contact that the published rule counts, whoever moved into whom. The same "
+        "deliveries with the same outcomes would have earned [USD/delivery], if it paid otherwise:",
+        *tables,
+        "In all of these, contacts with property are the robot's and are priced from a threshold of their own. A robot "
+        "that is pushed moves, too: also one that never drives can be at fault. Without the published pause the "
+        "property counts that a robot touched just after a person; without the threshold the softest touch of a person "
+        "costs about 27 USD at the shipped prices, as the injury curves have it. Overlapping intervals do not say that "
+        "two stacks are alike. `navbench price RUN` has two more accountings, with injuries and damage apart.",
     ]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from harness.compare import PAIR, Comparison, Side, compare
 from harness.metrics import Row
 from harness.report.suite.names import label_of
-from harness.repricing import accounted_margins
+from harness.repricing import accounted_profits, choose
 from harness.statistics import Interval, PairedDifference, holm
 from harness.stored_run import StoredRun, load_run
 from harness.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
@@ -172,10 +172,12 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
 
 def _accounted(standing: Standing) -> dict[str, Interval]:
     """Margins under every accounting, on the same resamples; none where they are undefined."""
-    seeds = [accounted_margins(run, run.stacks[0]) for run in standing.runs]
-    columns = {name: np.concatenate([margins[name] for margins in seeds]) for name in seeds[0] if all(seeds)}
-    rows = [row for run in standing.runs for row in run.stacks[0].rows]
-    return mean_intervals(columns, missions(rows), standing.runs[0].seed, CENT)
+    assert standing.side is not None
+    first = standing.side.run
+    choices = choose(first, None, (), ())
+    seeds = [accounted_profits(run, run.stacks[0], choices) for run in standing.runs]
+    columns = {name: np.concatenate([profits[name] for profits in seeds]) for name in seeds[0] if all(seeds)}
+    return mean_intervals(columns, missions(standing.side.stack.rows), first.seed, CENT)
 
 
 def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]]:

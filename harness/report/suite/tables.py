@@ -1,13 +1,14 @@
 """The tables of a suite: Markdown for its page, and every quantity of every stack as Parquet."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from harness.liability import PUBLISHED
 from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.suite.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
+from harness.statistics import Interval
 from harness.suite import Condition
 from harness.table_files import Row, write_table
 from navstack.errors import InputError
@@ -35,19 +36,22 @@ def counts(results: Results) -> str:
 
 def margins(results: Results) -> str:
     """The margin of every stack under every condition, the best on average on top."""
-    rows = [
-        [f"`{stack}`", *(_margin(each) for each in results.standings if each.stack == stack)]
-        for stack in results.ranked
-    ]
-    return table(["stack", *map(results.label, results.conditions)], rows)
+    return _by_condition(results, lambda each: each.interval(MARGIN))
 
 
-def accounted_margins(results: Results, accounting: str) -> str:
-    """The margin of every stack under every condition with contacts accounted for in another way, in the same order."""
+def margins_under(results: Results, accounting: str) -> str:
+    """The same under one of :data:`harness.liability.ACCOUNTINGS`, stacks in the same order."""
+    nothing = Interval(None, None, None, 0)
+    return _by_condition(results, lambda each: results.accounted[each.condition, each.stack].get(accounting, nothing))
+
+
+def _by_condition(results: Results, margin_of: Callable[[Standing], Interval]) -> str:
+    """A row for each stack, a column for each condition; ``margin_of`` is asked of cells with deliveries."""
 
     def cell(standing: Standing) -> str:
-        known = results.accounted.get((standing.condition, standing.stack), {})
-        return interval_text(known[accounting], 2) if accounting in known else "–"
+        if standing.valuation is None:
+            return "not driven"
+        return f"{interval_text(margin_of(standing), 2)}, n = {standing.n}"
 
     rows = [
         [f"`{stack}`", *(cell(each) for each in results.standings if each.stack == stack)] for stack in results.ranked
@@ -85,12 +89,6 @@ def _count(standing: Standing) -> str:
         return "–"
     errors = f", {standing.errors} errors" if standing.errors else ""
     return f"{standing.n}{errors}" if standing.is_complete else f"{standing.n} of {standing.declared}{errors}"
-
-
-def _margin(standing: Standing) -> str:
-    if standing.valuation is None:
-        return "not driven"
-    return f"{interval_text(standing.interval(MARGIN), 2)}, n = {standing.n}"
 
 
 def write_quantities(results: Results, folder: Path) -> Path:

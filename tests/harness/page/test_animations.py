@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 from harness.metrics import event_rows
@@ -46,6 +47,20 @@ def test_an_animation_that_ends_early_leaves_the_old_one(
     with pytest.raises(Stopped):
         write_gif(tmp_path / "d.gif", make_arrays(ROW), [], load_scene("sidewalk"), CORNERS, 0.3, "over")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("d.gif", b"old")]
+
+
+def test_contacts_are_marked_from_when_they_happened(make_arrays: Callable[..., dict[str, Any]]) -> None:
+    hit = {"x_m": 2.0, "y_m": 1.0, "type": "counted_contact", "cost_usd": 0.0, "partner_id": 3}
+    person = {**hit, "stamp_s": 2.0, "kind": "pedestrian", "partner": "pedestrian"}
+    thing = {**hit, "stamp_s": 3.0, "kind": "mailbox", "partner": "property", "cost_usd": 4.5}
+    free = {**thing, "stamp_s": 1.0, "cost_usd": 0.0}
+    picture = replay_gif._Picture(
+        Figure().subplots(), make_arrays(ROW), [thing, free, person], load_scene("sidewalk"), CORNERS, 0.3
+    )
+    assert [picture.show(time) for time in (1.5, 2.5, 3.5)] == [0.0, 0.0, 4.5]
+    assert len(picture._hits.get_xdata()) == 2
+    picture.show(2.5)
+    assert len(picture._hits.get_xdata()) == 1, "who was hit is marked, even where it cost nothing"
 
 
 def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_line(

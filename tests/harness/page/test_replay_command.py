@@ -17,6 +17,7 @@ from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
 from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
+from harness.report.replay_places import contacts_shown, grid_around
 from harness.table_files import read_rows
 from harness.world.scene_io import load_scene
 from navstack.geometry import compose
@@ -106,21 +107,24 @@ def test_rosbags_reads_the_messages_back(
     grid = found["/map"][0][1]
     assert len(grid.data) == grid.info.width * grid.info.height > 0
     assert grid.info.resolution == pytest.approx(load_scene("sidewalk").geometry.resolution)
-    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
-    touched = [m.markers[0] for _, m in found["/contacts"]]
-    assert len(touched) == sum(event["episode"] == 1 for event in events) > 0
+    events = [each for each in read_rows(folder / "events.parquet", EVENT_COLUMNS) if each["episode"] == 1]
+    assert [time for time, _ in found["/contacts"]] == pytest.approx([e["stamp_s"] for e in contacts_shown(events)])
 
 
 def test_a_person_who_was_hit_is_red_whatever_the_price(
     make_arrays: Callable[..., dict[str, Any]], tmp_path: Path
 ) -> None:
-    event = {"x_m": 1.0, "y_m": 0.0, "impulse_ns": 1500.0, "type": "counted_contact", "cost_usd": 0.0}
+    event = {"x_m": 1.0, "y_m": 0.0, "impulse_ns": 2727.0, "type": "counted_contact", "cost_usd": 0.0}
+    person = {"kind": "pedestrian", "partner": "pedestrian", "partner_id": 3}
+    thing = {"kind": "mailbox", "partner": "property", "partner_id": 1}
+    later = {"type": "contact_event", "cost_usd": None, "duration_s": 0.5}
     hits = [
-        {**event, "stamp_s": 3.0, "kind": "pedestrian"},
-        {**event, "stamp_s": 2.0, "kind": "mailbox", "cost_usd": 4.5},
-        {**event, "stamp_s": 1.0, "kind": "mailbox"},
-        {**event, "stamp_s": 4.0, "kind": "pedestrian", "type": "contact_event", "cost_usd": None},
-        {**event, "stamp_s": None, "kind": "pedestrian"},
+        {**event, **person, "stamp_s": 3.0},
+        {**event, **thing, "stamp_s": 2.0, "cost_usd": 4.5},
+        {**event, **thing, "stamp_s": 1.0},
+        {**event, **person, **later, "stamp_s": 2.8},  # the same contact as a whole: not shown twice
+        {**event, **person, **later, "stamp_s": 4.0},
+        {**event, **person, "stamp_s": None},
     ]
     write_bag(tmp_path / "d.mcap", make_arrays(ROW), hits, None, CORNERS, 0.3)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
@@ -168,6 +172,14 @@ def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, caps
     err = capsys.readouterr().err
     assert "map 'sidewalk' has changed since the run; restore it" in err and err.count("\n") == 1
     assert not (tmp_path / "d.gif").exists()
+
+
+def test_a_way_off_the_map_has_no_map(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
+    arrays, grid = make_arrays({**ROW, "start_x_m": 900.0, "goal_x_m": 908.0}), load_scene("sidewalk").geometry
+    assert grid_around(grid, arrays["trace"]) is None
+    write_bag(tmp_path / "d.mcap", arrays, [], grid, CORNERS, 0.3)
+    with AnyReader([tmp_path / "d.mcap"]) as reader:
+        assert "/map" not in {connection.topic for connection in reader.connections}
 
 
 def test_the_absent_stand_nowhere(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
