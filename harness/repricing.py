@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from harness.contact_costs import injury_costs
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_model import Economics, Measured, Running, price, running
@@ -137,16 +139,29 @@ def _running_costs(run: StoredRun, stack: StoredStack, choices: Choices) -> Iter
         yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
 
 
-def accounted_profits(run: StoredRun, stack: StoredStack, choices: Choices) -> dict[str, FloatArray]:
-    """What each delivery of a stack earns less what it costs [USD], shape (n,), under every accounting.
+def accounted_margins(first: StoredRun, parts: Sequence[tuple[StoredRun, StoredStack]]) -> dict[str, Interval]:
+    """The mean margin of a stack's deliveries under every accounting, on the same resamples.
 
-    Empty where that is undefined, because the cargo was not simulated.
+    Empty where it is undefined, because the cargo was not simulated.
+
+    Args:
+        first: whose prices, and whose seed for the bootstrap, are taken.
+        parts: the stack in each of its runs; those without a delivery are left out.
 
     Raises:
-        InputError: the stack's rows and the run's events are of different states.
+        InputError: rows and events of a run are of different states.
     """
-    costs = _running_costs(run, repriced(stack, run.events, choices.prices), choices)
-    return {name: each.contribution_margin for name, each in costs if each.contribution_margin is not None}
+    choices = choose(first, None, (), ())
+    driven = [(run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows]
+    known = [dict(_running_costs(run, stack, choices)) for run, stack in driven]
+    margins = {name: [costs[name].contribution_margin for costs in known] for name in ACCOUNTINGS}
+    columns = {
+        name: np.concatenate([margin for margin in each if margin is not None])
+        for name, each in margins.items()
+        if each and all(margin is not None for margin in each)
+    }
+    rows = [row for _, stack in driven for row in stack.rows]
+    return mean_intervals(columns, missions(rows), first.seed, CENT) if columns else {}
 
 
 def document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:

@@ -25,7 +25,7 @@ TITLES = {
 ACCOUNTING_NOTE = (
     "counted: contacts that the published rule counts; all: every contact event with the impulse of its impacts, "
     "without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
-    "into it; shared: by its share of the closing speed. Outcomes stay."
+    "into it; shared: by its share of the closing speed. Property is the robot's in all. Outcomes stay."
 )
 HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 

@@ -24,7 +24,7 @@ from harness.report.suite.document import FIGURES, LIABILITY, page, write_result
 from harness.report.suite.figures import _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
-from harness.repricing import accounted_profits, choose, reprice
+from harness.repricing import accounted_margins, choose, reprice
 from harness.statistics import Interval
 from harness.stored_run import load_run
 from harness.suite import Suite, cells, declare
@@ -125,9 +125,10 @@ def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: 
     results = read_results(tmp_path / "study")
     (standing,) = results.standings
     runs = [load_run(str(tmp_path / "study" / f"sidewalk-costnav-seed{seed}-mine")) for seed in (0, 1)]
-    alone = [accounted_profits(run, run.stacks[0], choose(run, None, (), ()))["robot_at_fault"] for run in runs]
+    alone = [accounted_margins(run, [(run, run.stacks[0])])["robot_at_fault"].value for run in runs]
+    assert None not in alone
     found = results.accounted[standing.condition, "mine"]["robot_at_fault"]
-    assert (found.value, found.n) == (pytest.approx((alone[0].sum() + alone[1].sum()) / 25), 25)
+    assert (found.value, found.n) == (pytest.approx((20 * alone[0] + 5 * alone[1]) / 25), 25)
     together = results.accounted[standing.condition, "mine"][PUBLISHED]
     assert together == standing.interval(MARGIN), "one bootstrap for all that is said of a stack"
 

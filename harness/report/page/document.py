@@ -14,6 +14,7 @@ from importlib.resources import files
 from typing import Any
 
 from harness.compare import side_of
+from harness.report.page.accountings import accountings
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
 from harness.report.page.entries import Entry, entries_of, notes_of, without_events
@@ -60,6 +61,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         "headline": headline(entries),
         "tables": tables(entries),
         "waterfall": waterfall(entries),
+        "accountings": accountings(entries),
         "outcomes": outcomes(entries),
         "profit": profit(entries),
         "breakEven": break_even(entries),

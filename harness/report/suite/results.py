@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-
 from harness.compare import PAIR, Comparison, Side, compare
 from harness.metrics import Row
 from harness.report.suite.names import label_of
-from harness.repricing import accounted_profits, choose
+from harness.repricing import accounted_margins
 from harness.statistics import Interval, PairedDifference, holm
 from harness.stored_run import StoredRun, load_run
 from harness.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
 from harness.suite_pieces import Piece, pieces_of
-from harness.valuation import CENT, Valuation, mean_intervals, missions, valuation_document, value
+from harness.valuation import Valuation, valuation_document, value
 
 MARGIN = "contribution_margin"
 
@@ -30,7 +28,7 @@ class Standing:
     declared: int  # deliveries
     side: Side | None  # rows of all seeds; None: nothing is driven
     valuation: Valuation | None  # None: no delivery finished
-    runs: tuple[StoredRun, ...] = ()  # of each seed that has a delivery
+    runs: tuple[StoredRun, ...] = ()  # of each seed that is begun
 
     @property
     def n(self) -> int:
@@ -115,7 +113,11 @@ class Results:
     @cached_property
     def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
         """Margins by condition and stack under every one of :data:`harness.liability.ACCOUNTINGS`."""
-        return {(each.condition, each.stack): _accounted(each) for each in self.standings if each.runs}
+        return {
+            (each.condition, each.stack): accounted_margins(each.side.run, [(run, run.stacks[0]) for run in each.runs])
+            for each in self.standings
+            if each.side is not None and each.valuation is not None
+        }
 
 
 def read_results(path: Path) -> Results:
@@ -166,18 +168,7 @@ def _standing(path: Path, suite: Suite, own: Sequence[Cell]) -> Standing:
     errors = sum(run.stacks[0].errors for run in runs)
     side = Side(runs[0], dataclasses.replace(runs[0].stacks[0], rows=rows, errors=errors))
     valuation = value(rows, side.stack, side.run.prices(), side.run.seed) if rows else None
-    driven = tuple(run for run in runs if run.stacks[0].rows)
-    return Standing(first.stack_name, first.condition, declared, side, valuation, driven)
-
-
-def _accounted(standing: Standing) -> dict[str, Interval]:
-    """Margins under every accounting, on the same resamples; none where they are undefined."""
-    assert standing.side is not None
-    first = standing.side.run
-    choices = choose(first, None, (), ())
-    seeds = [accounted_profits(run, run.stacks[0], choices) for run in standing.runs]
-    columns = {name: np.concatenate([profits[name] for profits in seeds]) for name in seeds[0] if all(seeds)}
-    return mean_intervals(columns, missions(standing.side.stack.rows), first.seed, CENT)
+    return Standing(first.stack_name, first.condition, declared, side, valuation, runs)
 
 
 def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]]:

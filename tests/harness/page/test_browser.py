@@ -10,6 +10,7 @@ import pytest
 
 from harness.cli import main
 from harness.manifest import map_digest
+from harness.report.repriced import TITLES
 from harness.world.scene_io import load_scene
 
 from .in_browser import Browse, choose, picture, shown, wait
@@ -66,6 +67,7 @@ def test_a_report_works_from_a_file(page: Path, browse: Browse, width: int) -> N
     )
     charts = browser.execute_script(labels)
     assert len(charts) >= 6 and all(charts)
+    _check_who_pays(browser)
     _check_filters(browser)
     _check_replay(browser)
     assert [entry["message"] for entry in browser.get_log("browser")] == []
@@ -82,6 +84,16 @@ def opening(browser: Any) -> float:
         browser.refresh()
     wait(browser, "document.querySelector('#player').dataset.ready")
     return min(took)
+
+
+def _check_who_pays(browser: Any) -> None:
+    """The first accounting's margins are those of the cards."""
+    rows_of = "[...document.querySelectorAll('#liability tbody tr')]"
+    cells = f"return {rows_of}.map(row => [...row.cells].map(cell => cell.textContent))"
+    rows = browser.execute_script(cells)
+    cards = browser.execute_script("return [...document.querySelectorAll('.cards .big')].map(c => c.textContent)")
+    assert len(rows) == len(TITLES) and [row[0] for row in rows] == list(TITLES.values())
+    assert cards and all(text.startswith(card) for text, card in zip(rows[0][1:], cards, strict=False))
 
 
 def _check_filters(browser: Any) -> None:

@@ -18,6 +18,8 @@ from harness.metrics import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
 from harness.report.page.sections import break_even, break_even_histogram, profit_curve
+from harness.report.repriced import TITLES
+from harness.repricing import choose, reprice
 from harness.stored_run import StoredStack, load_run
 from harness.table_files import read_rows, write_table
 from harness.world.scene_io import load_scene
@@ -158,13 +160,15 @@ def test_a_run_that_is_given_by_two_ways_is_one_run_with_all_its_stacks(
 
 def test_a_delivery_that_touched_anything_is_listed_as_such(write_run: Callable[..., Path]) -> None:
     def forget(row: dict[str, Any]) -> None:  # as after a counted contact with something that has no price
-        row |= dict.fromkeys((name for name in row if name.endswith("_contacts")), 0)
+        things = (name for name in row if name.endswith("_contacts") and name != "pedestrian_contacts")
+        row |= dict.fromkeys(things, 0)
 
-    folder = write_run("one", episodes=12, change=forget)
+    folder = write_run("one", episodes=40, change=forget)
     run = load_run(str(folder))
     touching = {event["episode"] for event in run.events}
-    assert 0 < len(touching) < 12
-    assert data_of(page_of(folder))["deliveries"]["touched"] == [number in touching for number in range(12)]
+    people = {event["episode"] for event in run.events if event["kind"] == "pedestrian"}
+    assert 0 < len(people) < len(touching) < 40
+    assert data_of(page_of(folder))["deliveries"]["touched"] == [number in touching for number in range(40)]
 
 
 def test_an_event_and_its_contact_have_one_time(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
@@ -179,6 +183,20 @@ def test_an_event_and_its_contact_have_one_time(write_run: Callable[..., Path], 
         assert told == stamps
         shared += len(told)
     assert shared > 0
+
+
+def test_who_pays_is_what_price_says(write_run: Callable[..., Path]) -> None:
+    run = load_run(str(write_run("one", stacks=("a", "b"), episodes=12)))
+    expected = reprice(run, choose(run, None, (), ()))
+    told = data_of(report_page([run], 0, ""))["accountings"]
+    assert [row["title"] for row in told["rows"]] == list(TITLES.values())
+    for number, name in enumerate(TITLES):
+        margins = [each.accountings[name].intervals["contribution_margin"].as_json() for each in expected]
+        assert told["rows"][number]["cells"] == margins, name
+
+
+def test_where_nobody_was_touched_the_page_does_not_ask_who_pays(write_run: Callable[..., Path]) -> None:
+    assert data_of(page_of(write_run("one", episodes=5, crowd=0.0)))["accountings"] is None
 
 
 def test_the_same_stack_of_two_runs_has_two_names(write_run: Callable[..., Path]) -> None:

@@ -25,6 +25,7 @@ function reportSections() {
       section('outcomes', 'How deliveries end', 'Share of deliveries; Wilson’s intervals stand in the table below.', outcomeBars()),
       section('profit', 'Profit over deliveries', 'As driven, in order; the band holds 95 % of the sums over resampled missions.', profitCurves())),
     section('breakeven', 'When the robot has paid for itself', 'Capital expenditure over the mean margin, over 10 000 resamples of the missions. The dot is the point estimate.', breakEvenRidges()),
+    DATA.accountings && section('liability', 'Who pays for contacts', 'Margin per delivery with its 95 % interval, the same deliveries and outcomes, if the robot paid for other contacts.', accountingTable()),
     section('comparison', 'Stacks held against each other', whatPairsShare(), comparisonTables()),
     section('tables', 'The paper’s two tables', 'Means per delivery with 95 % intervals, beside what the paper published.', paperTables()),
     section('map', 'Where it happened', 'Ways of recorded deliveries and contacts of all. Drag (or shift + arrows) to move, ctrl + wheel, + and − to zoom; a click opens the replay.', overview(open)),
@@ -33,9 +34,9 @@ function reportSections() {
     section('basis', 'What these figures rest on', null, basisContent()),
   ].filter(Boolean);
   for (const id of ['tables', 'deliveries', 'basis']) sections.find(each => each.id === id).classList.add('long');
-  const links = [['headline', 'Margin'], ['waterfall', 'Costs'], ['outcomes', 'Outcomes'], ['profit', 'Profit'], ['breakeven', 'Break-even'], ['comparison', 'Comparison'],
+  const links = [['headline', 'Margin'], ['waterfall', 'Costs'], ['outcomes', 'Outcomes'], ['profit', 'Profit'], ['breakeven', 'Break-even'], ['liability', 'Who pays'], ['comparison', 'Comparison'],
     ['tables', 'Tables'], ['map', 'Map'], ['replay', 'Replay'], ['deliveries', 'Deliveries'], ['basis', 'Basis']];
-  const nav = h('nav', { 'aria-label': 'Sections' }, h('ul', {}, links.filter(([id]) => id !== 'replay' || DATA.replays.length)
+  const nav = h('nav', { 'aria-label': 'Sections' }, h('ul', {}, links.filter(([id]) => sections.some(each => each.id === id || each.querySelector(`#${id}`)))
     .map(([id, text]) => h('li', {}, h('a', { href: `#${id}` }, text)))));
   return { sections, nav, instance };
 }
