@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.resources import shipped
 from harness.table_files import read_rows, write_table
+from harness.world.scene_io import load_scene
 
 CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something
@@ -84,6 +86,18 @@ def record() -> Callable[..., None]:
         place_events(folder)
 
     return add
+
+
+@pytest.fixture
+def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
+    """A run of one stack with one recorded delivery, in which people were hit."""
+
+    def short(row: dict[str, Any]) -> None:
+        row["duration_s"] = 20.0
+
+    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
+    record(made, "mine", range(1, 2))
+    return made
 
 
 def place_events(folder: Path) -> None:

@@ -11,7 +11,6 @@ from PIL import Image
 from rosbags.highlevel import AnyReader
 
 from harness.cli import main
-from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
@@ -42,18 +41,6 @@ TOPICS = {
 
 ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
 CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
-
-
-@pytest.fixture
-def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
-    """A run of one stack with one recorded delivery, in which people were hit."""
-
-    def short(row: dict[str, Any]) -> None:
-        row["duration_s"] = 20.0
-
-    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
-    record(made, "mine", range(1, 2))
-    return made
 
 
 def run(*arguments: str) -> Any:

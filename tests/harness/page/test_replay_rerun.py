@@ -12,25 +12,12 @@ import pytest
 
 from harness.cli import main
 from harness.liability import is_grave
-from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
 from harness.report.replay_places import contacts_shown
 from harness.table_files import read_rows
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import SOLID_FROM
-
-
-@pytest.fixture
-def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
-    """A run of one stack with one recorded delivery, in which people were hit."""
-
-    def short(row: dict[str, Any]) -> None:
-        row["duration_s"] = 20.0
-
-    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
-    record(made, "mine", range(1, 2))
-    return made
 
 
 def tables_of(path: Path) -> dict[str, pa.Table]:
