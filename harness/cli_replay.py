@@ -30,7 +30,7 @@ from above; the close-up drives it again and shows its strongest contact with th
 @click.option("--gif", type=click.Path(path_type=Path), metavar="FILE.gif", help="An animation of all of it.")
 @click.option("--close-up", type=click.Path(path_type=Path), metavar="FILE.gif", help="One of its strongest contact.")
 @click.option("--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages.")
-@click.option("--rerun", is_flag=True, help="Open it in the Rerun viewer (pip install 'navbench[rerun]').")
+@click.option("--rerun", is_flag=True, help="Show it in the Rerun viewer (pip install 'navbench[rerun]').")
 # fmt: on
 def replay(
     run: str, episode: int, html: Path | None, gif: Path | None, close_up: Path | None, mcap: Path | None, rerun: bool

@@ -1,10 +1,17 @@
 """A recorded delivery in the Rerun viewer (rerun.io), which is an optional dependency."""
 
+import os
+import shutil
+import subprocess
+import sysconfig
+import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.text import Text
 
 from harness.liability import is_grave
 from harness.metrics import Row
@@ -51,7 +58,7 @@ def show_in_rerun(
     footprint: FloatArray,
     person_radius: float,
 ) -> None:
-    """Open the viewer with a delivery.
+    """Open the viewer with a delivery; ends when the viewer is closed.
 
     Args:
         name: of the recording.
@@ -62,7 +69,8 @@ def show_in_rerun(
         person_radius: [m].
 
     Raises:
-        InputError: rerun-sdk is not installed or too old, or the recording holds trajectories only.
+        InputError: rerun-sdk is not installed or too old, the recording holds trajectories only, there is no room for
+            the viewer's file, or the viewer failed.
     """
     require_rerun()
     if "scan_mm" not in arrays:
@@ -70,7 +78,43 @@ def show_in_rerun(
     import rerun as rr
 
     stream = rr.RecordingStream(name)
-    stream.spawn()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.rrd"
+        stream.save(path)
+        _log(rr, stream, arrays, events, grid, footprint, person_radius)
+        stream.disconnect()
+        open_viewer(path)
+
+
+def open_viewer(path: Path) -> None:
+    """Open the viewer with a file, and wait until it is closed.
+
+    Raises:
+        InputError: it is not there, or failed.
+    """
+    places = os.pathsep.join((sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)))
+    program = shutil.which("rerun", path=places)
+    if program is None:
+        raise InputError("the program rerun is not found; run: pip install --force-reinstall 'navbench[rerun]'")
+    command = [program, "--bind", "127.0.0.1", "--port", "auto", str(path)]
+    ended = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    if ended.returncode:
+        told = [line for line in Text.from_ansi(ended.stderr).plain.splitlines() if line.strip()]
+        raise InputError(
+            f"the Rerun viewer ended with status {ended.returncode} ({told[-1] if told else 'it said nothing'}); it "
+            "needs a screen: elsewhere use --html or --mcap"
+        )
+
+
+def _log(
+    rr: Any,
+    stream: Any,
+    arrays: Mapping[str, Any],
+    events: Sequence[Row],
+    grid: OccupancyGrid | None,
+    footprint: FloatArray,
+    person_radius: float,
+) -> None:
     stream.send_blueprint(_layout(arrays["trace"][0, 1:3].tolist()))
     part = None if grid is None else grid_around(grid, arrays["trace"])
     if part is not None:
@@ -81,7 +125,6 @@ def show_in_rerun(
         stream.set_time(TIMELINE, duration=stamp)
         stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
     _log_contacts(rr, stream, contacts_shown(events), float(arrays["trace"][0, 0]))
-    stream.flush()
 
 
 def _layout(start: tuple[float, float]) -> Any:

@@ -1,8 +1,10 @@
 """``navbench replay --rerun``: what the viewer is given, read back with Rerun's own reader."""
 
 import json
+import shutil
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +39,9 @@ def times(table: pa.Table) -> list[float]:
 @pytest.fixture
 def shown(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], dict[str, pa.Table]]:
     """Drives ``navbench replay --rerun`` on the recorded delivery; what the viewer would show."""
-    rerun = pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
     path = tmp_path / "one.rrd"
-    monkeypatch.setattr(rerun.RecordingStream, "spawn", lambda stream: stream.save(str(path)))
+    monkeypatch.setattr(replay_rerun, "open_viewer", lambda given: shutil.copy(given, path))
 
     def show() -> dict[str, pa.Table]:
         with pytest.raises(SystemExit) as ended:
@@ -116,6 +118,19 @@ def test_a_map_that_has_changed_is_left_out_with_a_note(
     assert "/map" not in shown()
     err = capsys.readouterr().err
     assert "note: the viewer has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+
+
+@pytest.mark.skipif(find_spec("rerun") is None, reason="rerun-sdk is not installed")
+def test_without_a_screen_it_ends_with_one_line(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(SystemExit) as ended:
+        main(["replay", str(folder), "1", "--rerun"])
+    err = capsys.readouterr().err
+    assert (ended.value.code, err.count("\n")) == (1, 1), err
+    assert "the Rerun viewer ended with status 1" in err and "use --html or --mcap" in err
 
 
 @pytest.mark.parametrize(
