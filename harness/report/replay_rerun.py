@@ -69,8 +69,7 @@ def show_in_rerun(
         person_radius: [m].
 
     Raises:
-        InputError: rerun-sdk is not installed or too old, the recording holds trajectories only, there is no room for
-            the viewer's file, or the viewer failed.
+        InputError: rerun-sdk is not installed or too old, the recording holds trajectories only, or the viewer failed.
     """
     require_rerun()
     if "scan_mm" not in arrays:
@@ -79,7 +78,7 @@ def show_in_rerun(
 
     stream = rr.RecordingStream(name)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name}.rrd"
+        path = Path(folder) / "delivery.rrd"
         stream.save(path)
         _log(rr, stream, arrays, events, grid, footprint, person_radius)
         stream.disconnect()
