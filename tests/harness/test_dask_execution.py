@@ -153,12 +153,13 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     return same(path)
 
 
-def kill_one_at_work(cluster: Any) -> int:
-    """Kill the process of a worker that has a task."""
+def kill_one_at_work(cluster: Any) -> list[int]:
+    """Kill the process of a worker that has a task; empty: none has one just now."""
     busy = {worker.address for worker in cluster.scheduler.workers.values() if worker.processing}
-    process = next(nanny.pid for nanny in cluster.workers.values() if nanny.worker_address in busy)
-    os.kill(process, signal.SIGKILL)
-    return int(process)
+    at_work = [int(nanny.pid) for nanny in cluster.workers.values() if nanny.worker_address in busy][:1]
+    for process in at_work:
+        os.kill(process, signal.SIGKILL)
+    return at_work
 
 
 def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
@@ -169,7 +170,7 @@ def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
     def on_finished(finished: Any, record: Any) -> None:
         lost.extend(finished.lost)
         if not killed:
-            killed.append(kill_one_at_work(two))
+            killed.extend(kill_one_at_work(two))
 
     with (
         connect(two, path / "run.json") as dask,
