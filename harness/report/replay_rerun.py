@@ -80,7 +80,16 @@ def show_in_rerun(
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "delivery.rrd"
         stream.save(path)
-        _log(rr, stream, arrays, events, grid, footprint, person_radius)
+        stream.send_blueprint(_layout(arrays["trace"][0, 1:3].tolist()))
+        part = None if grid is None else grid_around(grid, arrays["trace"])
+        if part is not None:
+            _log_map(rr, stream, part)
+        _log_rows(rr, stream, arrays, footprint, person_radius)
+        _log_scans(rr, stream, arrays)
+        for stamp, plan in plans_of(arrays):
+            stream.set_time(TIMELINE, duration=stamp)
+            stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
+        _log_contacts(rr, stream, contacts_shown(events), float(arrays["trace"][0, 0]))
         stream.disconnect()
         open_viewer(path)
 
@@ -103,27 +112,6 @@ def open_viewer(path: Path) -> None:
             f"the Rerun viewer ended with status {ended.returncode} ({told[-1] if told else 'it said nothing'}); it "
             "needs a screen: elsewhere use --html or --mcap"
         )
-
-
-def _log(
-    rr: Any,
-    stream: Any,
-    arrays: Mapping[str, Any],
-    events: Sequence[Row],
-    grid: OccupancyGrid | None,
-    footprint: FloatArray,
-    person_radius: float,
-) -> None:
-    stream.send_blueprint(_layout(arrays["trace"][0, 1:3].tolist()))
-    part = None if grid is None else grid_around(grid, arrays["trace"])
-    if part is not None:
-        _log_map(rr, stream, part)
-    _log_rows(rr, stream, arrays, footprint, person_radius)
-    _log_scans(rr, stream, arrays)
-    for stamp, plan in plans_of(arrays):
-        stream.set_time(TIMELINE, duration=stamp)
-        stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
-    _log_contacts(rr, stream, contacts_shown(events), float(arrays["trace"][0, 0]))
 
 
 def _layout(start: tuple[float, float]) -> Any:
