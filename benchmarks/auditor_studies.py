@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import optuna
 
-from harness.contact_costs import injury_measures
+from harness.economics.accountings import COUNTED, EVENT, PERSON
+from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
-from harness.liability import COUNTED, EVENT, PERSON
-from harness.stored_run import load_run
+from harness.study.stored_run import load_run
 from harness.tuning.audit import THRESHOLD
 from harness.tuning.audit_findings import TITLES
 from harness.tuning.evaluation import EVENTS, Candidate, unseen_missions

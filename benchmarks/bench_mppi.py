@@ -19,8 +19,8 @@ from navstack.costmap.inflation import Inflation
 from navstack.geometry import pad_footprint
 from navstack.params.costmap import InflationLayerParams, robot_footprint
 from navstack.params.mppi import MppiParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_controller, read_costmap
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_controller, read_costmap
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
 ROOT = FilePath(__file__).parents[1]

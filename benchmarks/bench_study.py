@@ -17,9 +17,9 @@ from pathlib import Path
 
 from harness.bench.loops import INCREMENTAL, NAVFN
 from harness.bench.machine import load, machine
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 STACKS = {"paper-gps": "tuned", "nav2-amcl": "amcl"}  # and their Nav2 files
 
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.mission import Mission
-from harness.setup import robot_of, scene_of, world_params
-from harness.study import CONSUMERS, make_study
+from harness.episode.factory import robot_of, scene_of, world_params
+from harness.task.mission import Mission
+from harness.task.study import CONSUMERS, make_study
 from harness.world.pedestrians import RandomWalkPedestrians
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors import SensorParams, SensorSuite

@@ -28,18 +28,18 @@ from pathlib import Path
 import numpy as np
 from amcl_demo import localize_globally
 
-from harness.execution import Workers
+from harness.episode.factory import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
+from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
-from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
-from harness.stack import Stack, load_stack
 from harness.statistics import bootstrap_mean, wilson_interval
-from harness.study import EpisodeTask, make_study
+from harness.task.stack import Stack, load_stack
+from harness.task.study import EpisodeTask, make_study
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.free_space import FreeSpace
 from navstack.params.amcl import AmclParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_amcl, read_amcl_gps
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_amcl, read_amcl_gps
 from navstack.types import Belief, Observation, Pose2D
 
 NEAR = 0.5  # [m] of the truth: it has found itself

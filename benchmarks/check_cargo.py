@@ -18,9 +18,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from harness.episode import run_episode
+from harness.episode.episode import run_episode
 from harness.statistics import Interval, bootstrap_mean, wilson_interval
-from harness.study import make_study
+from harness.task.study import make_study
 from harness.world.cargo import Cargo
 from harness.world.world_params import CargoParams
 from navstack.types import FloatArray

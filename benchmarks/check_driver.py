@@ -39,12 +39,12 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from harness.benchmark import TABLES, run_study
-from harness.episode import Delivery, run_episode
-from harness.execution import Finished, Place, Workers
-from harness.manifest import about, parameters
-from harness.runs import RunFolder, create_run
-from harness.study import EpisodeTask, make_study
+from harness.episode.episode import Delivery, run_episode
+from harness.execution.workers import Finished, Place, Workers
+from harness.storage.run_folder import RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, parameters
+from harness.task.study import EpisodeTask, make_study
 
 TICKS = os.sysconf("SC_CLK_TCK")
 DASK = [sys.executable, "-m"]
@@ -152,7 +152,7 @@ def processor_time(process: int) -> float:
 
 def on_dask(file: str, folder: Path, tasks: int) -> Cost:
     """Two workers and a scheduler on this machine."""
-    from harness.dask_execution import DaskCluster
+    from harness.execution.dask_cluster import DaskCluster
 
     where = folder.parent / "scheduler.json"
     common = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(where)]

@@ -20,14 +20,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.execution import Workers
-from harness.setup import build_brain, build_world, mission_of, nav2_of, rules_of
-from harness.study import EpisodeTask, make_study
+from harness.episode.factory import build_brain, build_world, mission_of, nav2_of, rules_of
+from harness.execution.workers import Workers
+from harness.task.study import EpisodeTask, make_study
 from navstack.localization.gps import DEGRADED_AFTER, GpsLocalizer
 from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.params.gps_ekf import ENGINES, GpsEkfParams
-from navstack.params.nav2_views import read_gps_ekf
+from navstack.params.nav2_file.views import read_gps_ekf
 from navstack.types import Belief, GpsFix, Imu, Observation, Odometry, Pose2D, Twist2D
 
 PERIOD, OUTAGE = 45.0, 20.0  # [s] from outage to outage, and its length

@@ -17,9 +17,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from harness.repricing import choose, profits
+from harness.analysis.repricing import choose, profits
 from harness.statistics import bootstrap_cvar, bootstrap_mean
-from harness.stored_run import load_run
+from harness.study.stored_run import load_run
 from navstack.types import FloatArray
 
 FEW = (2, 3, 5, 10)  # normally distributed values

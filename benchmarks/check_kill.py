@@ -24,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.runs import count_finished
+from harness.storage.run_folder import count_finished
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()", "run"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()", "run"]
 COMPARED = ("episodes.parquet", "events.parquet", "summary.json")
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 DISK = 65_536  # [bytes] of the small file system: room for the parameters and for some deliveries

@@ -19,11 +19,11 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
-from harness.benchmark import TABLES, run_study
-from harness.execution import Workers
-from harness.manifest import about, load_study, parameters
-from harness.runs import RunFolder, create_run
-from harness.study import make_study
+from harness.execution.workers import Workers
+from harness.storage.run_folder import RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import make_study
 
 ALLOWED = 0.05
 MOST_PRIVATE = 400.0  # [MiB] of a worker

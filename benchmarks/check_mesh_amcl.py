@@ -24,16 +24,16 @@ import numpy as np
 from check_amcl import drive
 from scipy import ndimage
 
-from harness.setup import nav2_of, scene_of
+from harness.episode.factory import nav2_of, scene_of
 from harness.statistics import wilson_interval
-from harness.study import EpisodeTask, make_study
+from harness.task.study import EpisodeTask, make_study
 from harness.world.body_state import BodyState
 from harness.world.lidar import Lidar, LidarParams
 from harness.world.sensors import SensorParams
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.localization.amcl import AmclLocalizer
 from navstack.params.amcl import AmclParams
-from navstack.params.nav2_views import read_amcl
+from navstack.params.nav2_file.views import read_amcl
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, FloatArray, Observation, Odometry, Pose2D, Twist2D
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import resources
-from harness.setup import robot_of, world_params
+from harness.episode.factory import robot_of, world_params
+from harness.storage import shipped as resources
 from harness.world.laboratory import (
     bollard,
     collide,

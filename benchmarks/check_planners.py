@@ -20,11 +20,11 @@ import time
 from functools import lru_cache
 from pathlib import Path
 
-from harness.execution import Workers
-from harness.planning import Ground, ask, compile_first, ends_of, make_ground, make_planner
-from harness.setup import mission_of, nav2_of
+from harness.episode.factory import mission_of, nav2_of
+from harness.execution.workers import Workers
+from harness.plan.question import Ground, ask, compile_first, ends_of, make_ground, make_planner
 from harness.statistics import wilson_interval
-from harness.study import EpisodeTask, make_study
+from harness.task.study import EpisodeTask, make_study
 from navstack.planning import ompl_search
 
 LENGTHS = (50.0, 120.0)  # [m]

@@ -13,11 +13,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from harness.benchmark import TABLES, run_study
-from harness.execution import InProcess, Workers
-from harness.manifest import about, parameters
-from harness.runs import RunFolder, create_run
-from harness.study import RECORDS, make_study
+from harness.execution.workers import InProcess, Workers
+from harness.storage.run_folder import RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, parameters
+from harness.task.study import RECORDS, make_study
 
 MOST = 0.25  # of the processor time without recording, that full may cost
 

@@ -11,11 +11,11 @@ import time
 
 import numpy as np
 
-from harness.mission import Mission, MissionSampler
 from harness.report.fix_picture import fixes_along
-from harness.resources import shipped
-from harness.shortest_paths import shortest_path
-from harness.study import make_generators
+from harness.storage.shipped import shipped
+from harness.task.mission import Mission, MissionSampler
+from harness.task.shortest_paths import shortest_path
+from harness.task.study import make_generators
 from harness.world.body_state import BodyState
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene

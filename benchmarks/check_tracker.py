@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from harness.setup import build_brain, build_world, mission_of, rules_of, scene_of
-from harness.setup import world_params as params_of
-from harness.study import EpisodeTask, make_study
+from harness.episode.factory import build_brain, build_world, mission_of, rules_of, scene_of
+from harness.episode.factory import world_params as params_of
+from harness.task.study import EpisodeTask, make_study
 from harness.world.lidar import Lidar
 from harness.world.sensors import SensorParams
 from navstack.geometry import compose

@@ -13,14 +13,14 @@ import dataclasses
 import sys
 from pathlib import Path
 
-from harness.cli_run import resume_command, run_command
-from harness.compare import Comparison, Side, compare
+from harness.analysis.compare import Comparison, Side, compare
+from harness.cli.run import resume_command, run_command
+from harness.cli.signals import run_script
 from harness.report.markdown import interval_text, table
-from harness.signals import run_script
 from harness.statistics import wilson_interval
-from harness.stored_run import load_run
-from harness.study import make_study
-from harness.study_workers import Where
+from harness.study.places import Where
+from harness.study.stored_run import load_run
+from harness.task.study import make_study
 from navstack.errors import NavstackError
 
 STACKS = ("nav2-gps-ekf", "mpc-gps-ekf", "mppi-gps-ekf", "rpp-gps-ekf")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pedestrian_params import ReplayParams
 from harness.world.pedestrian_statistics import (

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
+from harness.economics.accountings import ACCOUNTINGS, accounted
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.liability import ACCOUNTINGS, accounted
+from harness.economics.valuation import deliveries
+from harness.episode.factory import prices_of
 from harness.metrics import Row
 from harness.report.markdown import table
-from harness.setup import prices_of
 from harness.tuning.objective import MOST_LOSS
-from harness.valuation import deliveries
 from navstack.types import FloatArray
 
 PUBLISHED = "published"

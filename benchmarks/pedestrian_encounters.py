@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.mission import Mission, MissionSampler
-from harness.resources import shipped
 from harness.statistics import bootstrap_mean
+from harness.storage.shipped import shipped
+from harness.task.mission import Mission, MissionSampler
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from harness.world.pedestrians import RandomWalkPedestrians

@@ -16,16 +16,16 @@ import shutil
 import sys
 from pathlib import Path
 
-from harness.cli_suite import suite_command, write_overview
+from harness.cli.signals import run_script
+from harness.cli.suite import suite_command, write_overview
 from harness.report.markdown import wrapped
 from harness.report.suite.document import FIGURES, page
 from harness.report.suite.figures import FOLDER
 from harness.report.suite.results import Results, read_results
 from harness.report.suite.tables import margins
-from harness.resources import shipped
-from harness.signals import run_script
-from harness.study_workers import Where
-from harness.suite import DECLARATION, Portion, declare, load_suite
+from harness.storage.shipped import shipped
+from harness.study.places import Where
+from harness.study.suite import DECLARATION, Portion, declare, load_suite
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -30,14 +30,14 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.cli import main as navbench
-from harness.execution import Workers
-from harness.manifest import load_study
+from harness.cli.app import main as navbench
+from harness.execution.workers import Workers
 from harness.metrics import Row
 from harness.report.markdown import interval_text, table
-from harness.runs import JOURNAL
-from harness.stack import load_stack
 from harness.statistics import bootstrap_mean, compare_pairs, wilson_interval
+from harness.storage.run_folder import JOURNAL
+from harness.study.manifest import load_study
+from harness.task.stack import load_stack
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.output import DIFF, DOCUMENT, STACK, TRIALS, TUNED

@@ -30,8 +30,8 @@ from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
 from navstack.params.extensions import with_extensions
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_views import (
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.views import (
     read_amcl,
     read_amcl_gps,
     read_behavior_server,

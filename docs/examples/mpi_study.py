@@ -12,12 +12,12 @@ import sys
 from concurrent.futures import Executor
 from pathlib import Path
 
-from harness.benchmark import TABLES, run_study
-from harness.cli_run import finish, say
-from harness.execution import Place, Workers, give_memory_back
-from harness.manifest import about, load_study, parameters
-from harness.runs import MANIFEST, RunFolder, create_run
-from harness.study import Study, make_study
+from harness.cli.run import finish, say
+from harness.execution.workers import Place, Workers, give_memory_back
+from harness.storage.run_folder import MANIFEST, RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import Study, make_study
 
 
 def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:

@@ -8,23 +8,23 @@ from pathlib import Path
 import numpy as np
 
 from harness.ablation.arms import KINDS, TRUTH, injected_kind, injected_level, is_buildable
-from harness.benchmark import StackResult
-from harness.compare import Compared, Side, compare
+from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_model import running
 from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
 from harness.economics.prices import Prices
+from harness.economics.valuation import CENT, deliveries, missions
 from harness.metrics import Row
-from harness.stack import PLANNING_MAPS, Stack
 from harness.statistics import Interval, bootstrap_quantile, holm, paired_slope
-from harness.stored_run import StoredRun
-from harness.valuation import CENT, deliveries, missions
+from harness.study.drive import StackResult
+from harness.study.stored_run import StoredRun
+from harness.task.stack import PLANNING_MAPS, Stack
 from navstack.errors import UnknownNameError
 from navstack.types import FloatArray
 
 GEOMETRY = PLANNING_MAPS[0]
 MARGIN = "contribution_margin"
-COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.compare
+COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
 SURE = 0.05  # adjusted p below which a difference is called significant
 # Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor on the column.
 ERRORS = (

@@ -5,19 +5,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
-from harness.setup import nav2_parameters
-from harness.stack import LOCALIZATION_MAPS, LOCALIZERS, NO_ERROR, SENSOR_KINDS, InjectedError, Stack
-from harness.study import Study, usable_workers
+from harness.episode.factory import nav2_parameters
+from harness.task.stack import LOCALIZATION_MAPS, LOCALIZERS, NO_ERROR, SENSOR_KINDS, InjectedError, Stack
+from harness.task.study import Study, usable_workers
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.costmap import ObstacleLayerParams
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_views import read_collision_monitor, read_costmap
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.views import read_collision_monitor, read_costmap
 
 TRUTH = "ground_truth"
 COSTMAPS = ("local_costmap", "global_costmap")
 
 
-# The sensors with a price (harness.stack.SENSOR_KINDS) that a localizer cannot do without.
+# The sensors with a price (harness.task.stack.SENSOR_KINDS) that a localizer cannot do without.
 SENSORS_OF: dict[str, tuple[str, ...]] = {
     TRUTH: (),  # none delivers it
     "gps": ("gps",),

@@ -6,10 +6,10 @@ from harness.ablation.analysis import Ablation, Arm, Difference, ErrorPrice
 from harness.ablation.arms import KINDS, is_buildable
 from harness.economics.break_even import break_even_days
 from harness.economics.prices import Prices
+from harness.economics.valuation import OUTCOMES
 from harness.metrics import Row
 from harness.statistics import Interval
-from harness.study import Study
-from harness.valuation import OUTCOMES
+from harness.task.study import Study
 
 
 def document(ablation: Ablation, study: Study, prices: Prices) -> Row:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from harness.bench.loops import drive
+from harness.episode.pedestrian_delay import PedestrianDelay
 from harness.metrics.delivery_log import DeliveryLog
-from harness.pedestrian_delay import PedestrianDelay
-from harness.study import EpisodeTask
+from harness.task.study import EpisodeTask
 from harness.world.cargo import Cargo
 from harness.world.crowd import Crowd
 from harness.world.lidar import Lidar

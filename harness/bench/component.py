@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from harness.bench.timing import Step
 from harness.parity.golden import GoldenFile
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import NavstackError

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from harness.bench import twins
 from harness.bench.component import Component, Prepared, require_agreement, shipped_map
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE
 from navstack.costmap.inflation import Inflation
 from navstack.costmap.layered_costmap import LayeredCostmap
@@ -20,8 +20,8 @@ from navstack.costmap.layers import static_costs
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose
 from navstack.params.costmap import CostmapParams, InflationLayerParams, ObstacleLayerParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_costmap
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_costmap
 from navstack.types import ByteArray, FloatArray, LaserScan, Pose2D
 
 LayerKind = TypeVar("LayerKind", ObstacleLayerParams, InflationLayerParams)

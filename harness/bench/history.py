@@ -7,7 +7,7 @@ from typing import Any
 
 from harness.bench.machine import UNKNOWN, commit, machine
 from harness.bench.measure import CPP, TWO_WORKERS, WITH_CARGO
-from harness.durable_files import write_text
+from harness.storage.files import write_text
 from navstack.errors import InputError
 
 HEAD = """# Speed over time

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.episode import run_episode
-from harness.setup import build_brain, build_world
-from harness.study import EpisodeTask, make_study
+from harness.episode.episode import run_episode
+from harness.episode.factory import build_brain, build_world
+from harness.task.study import EpisodeTask, make_study
 from navstack.errors import ParameterError
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
@@ -140,7 +140,7 @@ def serve() -> None:
 
     The answer is a delivery, and the folder of the version that drove it.
     """
-    program = str(Path(run_episode.__code__.co_filename).resolve().parents[1])
+    program = str(Path(run_episode.__code__.co_filename).resolve().parents[2])
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what C code prints must not get between the answers
     courses: dict[tuple[str, float | None], Course] = {}

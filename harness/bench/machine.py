@@ -4,7 +4,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from harness.execution import available_cores
+from harness.execution.workers import available_cores
 
 UNKNOWN = "--"
 

@@ -14,8 +14,8 @@ from harness.bench.component import Component
 from harness.bench.loops import LOOPS, Course, Driven, Loop, drive
 from harness.bench.recorded import RECORDED_MS, SOURCE
 from harness.bench.timing import PROCESSOR, WALL, Spread, readings
-from harness.execution import Workers, available_cores
-from harness.study import EpisodeTask
+from harness.execution.workers import Workers, available_cores
+from harness.task.study import EpisodeTask
 from navstack.errors import InputError, NavstackError, UnknownNameError
 from navstack.types import FloatArray
 

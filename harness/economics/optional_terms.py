@@ -7,7 +7,7 @@ from harness.economics.cost_model import Beyond, Measured
 from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
 from harness.economics.prices import Prices
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.strict import load_dataclass
 

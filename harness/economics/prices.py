@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
-from harness.resources import resolve, shipped
+from harness.storage.shipped import resolve, shipped
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 

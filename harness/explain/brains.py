@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.brain import Brain
+from harness.episode.brain import Brain
 from navstack.control.decision import Alternative
 from navstack.navigation_status import Counts, Status, Trouble
 from navstack.navigator import Navigator, TickRecord
@@ -40,7 +40,7 @@ class _Led:
 
     @property
     def belief(self) -> Belief | None:
-        """See :class:`harness.brain.Brain`, as all below."""
+        """See :class:`harness.episode.brain.Brain`, as all below."""
         return self._driving.belief
 
     @property

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from harness.brain import Brain
-from harness.episode import run_episode
+from harness.episode.brain import Brain
+from harness.episode.episode import run_episode
+from harness.episode.factory import build_brain
 from harness.explain.brains import Watched, Weighed
-from harness.manifest import load_study
 from harness.metrics import Row
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of
-from harness.setup import build_brain
-from harness.stored_run import StoredRun
-from harness.study import EpisodeTask
-from harness.table_files import read_rows
+from harness.storage.tables import read_rows
+from harness.study.manifest import load_study
+from harness.study.stored_run import StoredRun
+from harness.task.study import EpisodeTask
 from harness.world.robot import RobotParams
 from harness.world.world import World
 from harness.world.world_params import WorldParams

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
+from harness.economics.valuation import DOLLARS, deliveries
 from harness.explain.evidence import Evidence
-from harness.liability import COUNTED, PERSON
 from harness.metrics import Row
-from harness.outcome import Outcome, Rules
-from harness.stored_run import StoredRun
-from harness.valuation import DOLLARS, deliveries
+from harness.study.stored_run import StoredRun
+from harness.world.outcome import Outcome, Rules
 
 CONTACT = "contact"
-IMPULSE = "impulse"  # reason of an outcome, as harness.outcome has it
+IMPULSE = "impulse"  # reason of an outcome, as harness.world.outcome has it
 SPOILED, TIMEOUT, ASSISTANCE = Outcome.SPOILED.value, Outcome.TIMEOUT.value, Outcome.PHYSICAL_ASSISTANCE.value
 COSTLY = (SPOILED, TIMEOUT, ASSISTANCE)
 STUCK_PLACE, STUCK_TIME = 2.0, 10.0  # [m] around where it ended, [s]: whoever stays there so long is stuck

@@ -13,18 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.brain import Brain
-from harness.episode import Delivery, run_episode
+from harness.episode.brain import Brain
+from harness.episode.episode import Delivery, run_episode
+from harness.episode.factory import nav2_of, navigator_on, scene_of, steps_per_tick, world_params
 from harness.explain.brains import HandOver, TakeOver
 from harness.explain.evidence import Evidence, task_of
-from harness.setup import nav2_of, navigator_on, scene_of, steps_per_tick, world_params
-from harness.stored_run import StoredRun
-from harness.study import EpisodeTask
+from harness.study.stored_run import StoredRun
+from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import Value
 from harness.tuning.paths import Place, locate, with_values
 from harness.world.world import World
 from navstack.errors import InputError
-from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_file.file import Nav2File
 
 SWITCHES = {"true": True, "false": False}
 KINDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text"}

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from harness.economics.accountings import PERSON
 from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.moments import ASSISTANCE, SPOILED, STUCK_PLACE, TIMEOUT, Moment
 from harness.explain.seconds import NEAR, Seconds
-from harness.liability import PERSON
 from harness.metrics import Row
 from harness.metrics.decisions import column_prefix
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative

@@ -4,7 +4,7 @@ from collections.abc import Hashable, Iterable, Sequence
 
 from harness.metrics.columns import Row
 from harness.metrics.encounter_metrics import PRICED_PROPERTY
-from harness.truth import Contact, CountedContact, Partner, Truth
+from harness.world.truth import Contact, CountedContact, Partner, Truth
 
 PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
 

@@ -17,7 +17,7 @@ from harness.metrics.motion import (
     path_irregularity,
     wrapped,
 )
-from harness.truth import Partner, Truth
+from harness.world.truth import Partner, Truth
 from navstack.types import Belief, FloatArray, Pose2D
 
 JOULES_PER_KWH = 3.6e6

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import shapely
 
 from harness.metrics.delivery_log import NOWHERE
-from harness.truth import Truth
+from harness.world.truth import Truth
 from navstack.geometry import transform_points
 from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
 

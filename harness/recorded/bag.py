@@ -20,7 +20,7 @@ from harness.recorded.ros1_file import Ros1File
 from harness.recorded.sqlite_file import SqliteFile
 from navstack.errors import ParameterError
 from navstack.files import check_regular
-from navstack.params.yaml_text import MAX_CHARACTERS, load_text
+from navstack.params.nav2_file.yaml_text import MAX_CHARACTERS, load_text
 
 KINDS: dict[bytes, type[BagFile]] = {
     ros1_file.MAGIC: Ros1File,

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from harness.durable_files import require_writable
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.mountings import Mountings, frame_name
@@ -30,12 +29,13 @@ from harness.recorded.trajectory import (
     relative_errors,
     write_tum,
 )
-from harness.resources import resolve, shipped
+from harness.storage.files import require_writable
+from harness.storage.shipped import resolve, shipped
 from navstack.build import LOCALIZERS, build_localizer
 from navstack.errors import InputError, UnknownNameError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.params.nav2_file import Nav2File, load_nav2
+from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Pose2D
 
 INTERRUPTED = 130

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from harness.durable_files import require_writable
+from harness.storage.files import require_writable
 from navstack.errors import InputError
 
 BAG_VERSION: Final = 9  # of the format of rosbag2's metadata: Jazzy's

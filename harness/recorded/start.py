@@ -5,14 +5,14 @@ import math
 import numpy as np
 
 from harness.recorded.sources import needs_map
-from harness.resources import resolve, shipped
+from harness.storage.shipped import resolve, shipped
 from harness.world.scene import Scene
 from harness.world.scene_io import align
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, ParameterError
 from navstack.localization.geodesy import LocalFrame
-from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_file.file import Nav2File
 from navstack.types import Belief, Pose2D
 
 FARTHEST = 1e7  # [m]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.durable_files import replacing
+from harness.storage.files import replacing
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.types import FloatArray, IntArray

@@ -9,9 +9,9 @@ from rich.text import Text
 
 from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, ErrorPrice, wrong_maps
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
+from harness.economics.valuation import OUTCOMES
 from harness.report.tables import print_table, report_table
 from harness.statistics import Interval
-from harness.valuation import OUTCOMES
 
 OUTCOME_TITLES = ("SLA compliance", "Spoiled", "Timeout", "Phys. assistance")
 METRICS = {

@@ -3,7 +3,7 @@
 from rich.console import Console
 from rich.text import Text
 
-from harness.compare import Compared, Comparison
+from harness.analysis.compare import Compared, Comparison
 from harness.metrics.metric import Better
 from harness.report.tables import print_table, report_table
 

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from harness.episode.factory import build_brain, build_world, mission_of, robot_of, rules_of, scene_of, world_params
 from harness.metrics import Row, event_rows
 from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
-from harness.setup import build_brain, build_world, mission_of, robot_of, rules_of, scene_of, world_params
-from harness.study import EpisodeTask, make_study
-from harness.truth import Truth
+from harness.task.study import EpisodeTask, make_study
 from harness.world.shapes import Rect
+from harness.world.truth import Truth
 from harness.world.world_params import CargoParams
 from navstack.errors import InputError
 from navstack.geometry import transform_points

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.durable_files import replacing
 from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.seconds import NEAR, Seconds
 from harness.report.figures import DPI, FONT
 from harness.report.map_picture import draw_scene
+from harness.storage.files import replacing
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
 from navstack.errors import InputError

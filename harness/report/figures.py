@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from harness.durable_files import replacing
+from harness.storage.files import replacing
 from navstack.errors import InputError
 
 if TYPE_CHECKING:

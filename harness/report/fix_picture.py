@@ -13,8 +13,8 @@ import numpy as np
 
 from harness.report.figures import FONT, save_picture
 from harness.report.map_picture import draw_scene
-from harness.resources import resolve, shipped
-from harness.study import make_generators
+from harness.storage.shipped import resolve, shipped
+from harness.task.study import make_generators
 from harness.world.body_state import BodyState
 from harness.world.gps_receiver import GpsReceiver
 from harness.world.scene import Scene

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
-from harness.durable_files import replacing
+from harness.storage.files import replacing
 from navstack.errors import InputError
 
 if TYPE_CHECKING:

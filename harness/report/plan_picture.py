@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.planning import Answer
+from harness.plan.question import Answer
 from harness.report.figures import save_picture
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.geometry import transform_points

@@ -6,7 +6,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from harness.planning import COST_WEIGHT, Answer
+from harness.plan.question import COST_WEIGHT, Answer
 from harness.report.tables import print_table, report_table
 from navstack.types import Pose2D
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from harness.economics.cost_model import Measured, price
 from harness.economics.prices import Prices
 from harness.report.tables import Column
-from harness.resources import resolve, shipped
+from harness.storage.shipped import resolve, shipped
 from navstack.params.strict import load_dataclass
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.liability import is_grave
+from harness.economics.accountings import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of
 from harness.recorded.mcap_writer import McapWriter

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.liability import is_grave
+from harness.economics.accountings import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.gif_file import drawn, write_frames

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.liability import COUNTED, EVENT
+from harness.economics.accountings import COUNTED, EVENT
 from harness.metrics import Row, was_counted
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Pose2D

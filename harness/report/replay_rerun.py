@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from rich.text import Text
 
-from harness.liability import is_grave
+from harness.economics.accountings import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.replay_places import contacts_shown, grid_around

@@ -6,13 +6,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from harness.analysis.repricing import VARIED, Accounting, Choices, Repriced
+from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import Measured
-from harness.liability import PUBLISHED
+from harness.economics.valuation import Risk
 from harness.report.tables import Column, render_tables, report_table
-from harness.repricing import VARIED, Accounting, Choices, Repriced
 from harness.statistics import Interval
-from harness.stored_run import StoredRun
-from harness.valuation import Risk
+from harness.study.stored_run import StoredRun
 
 TITLES = {
     PUBLISHED: "counted, whole: published",

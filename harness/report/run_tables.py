@@ -5,15 +5,15 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.benchmark import StackResult
 from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices
+from harness.episode.factory import world_params
 from harness.report.metric_rows import further_metrics
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
 from harness.report.tables import Column, render_table, render_tables
-from harness.setup import world_params
-from harness.study import Study
+from harness.study.drive import StackResult
+from harness.task.study import Study
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
 

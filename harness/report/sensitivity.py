@@ -6,9 +6,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from harness.analysis.sensitivity import Sensitivity, quantiles
 from harness.economics.sensitivity import STATED
 from harness.report.tables import report_table
-from harness.sensitivity import Sensitivity, quantiles
 
 
 def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], console: Console) -> None:

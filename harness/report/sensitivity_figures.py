@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harness.analysis.sensitivity import Sensitivity
 from harness.economics.sensitivity import Axis, BreakEvenSpread, TwoWay
 from harness.report.figures import save_figure
-from harness.sensitivity import Sensitivity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from typing import Literal
 from rich.console import Console
 from rich.text import Text
 
-from harness.durable_files import write_text
 from harness.metrics import Row
 from harness.report.tables import print_table, report_table
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import Sheet, sheets, summary
+from harness.storage.files import write_text
 from harness.tuning.explanation import Explanation
 from harness.tuning.output import DIFF
 from harness.tuning.result import StudyResult

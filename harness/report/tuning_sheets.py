@@ -4,7 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from harness.liability import ACCOUNTINGS
+from harness.economics.accountings import ACCOUNTINGS
+from harness.economics.valuation import CENT
 from harness.metrics import Row
 from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, span, step_title, value_text
 from harness.statistics import Interval
@@ -14,7 +15,6 @@ from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
-from harness.valuation import CENT
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.episode.factory import nav2_parameters, navigator_on, robot_of, steps_per_tick, world_params
 from harness.metrics.encounters import Body, in_base_frame, surface_distances
-from harness.mission import Mission, check_apart, check_footprint_free, check_pose_free
-from harness.outcome import ARRIVALS, Rules
-from harness.resources import resolve, shipped
 from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.checks import Drive, Finding, judge
 from harness.scenarios.drawing import draw_scene, with_things
 from harness.scenarios.scenario import Scenario, load_scenario
-from harness.setup import nav2_parameters, navigator_on, robot_of, steps_per_tick, world_params
-from harness.stack import load_stack
-from harness.study import make_generators
+from harness.storage.shipped import resolve, shipped
+from harness.task.mission import Mission, check_apart, check_footprint_free, check_pose_free
+from harness.task.stack import load_stack
+from harness.task.study import make_generators
+from harness.world.outcome import ARRIVALS, Rules
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene

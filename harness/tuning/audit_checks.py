@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.stats import fisher_exact
 
-from harness.contact_costs import injury_costs
-from harness.outcome import Outcome
+from harness.economics.contact_costs import injury_costs
+from harness.economics.valuation import CENT
 from harness.statistics import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence, evidence, is_sure, rises
 from harness.tuning.audit_pairs import Pairs, Side
 from harness.tuning.audit_scores import NO_THRESHOLD, PUBLISHED, Score
-from harness.valuation import CENT
+from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
 CLOSE_TOUCHES = 0.02  # [1/run] more touches close to the threshold, from which the check may flag

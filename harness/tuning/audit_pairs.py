@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from harness.economics.accountings import EVENT, PERSON
 from harness.economics.prices import Prices
-from harness.liability import EVENT, PERSON
+from harness.economics.valuation import CENT, missions
 from harness.metrics import Row
-from harness.outcome import Outcome
 from harness.statistics import PairedDifference, compare_pairs
 from harness.statistics.bootstrap import IntArray
 from harness.tuning.evaluation import EVENTS
-from harness.valuation import CENT, missions
+from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
 FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered

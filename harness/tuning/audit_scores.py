@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.economics.accountings import ACCOUNTINGS, accounted
 from harness.economics.cost_model import running
-from harness.liability import ACCOUNTINGS, accounted
+from harness.economics.valuation import CENT, deliveries
 from harness.statistics import Interval
 from harness.tuning.audit_findings import is_sure
 from harness.tuning.audit_pairs import Pairs, Side
-from harness.valuation import CENT, deliveries
 from navstack.types import FloatArray
 
 PUBLISHED, NO_THRESHOLD = "published", "no_threshold"
@@ -19,7 +19,7 @@ PUBLISHED, NO_THRESHOLD = "published", "no_threshold"
 class Score:
     """The contribution margin [USD/run] under one accounting, on the same deliveries."""
 
-    accounting: str  # of harness.liability.ACCOUNTINGS
+    accounting: str  # of harness.economics.accountings.ACCOUNTINGS
     original: float
     incumbent: float
     difference: Interval  # incumbent less original

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from harness.metrics import Row
-from harness.study import MAX_EPISODES
+from harness.task.study import MAX_EPISODES
 
 FIRST_TEST = MAX_EPISODES  # number of the first test mission; training missions are below
 TEST_STREAM = 0x7E57  # tells the test seed's sequence from others of the same seed

@@ -11,9 +11,10 @@ import numpy as np
 
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
+from harness.economics.valuation import deliveries
 from harness.metrics import Row
 from harness.statistics import Interval, percentile_interval, resampled_means
-from harness.suite import write_document
+from harness.study.suite import write_document
 from harness.tuning.audit import THRESHOLD, Audit, audit
 from harness.tuning.audit_pairs import Pairs, pair_up
 from harness.tuning.audit_scores import PUBLISHED, margins
@@ -25,7 +26,6 @@ from harness.tuning.result import StudyResult
 from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.trial_table import trial_table
 from harness.tuning.waterfall import Step, Waterfall, players, set_back, waterfall
-from harness.valuation import deliveries
 from navstack.errors import ParameterError
 from navstack.types import FloatArray
 

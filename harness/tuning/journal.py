@@ -9,11 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.durable_files import locked, no_links, sync_folder
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
-from harness.own_folders import require_real_folders
-from harness.runs import JOURNAL, MOST_JOURNAL, MOST_LINE
-from harness.table_files import trouble_with
+from harness.storage.files import locked, no_links, sync_folder
+from harness.storage.real_folders import require_real_folders
+from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
+from harness.storage.tables import trouble_with
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular

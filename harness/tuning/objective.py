@@ -18,11 +18,11 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.stats import t as student
 
+from harness.economics.valuation import ARRIVED, CENT, OUTCOMES
 from harness.metrics import EPISODE_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import cvar, wilson_interval
 from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
-from harness.valuation import ARRIVED, CENT, OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 

@@ -7,17 +7,17 @@ import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
-from harness.durable_files import write_text
 from harness.metrics import Row
-from harness.stack import Stack
-from harness.table_files import write_table
+from harness.storage.files import write_text
+from harness.storage.tables import write_table
+from harness.task.stack import Stack
 from harness.tuning.declaration import Declaration
 from harness.tuning.evaluation import Candidate, Value, unseen_seed
 from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space import Parameter
 from navstack.errors import InputError
-from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass
 
 TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"

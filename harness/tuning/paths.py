@@ -1,6 +1,6 @@
 """Single parameters of a Nav2 file by path: found, read and set.
 
-A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.Nav2File.with_values` names parameters, e.g.
+A path is ``node.parameter``, as :meth:`navstack.params.nav2_file.file.Nav2File.with_values` names parameters, e.g.
 ``controller_server.FollowPath.max_vel_x``; ``ros__parameters`` may stand in it as in the file. Instead of the name of a
 plugin's section, which is the file's own choice, the type may be given:
 ``controller_server.{dwb_core::DWBLocalPlanner}.max_vel_x``. ``[0]`` at the end is the first entry of a list. The
@@ -18,9 +18,9 @@ from typing import Any
 
 from harness.tuning.evaluation import Value
 from navstack.errors import ParameterError, did_you_mean
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import Visit
-from navstack.params.ros_yaml import PARAMETERS
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.findings import Visit
+from navstack.params.nav2_file.ros_yaml import PARAMETERS
 
 SCALARS = (bool, int, float, str)
 COMMA = ", "

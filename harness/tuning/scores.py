@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from harness.economics.valuation import CENT, missions
 from harness.metrics import Row
 from harness.statistics import compare_pairs
 from harness.tuning.objective import Objective, UndefinedError, is_money, parse_objectives
 from harness.tuning.result import StudyResult
-from harness.valuation import CENT, missions
 
 ALWAYS = ("margin", "sla")  # told of beside the objectives
 

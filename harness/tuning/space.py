@@ -19,7 +19,7 @@ from harness.tuning.evaluation import Value
 from harness.tuning.paths import AbsentError, NoPluginError, Place, edited_list, locate, locate_list, with_values
 from harness.tuning.space_file import Entry, SpaceFile, read_spaces
 from navstack.errors import ParameterError
-from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_file.file import Nav2File
 
 DIGITS = 4  # significant ones of a tuned number
 

@@ -8,19 +8,19 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
+from harness.economics.accountings import accounted
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.episode import Delivery, run_episode
-from harness.execution import Finished, Workers
-from harness.liability import accounted
+from harness.economics.valuation import deliveries
+from harness.episode.episode import Delivery, run_episode
+from harness.episode.factory import nav2_parameters, prices_of
+from harness.execution.workers import Finished, Workers
 from harness.metrics import Row
-from harness.setup import nav2_parameters, prices_of
-from harness.stack import Stack
-from harness.study import EpisodeTask
+from harness.task.stack import Stack
+from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
 from harness.tuning.journal import REFUSED, Journal, Key
 from harness.tuning.paths import with_values
-from harness.valuation import deliveries
 from navstack.errors import ParameterError
 
 SHARED_FAULT = "no_threshold_shared_fault"  # accounting of SHARED_MARGIN
@@ -150,7 +150,7 @@ def margin_of(row: Row, prices: Prices) -> float | None:
 def shared_margin_of(row: Row, prices: Prices) -> float | None:
     """Contribution margin [USD] of one delivery if the robot pays for its share of the fault in every contact.
 
-    However soft a contact is: the accounting ``no_threshold_shared_fault`` (:mod:`harness.liability`).
+    However soft a contact is: the accounting ``no_threshold_shared_fault`` (:mod:`harness.economics.accountings`).
 
     Args:
         row: of the delivery, with its events.

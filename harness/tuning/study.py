@@ -5,9 +5,9 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
-from harness.runs import TUNING
-from harness.setup import mission_of, nav2_parameters
-from harness.study import EpisodeTask, Study
+from harness.episode.factory import mission_of, nav2_parameters
+from harness.storage.run_folder import TUNING
+from harness.task.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
 from harness.tuning.finals import Finalist, decide
@@ -22,7 +22,7 @@ from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.space import Space, fit_space
 from harness.tuning.space_file import read_space
 from navstack.errors import InputError
-from navstack.params.nav2_file import Nav2File
+from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass
 
 MOST_RESERVED = 0.5  # of the budget, for final choice and test

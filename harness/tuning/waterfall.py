@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.economics.valuation import CENT
 from harness.metrics import Row
 from harness.statistics import Interval, bootstrap_mean
 from harness.tuning.evaluation import MARGIN, Candidate, Evaluator, Value
 from harness.tuning.result import StudyResult
 from harness.tuning.shapley import MOST_PLAYERS, Coalition, coalitions, shapley_values
-from harness.valuation import CENT
 from navstack.types import FloatArray
 
 REST = "the rest"

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from harness.truth import Partner
 from harness.world.contacts import Touched
 from harness.world.engine import bullet
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
 from harness.world.touch_kernels import find_near, may_touch
+from harness.world.truth import Partner
 from navstack.types import FloatArray
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups

@@ -17,9 +17,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from harness.truth import CargoState
 from harness.world.engine import Server, bullet
 from harness.world.motion_kernels import lean_and_shake
+from harness.world.truth import CargoState
 from harness.world.world_params import CargoParams
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import BoolArray, FloatArray

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-from harness.truth import Contact, CountedContact, Partner
+from harness.world.truth import Contact, CountedContact, Partner
 from harness.world.world_params import ContactParams
 
 Vector = tuple[float, float, float]

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from harness.truth import Partner
 from harness.world.bodies import add_person, person_shape
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
 from harness.world.pedestrian_kernels import count_near
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
+from harness.world.truth import Partner
 from harness.world.world_params import WorldParams
 from navstack.types import FloatArray
 

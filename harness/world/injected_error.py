@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from harness.stack import InjectedError
+from harness.task.stack import InjectedError
 from navstack.geometry import normalize_angle
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, Observation, Pose2D

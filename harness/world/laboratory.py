@@ -10,8 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from harness.mission import Mission
-from harness.truth import Contact, Truth
+from harness.task.mission import Mission
 from harness.world.body_state import BodyState
 from harness.world.engine import bullet
 from harness.world.pedestrians import PedestrianModel
@@ -19,6 +18,7 @@ from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import box, octagon
+from harness.world.truth import Contact, Truth
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Observation, Pose2D, Twist2D

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from harness.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
+from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
 from navstack.jit import njit
 
 CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, or may never enter

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from harness.study import MAX_PEDESTRIANS
+from harness.task.study import MAX_PEDESTRIANS
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
-from harness.shortest_paths import distance_field, string_pull
+from harness.task.shortest_paths import distance_field, string_pull
 from harness.world.pedestrian_kernels import BLOCKED, find_path
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid

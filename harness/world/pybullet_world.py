@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.mission import Mission
-from harness.truth import Truth
+from harness.task.mission import Mission
 from harness.world.bodies import NearObstacles, add_robot, static_index
 from harness.world.body_state import BodyState
 from harness.world.cargo import Cargo
@@ -24,6 +23,7 @@ from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
 from harness.world.sensors import SensorSuite
+from harness.world.truth import Truth
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.types import FloatArray, Observation, Pose2D, Twist2D

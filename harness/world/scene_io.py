@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from harness import resources
+from harness.storage import shipped as resources
 from harness.world.extrude import extrude
 from harness.world.scene import Obstacle, Scene, Zone
 from navstack.costmap.field_cache import cached_array, content_key

@@ -7,7 +7,7 @@ area, read from a grid of signed distances.
 import math
 from typing import NamedTuple
 
-from harness.shortest_paths import line_of_sight
+from harness.task.shortest_paths import line_of_sight
 from harness.world.pedestrian_edges import away_from_edge, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_params import PedestrianParams
 from navstack.jit import njit

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from harness.mission import Mission
-from harness.truth import Truth
+from harness.task.mission import Mission
+from harness.world.truth import Truth
 from navstack.types import Observation, Twist2D
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
-from navstack.params.vertices import parse_vertices
+from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.types import FloatArray
 
 SHAPES = ("polygon", "circle", "velocity_polygon")

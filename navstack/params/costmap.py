@@ -13,7 +13,7 @@ import numpy as np
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
-from navstack.params.vertices import parse_vertices
+from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method

@@ -12,8 +12,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from navstack.errors import NavstackError, ParameterError
-from navstack.params.nav2_bindings import Params
-from navstack.params.schema import nodes
+from navstack.params.nav2_file.bindings import Params
+from navstack.params.nav2_file.schema import nodes
 
 GROUP = "navstack.plugins"
 FAMILIES = ("controllers", "dwb_critics", "planners")  # to which a package can add

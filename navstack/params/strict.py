@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 
 from navstack.errors import ParameterError, did_you_mean
 from navstack.files import check_regular
-from navstack.params.yaml_text import load_text
+from navstack.params.nav2_file.yaml_text import load_text
 
 T = TypeVar("T")
 

@@ -12,7 +12,7 @@ from navstack.behaviors.wait import Wait, WaitGoal
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.errors import BehaviorError, ParameterError
 from navstack.params.behaviors import BehaviorServerParams, DriveParams
-from navstack.params.nav2_bindings import PLUGINS
+from navstack.params.nav2_file.bindings import PLUGINS
 from navstack.types import Pose2D, RobotState, Twist2D
 
 FOOTPRINT = np.array([[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]])  # a long tail

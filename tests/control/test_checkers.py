@@ -14,7 +14,7 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.nav2_bindings import PLUGINS
+from navstack.params.nav2_file.bindings import PLUGINS
 from navstack.params.servers import ControllerServerParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 

@@ -20,8 +20,8 @@ from navstack.costmap.inflation import Inflation
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mpc import SOLVERS, MpcParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_controller
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_controller
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Track, Twist2D
 
 FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))

@@ -18,8 +18,8 @@ from navstack.params.costmap import InflationLayerParams
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.mppi_critics import CostParams, PathAlignParams
-from navstack.params.nav2_file import inspect_nav2, load_nav2
-from navstack.params.nav2_views import _local_costs, read_controller, read_costmap, read_primary_controller
+from navstack.params.nav2_file.file import inspect_nav2, load_nav2
+from navstack.params.nav2_file.views import _local_costs, read_controller, read_costmap, read_primary_controller
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 

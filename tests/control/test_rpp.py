@@ -25,8 +25,8 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.costmap.inflation import inflation_cost
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.geometry import relative_to
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_controller, read_primary_controller
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_controller, read_primary_controller
 from navstack.params.rpp import RppParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 

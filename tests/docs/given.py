@@ -14,8 +14,8 @@ import numpy as np
 from PIL import Image
 from ruamel.yaml import YAML
 
-from harness.cli import main
-from harness.execution import InProcess, Workers
+from harness.cli.app import main
+from harness.execution.workers import InProcess, Workers
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
 

@@ -15,7 +15,7 @@ import click
 import pytest
 from ruamel.yaml import YAML
 
-from harness.cli import app
+from harness.cli.app import app
 
 from .blocks import LANGUAGES, PAGES, ROOT, Block, Command, blocks_of, commands_of, inline_commands
 from .cluster import Cluster

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.economics.injury import SEVERITIES, injury_cost, mais_probabilities
 from harness.economics.prices import load_prices
-from harness.injury import SEVERITIES, injury_cost, mais_probabilities
 
 MODEL = load_prices("costnav")
 WANG_2022 = (

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from harness.economics.prices import Price, load_prices
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.errors import InputError, ParameterError
 
 FACTS = json.loads((Path(__file__).parent / "facts.json").read_text(encoding="utf-8"))["cost_parameters"]

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from harness.cli_paper import paper_document, print_paper, run_paper
+from harness.cli.paper import paper_document, print_paper, run_paper
 from harness.economics.cost_model import price
 from harness.economics.prices import load_prices
 from harness.report.published import load_published, published_columns

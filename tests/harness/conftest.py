@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.contact_costs import injury_costs, injury_measures, property_cost
+from harness.economics.contact_costs import injury_costs, injury_measures, property_cost
 from harness.economics.prices import load_prices
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, TIMING_COLUMNS
-from harness.resources import shipped
-from harness.runs import RunFolder, create_run
+from harness.storage.run_folder import RunFolder, create_run
+from harness.storage.shipped import shipped
 from navstack.params.strict import dump_dataclass
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}

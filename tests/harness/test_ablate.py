@@ -9,12 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 
-from harness.benchmark import TABLES
-from harness.cli import main
+from harness.cli.app import main
 from harness.report.figures import SUFFIXES
 from harness.report.tables import print_table, report_table
-from harness.resources import shipped
-from harness.runs import ABLATION, JOURNAL, RunFolder
+from harness.storage.run_folder import ABLATION, JOURNAL, RunFolder
+from harness.storage.shipped import shipped
+from harness.study.drive import TABLES
 from harness.world.sensors import SensorParams
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid

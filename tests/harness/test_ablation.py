@@ -9,15 +9,15 @@ import pytest
 
 from harness.ablation.analysis import Ablation, Declaration, analyse, break_even_interval, points
 from harness.ablation.arms import SENSORS_OF, arms_of, drives_by_scan
-from harness.benchmark import StackResult
 from harness.economics.prices import load_prices
+from harness.economics.valuation import value
+from harness.episode.factory import nav2_parameters
 from harness.report.ablation import price_sentence, sentence
-from harness.resources import shipped
-from harness.setup import nav2_parameters
-from harness.stack import LOCALIZERS, Stack, load_stack
 from harness.statistics import Interval
-from harness.stored_run import load_run
-from harness.valuation import value
+from harness.storage.shipped import shipped
+from harness.study.drive import StackResult
+from harness.study.stored_run import load_run
+from harness.task.stack import LOCALIZERS, Stack, load_stack
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]

@@ -29,10 +29,10 @@ from harness.bench.measure import (
 )
 from harness.bench.recorded import RECORDED_MS
 from harness.bench.timing import PROCESSOR, Spread, readings
-from harness.cli import main
+from harness.cli.app import main
+from harness.episode.factory import nav2_parameters, world_params
 from harness.report.bench import print_bench
 from harness.report.tables import report_console
-from harness.setup import nav2_parameters, world_params
 from navstack.errors import InputError, UnknownNameError
 
 ROOT = Path(__file__).parents[2]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli import main
-from harness.resources import shipped
+from harness.cli.app import main
+from harness.storage.shipped import shipped
 
 FACTS = json.loads((Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8"))
 TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")

@@ -13,11 +13,11 @@ from types import ModuleType
 
 import pytest
 
-from harness.benchmark import TABLES, run_study
-from harness.execution import InProcess, Workers
-from harness.manifest import about, load_study, parameters
-from harness.runs import RunFolder, create_run
-from harness.study import Study, make_study
+from harness.execution.workers import InProcess, Workers
+from harness.storage.run_folder import RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import Study, make_study
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

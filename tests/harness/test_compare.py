@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_rel
 
-from harness.cli_compare import compare_command
-from harness.compare import compare, document, side_of
+from harness.analysis.compare import compare, document, side_of
+from harness.cli.compare import compare_command
 from harness.metrics import EPISODE_COLUMNS
-from harness.stored_run import load_run
-from harness.table_files import read_rows
+from harness.storage.tables import read_rows
+from harness.study.stored_run import load_run
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]
@@ -114,7 +114,7 @@ def test_metrics_narrow_the_family(write_run: WriteRun) -> None:
 
 
 def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> None:
-    from harness.resources import shipped
+    from harness.storage.shipped import shipped
 
     text = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
     (tmp_path / "dear.yaml").write_text(text.replace("value: 3.49", "value: 4.99"), encoding="utf-8")

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from numba import types
 
-from harness import compile_ahead as module
-from harness.compile_ahead import ALWAYS, Kernel, compile_ahead, load_table, needed_kernels
-from harness.stack import load_stack
+from harness.study import compile_ahead as module
+from harness.study.compile_ahead import ALWAYS, Kernel, compile_ahead, load_table, needed_kernels
+from harness.task.stack import load_stack
 from navstack import jit
 
 TO_CELL = "(float64, float64, float64, float64, float64, int64, int64)"

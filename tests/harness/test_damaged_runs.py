@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from harness.benchmark import TABLES
-from harness.runs import JOURNAL, RunFolder, count_finished, create_run, extend_run
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run, extend_run
+from harness.study.drive import TABLES
 from navstack.errors import InputError
 
 CELL = "hall-costnav-seed0-mine"  # of a suite

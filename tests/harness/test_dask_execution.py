@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.benchmark import TABLES, run_study
-from harness.cli import main
-from harness.cli_run import finish
-from harness.execution import InProcess, NoExecutorError, Workers
-from harness.manifest import about, load_study, parameters
-from harness.runs import RunFolder, count_finished, create_run
-from harness.study import Study, make_study
+from harness.cli.app import main
+from harness.cli.run import finish
+from harness.execution.workers import InProcess, NoExecutorError, Workers
+from harness.storage.run_folder import RunFolder, count_finished, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import Study, make_study
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
 distributed = pytest.importorskip("distributed", reason="the package distributed (extra 'dask') is not installed")
-from harness.dask_execution import DaskCluster  # noqa: E402 - needs distributed
+from harness.execution.dask_cluster import DaskCluster  # noqa: E402 - needs distributed
 
 EPISODES = 6
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
@@ -116,7 +116,7 @@ def test_closing_early_stops_what_runs(two: Any, tmp_path: Path) -> None:
 
 def test_workers_that_live_on_read_files_that_changed_between_studies(two: Any, tmp_path: Path) -> None:
     def limit(task: tuple[str, int]) -> float:
-        from harness.setup import rules_of
+        from harness.episode.factory import rules_of
 
         return rules_of(task[0]).timeout
 
@@ -290,7 +290,7 @@ def test_workers_with_several_threads_are_refused() -> None:
 def test_a_scheduler_that_is_not_there_is_one_line(
     study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("harness.dask_execution.CONNECT", 1.0)
+    monkeypatch.setattr("harness.execution.dask_cluster.CONNECT", 1.0)
     path = begin(tmp_path / "run", study)
     line = complaint(capsys, "run", "--resume", str(path), "--executor", "dask", "--scheduler", "tcp://127.0.0.1:1")
     assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in line and f"--resume {path}" in line

@@ -5,13 +5,13 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from harness.benchmark import _record
-from harness.episode import Delivery, run_episode
-from harness.execution import Finished
+from harness.episode.episode import Delivery, run_episode
+from harness.execution.workers import Finished
 from harness.metrics import EPISODE_COLUMNS, TIMING_COLUMNS
 from harness.metrics.decisions import DECISION_COLUMNS, DecisionLog, NoDecisionLog
-from harness.study import make_study
-from harness.table_files import write_table
+from harness.storage.tables import write_table
+from harness.study.drive import _record
+from harness.task.study import make_study
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.navigator import TickRecord
 from navstack.safety.collision_monitor import MonitorAction

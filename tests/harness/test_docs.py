@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.resources import names, shipped
+from harness.storage.shipped import names, shipped
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.execution import InProcess, WorkerProcess, Workers
+from harness.execution.workers import InProcess, WorkerProcess, Workers
 
 EXECUTORS: dict[str, Callable[[], Executor]] = {
     "in_process": InProcess,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from harness.study import CONSUMERS, make_generators
+from harness.task.study import CONSUMERS, make_generators
 
 OLDEST = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer")
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.manifest import about
-from harness.study import make_study
+from harness.study.manifest import about
+from harness.task.study import make_study
 
 WALK = "id,t,x,y\n1,0,-60,-70\n1,9,-50,-70\n"
 

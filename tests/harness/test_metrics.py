@@ -17,7 +17,7 @@ from harness.metrics.motion import (
     success_weighted_path_length,
 )
 from harness.metrics.summary import summarize_more
-from harness.truth import Truth
+from harness.world.truth import Truth
 from navstack.types import Belief, Pose2D, Twist2D
 
 BODY = Body((0.0, 0.0), (0.5, 0.25), 0.3)  # discs of 0.25 m at x = -0.25, 0 and 0.25 m

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from harness.economics.cost_model import Measured
+from harness.economics.valuation import OUTCOMES
 from harness.metrics import EPISODE_COLUMNS, EPISODE_METRICS, RUN_METRICS, summarize
 from harness.metrics.catalog import FACTS
 from harness.metrics.metric import Metric
 from harness.metrics.page import page
 from harness.report.metric_rows import further_metrics
 from harness.report.table_rows import SIMULATION_EVALUATION
-from harness.valuation import OUTCOMES
 
 SUFFIXES = {
     **{"m": "_m", "s": "_s", "m/s": "_mps", "rad": "_rad", "rad/m": "_radpm", "m/s2": "_mps2", "m/s3": "_mps3"},

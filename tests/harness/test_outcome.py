@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.outcome import Outcome, Rules
-from harness.resources import shipped
-from harness.truth import CargoState, CountedContact, Partner, Truth
+from harness.storage.shipped import shipped
+from harness.world.outcome import Outcome, Rules
+from harness.world.truth import CargoState, CountedContact, Partner, Truth
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D, Twist2D
 

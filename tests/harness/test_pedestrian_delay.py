@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.pedestrian_delay import ErrandBook, PedestrianDelay, total_delay
-from harness.resources import shipped
-from harness.truth import Truth
+from harness.episode.pedestrian_delay import ErrandBook, PedestrianDelay, total_delay
+from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrians import RandomWalkPedestrians
 from harness.world.robot import RobotParams
 from harness.world.social_force import SocialForcePedestrians
+from harness.world.truth import Truth
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D, Twist2D

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import shapely
 
-from harness import planning
-from harness.cli import main
-from harness.path_check import REACH, Obstacles, placements_along
-from harness.planning import NAMES, SMOOTHER_NAMES, cost_of, make_planner, make_smoother
-from harness.resources import shipped
+from harness.cli.app import main
+from harness.plan import question as planning
+from harness.plan.path_check import REACH, Obstacles, placements_along
+from harness.plan.question import NAMES, SMOOTHER_NAMES, cost_of, make_planner, make_smoother
+from harness.storage.shipped import shipped
 from navstack.costmap.costmap import Costmap
 from navstack.errors import UnknownNameError
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_planners, read_smoothers
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_planners, read_smoothers
 from navstack.params.planners import STATE_SPACES, OmplParams
 from navstack.planning.ompl_planner import OmplPlanner
 from navstack.planning.planner import RobotShape

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from harness import preflight
-from harness.preflight import sensor_notes
-from harness.stack import load_stack
-from harness.study import make_study
+from harness.study import preflight
+from harness.study.preflight import sensor_notes
+from harness.task.stack import load_stack
+from harness.task.study import make_study
 from harness.world.extrude import extrude
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import OCCUPIED

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli_price import price_command
+from harness.analysis.repricing import choose, document, reprice
+from harness.cli.price import price_command
+from harness.economics.injury import injury_cost
 from harness.economics.prices import load_prices
-from harness.injury import injury_cost
+from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics import EVENT_COLUMNS
 from harness.report.repriced import risk_text
-from harness.repricing import choose, document, reprice
-from harness.resources import shipped
 from harness.statistics import Interval
-from harness.stored_run import load_run, repriced
-from harness.table_files import read_rows, write_table
-from harness.valuation import Risk, valuation_document, value
+from harness.storage.shipped import shipped
+from harness.storage.tables import read_rows, write_table
+from harness.study.stored_run import load_run, repriced
 from navstack.errors import InputError
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
 CHANGES = (
     ("value: 3.49", "value: 4.99"),
@@ -338,7 +338,7 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(tmp_path: Path, other_p
 def test_pricing_loads_nothing_that_simulates(write_run: WriteRun) -> None:
     run = write_run("run", episodes=2)
     heavy = ("pybullet", "numba", "ompl", "matplotlib", "casadi")
-    code = f"import sys; from harness.cli import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
+    code = f"import sys; from harness.cli.app import _status; status = _status(['price', {str(run)!r}, '--json'])\n"
     code += f"sys.exit(status or ' '.join(name for name in {heavy} if name in sys.modules) or 0)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stderr) == (0, "")

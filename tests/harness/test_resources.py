@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from harness import resources
+from harness.storage import shipped as resources
 
 ACCESS = os.access
 

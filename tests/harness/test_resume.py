@@ -14,17 +14,17 @@ from typing import Any
 
 import pytest
 
-from harness.benchmark import TABLES, run_study
-from harness.cli import main
-from harness.cli_run import finish
-from harness.execution import Finished, InProcess, Workers
-from harness.manifest import about, load_study, parameters
-from harness.resources import shipped
-from harness.runs import JOURNAL, MANIFEST, RunFolder, create_run
-from harness.study import Study, make_study
+from harness.cli.app import main
+from harness.cli.run import finish
+from harness.execution.workers import Finished, InProcess, Workers
+from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, create_run
+from harness.storage.shipped import shipped
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import Study, make_study
 from navstack.errors import InputError
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
 EPISODES = 6
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

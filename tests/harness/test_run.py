@@ -11,7 +11,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 STACKS = ["--stack", "nav2-gps", "--stack", "parked"]
 TWENTY = ["run", "--stack", "nav2-gps", "--episodes", "20", "--seed", "0", "--json"]
 FEW = ["run", *STACKS, "--episodes", "2", "--seed", "7", "--json"]
@@ -62,7 +62,8 @@ def test_rows_do_not_depend_on_the_number_of_workers(twenty: Path, name: str) ->
 def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
     """Episode 1 after others in one process, and alone in another."""
     code = (
-        "import json, dataclasses; from harness.study import make_study; from harness.episode import run_episode\n"
+        "import json, dataclasses; from harness.task.study import make_study\n"
+        "from harness.episode.episode import run_episode\n"
         "study = make_study(stacks=['nav2-gps'], episodes=2, seed=7, map_name='sidewalk', pedestrians=None,"
         " localizer=None, robot=None, start=None, goal=None, workers=1, prices='costnav', record='events',"
         " allow_unknown=False)\n"
@@ -100,7 +101,7 @@ def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int)
 
 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
-    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from harness.cli import main\n"
+    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from harness.cli.app import main\n"
     code += "import os, threading; threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGHUP)).start(); main(['paper'])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0, done.stderr

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from harness.report.run_tables import _world_of
-from harness.study import make_study
+from harness.task.study import make_study
 
 
 @pytest.mark.parametrize("named", ["on the command line", "in the world file"])

@@ -9,8 +9,8 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from harness.durable_files import LOCK, locked, replacing, write_text
-from harness.runs import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
+from harness.storage.files import LOCK, locked, replacing, write_text
+from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
 
 TABLES = {
@@ -85,7 +85,7 @@ def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", TABLES, 4) as folder, monkeypatch.context() as m:
-        m.setattr("harness.runs.os.fsync", interrupted)
+        m.setattr("harness.storage.run_folder.os.fsync", interrupted)
         folder.add(record(0, 0))
     assert len(folder.records) == count_finished(tmp_path / "run") == 1
     assert pq.read_table(tmp_path / "run" / "episodes.parquet").num_rows == 1
@@ -216,7 +216,7 @@ def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
         write_text(path, text)
 
     with monkeypatch.context() as patched, pytest.raises(SystemExit):
-        patched.setattr("harness.runs.write_text", killed)
+        patched.setattr("harness.storage.run_folder.write_text", killed)
         create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 1\n", "b.yaml": "y: 1\n"})
     create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 2\n"})
     files = sorted(str(file.relative_to(tmp_path / "run")) for file in (tmp_path / "run").rglob("*"))

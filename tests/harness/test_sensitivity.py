@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli_sensitivity import sensitivity_command
+from harness.analysis.repricing import choose, document, reprice
+from harness.cli.sensitivity import sensitivity_command
 from harness.economics.price import price_keys
 from harness.economics.sensitivity import break_even_spread
-from harness.repricing import choose, document, reprice
-from harness.stored_run import load_run
+from harness.study.stored_run import load_run
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from harness.signals import run_script
+from harness.cli.signals import run_script
 
 
 @pytest.fixture(autouse=True)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from harness.manifest import about, load_study, parameters
-from harness.resources import shipped
-from harness.runs import create_run
-from harness.stack import Stack, load_stack
-from harness.study import make_study
+from harness.storage.run_folder import create_run
+from harness.storage.shipped import shipped
+from harness.study.manifest import about, load_study, parameters
+from harness.task.stack import Stack, load_stack
+from harness.task.study import make_study
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from harness.benchmark import TABLES
-from harness.cli import main
-from harness.execution import InProcess, Workers
-from harness.resources import names, shipped
-from harness.runs import JOURNAL, RunFolder, count_finished
-from harness.setup import rules_of
-from harness.suite import Portion, cells, load_suite
+from harness.cli.app import main
+from harness.episode.factory import rules_of
+from harness.execution.workers import InProcess, Workers
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
+from harness.storage.shipped import names, shipped
+from harness.study.drive import TABLES
+from harness.study.suite import Portion, cells, load_suite
 from navstack.errors import ParameterError
 
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"

@@ -15,22 +15,22 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from harness.cli_suite import _table
-from harness.compare import Side, compare
-from harness.liability import ACCOUNTINGS, PUBLISHED
+from harness.analysis.compare import Side, compare
+from harness.analysis.repricing import accounted_margins, choose, reprice
+from harness.cli.suite import _table
+from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
+from harness.economics.valuation import value
 from harness.metrics import EVENT_COLUMNS
 from harness.report.markdown import interval_text
 from harness.report.suite.document import FIGURES, LIABILITY, page, write_results
 from harness.report.suite.figures import _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
-from harness.repricing import accounted_margins, choose, reprice
 from harness.statistics import Interval
-from harness.stored_run import load_run
-from harness.suite import Suite, cells, declare
-from harness.suite_pieces import Piece, note_piece
-from harness.table_files import read_rows, write_table
-from harness.valuation import value
+from harness.storage.tables import read_rows, write_table
+from harness.study.stored_run import load_run
+from harness.study.suite import Suite, cells, declare
+from harness.study.suite_log import Piece, note_piece
 from navstack.errors import InputError
 
 ROOT = Path(__file__).parents[2]

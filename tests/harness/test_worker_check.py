@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness import setup, worker_check
-from harness.cli import main
-from harness.execution import Place, Workers
-from harness.manifest import LIBRARIES
-from harness.process_cache import Kept, forget, kept
-from harness.resources import shipped
-from harness.study import make_study
-from harness.study_workers import Where, files_of
-from harness.worker_check import look, trouble
+from harness.cli.app import main
+from harness.episode import factory as setup
+from harness.execution import worker_check
+from harness.execution.process_cache import Kept, forget, kept
+from harness.execution.worker_check import look, trouble
+from harness.execution.workers import Place, Workers
+from harness.storage.shipped import shipped
+from harness.study.manifest import LIBRARIES
+from harness.study.places import Where, files_of
+from harness.task.study import make_study
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
@@ -256,7 +257,7 @@ def test_addresses_of_schedulers(scheduler: str) -> None:
 def test_a_missing_package_is_named_before_anything_is_created(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.delitem(sys.modules, "harness.dask_execution", raising=False)
+    monkeypatch.delitem(sys.modules, "harness.execution.dask_cluster", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match="needs the package distributed.*pip install 'navbench\\[dask\\]'"):
         Where("dask", "tcp://host:8786")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 
 Make = Callable[[Path], list[str]]
 

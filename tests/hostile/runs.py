@@ -12,12 +12,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from harness.benchmark import TABLES, run_study
-from harness.cli_run import finish
-from harness.execution import InProcess, Workers
-from harness.manifest import about, load_study, parameters
-from harness.runs import RunFolder, create_run
-from harness.study import make_study
+from harness.cli.run import finish
+from harness.execution.workers import InProcess, Workers
+from harness.storage.run_folder import RunFolder, create_run
+from harness.study.drive import TABLES, run_study
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import make_study
 
 from .case import RULES, Case, Make, pipe, put, write_map
 

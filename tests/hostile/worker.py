@@ -15,7 +15,7 @@ import time
 import traceback
 from pathlib import Path
 
-from harness.cli import _status
+from harness.cli.app import _status
 
 from .case import run_arguments
 from .corpus import CASES

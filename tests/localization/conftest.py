@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.gps_receiver import GpsReceiver
 from harness.world.inertial_unit import InertialUnit

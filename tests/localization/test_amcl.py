@@ -193,7 +193,7 @@ def test_a_scan_that_shows_nothing_changes_nothing_of_the_health(room):
 
 
 def test_it_is_built_from_a_nav2_file_by_name(room, tmp_path):
-    from navstack.params.nav2_file import load_nav2
+    from navstack.params.nav2_file.file import load_nav2
 
     file = tmp_path / "robot.yaml"
     file.write_text("amcl: {ros__parameters: {max_particles: 700, robot_model_type: omnidirectional}}\n")

@@ -16,8 +16,8 @@ from navstack.localization.amcl_kernels import cast_rays
 from navstack.localization.likelihood_field import squared_distances
 from navstack.params.amcl import AmclParams
 from navstack.params.amcl_gps import AmclGpsParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_amcl_gps
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_amcl_gps
 from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 RESOLUTION = 0.05  # [m]

@@ -5,16 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.episode import run_episode
-from harness.resources import shipped
-from harness.setup import mission_of, navigator_on
-from harness.stack import load_stack
-from harness.study import make_study
+from harness.episode.episode import run_episode
+from harness.episode.factory import mission_of, navigator_on
+from harness.storage.shipped import shipped
+from harness.task.stack import load_stack
+from harness.task.study import make_study
 from harness.world.scene import Scene
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import UnknownNameError
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_amcl
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_amcl
 from navstack.types import Pose2D
 
 NAV2 = shipped("params") / "nav2"
@@ -66,8 +66,10 @@ def test_amcl_may_localize_on_another_map_than_the_planners(tmp_path):
 )
 def test_the_localizer_gets_the_map_that_was_asked_for(monkeypatch, name, expected):
     given = []
-    monkeypatch.setattr("harness.setup.build_localizer", lambda kind, nav2, static_map: given.append(static_map))
-    monkeypatch.setattr("harness.setup.build_navigator", lambda *parts: None)
+    monkeypatch.setattr(
+        "harness.episode.factory.build_localizer", lambda kind, nav2, static_map: given.append(static_map)
+    )
+    monkeypatch.setattr("harness.episode.factory.build_navigator", lambda *parts: None)
     stack = dataclasses.replace(load_stack("nav2-amcl"), localization_map=name)
     cells = np.full((9, 12), FREE, dtype=np.int8)
     cells[2:7, 3:9] = OCCUPIED

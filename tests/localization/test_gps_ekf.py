@@ -10,7 +10,7 @@ from navstack.build import LOCALIZERS, build_localizer
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.gps import LOST_AFTER
 from navstack.localization.gps_ekf import GpsEkfLocalizer
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, GpsFix, Health, Imu, Observation, Odometry, Pose2D, Twist2D
 
 from .gps_ekf_runs import PARAMS, moved, off, rms, run, started, turned, without

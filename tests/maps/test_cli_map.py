@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from harness.cli import main
-from harness.mission import MissionSampler
-from harness.resources import shipped
+from harness.cli.app import main
+from harness.storage.shipped import shipped
+from harness.task.mission import MissionSampler
 from harness.world.scene_io import load_scene
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid

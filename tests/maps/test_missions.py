@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
-from harness.setup import mission_of
-from harness.study import make_study
+from harness.episode.factory import mission_of
+from harness.task.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
+from harness.task.study import make_study
 from harness.world.scene_io import load_scene
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.mission import Mission
-from harness.setup import build_world, mission_of, scene_of
-from harness.study import EpisodeTask, make_study
+from harness.episode.factory import build_world, mission_of, scene_of
+from harness.task.mission import Mission
+from harness.task.study import EpisodeTask, make_study
 from harness.world.map_statistics import measure, measure_edges
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene

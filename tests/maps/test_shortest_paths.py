@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from harness.shortest_paths import descend, distance_field, line_of_sight, path_length, shortest_path, string_pull
+from harness.task.shortest_paths import descend, distance_field, line_of_sight, path_length, shortest_path, string_pull
 
 MOVES = [(y, x) for y in range(-2, 3) for x in range(-2, 3) if math.gcd(y, x) == 1]
 

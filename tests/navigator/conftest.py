@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.build import build_navigator
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 TICK = 1.0 / 60.0  # [s]

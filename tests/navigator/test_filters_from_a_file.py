@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.build import build_navigator
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Pose2D
 
 SERVERS = """

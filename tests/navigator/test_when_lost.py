@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from harness.resources import shipped
-from harness.setup import navigator_on
-from harness.stack import load_stack
+from harness.episode.factory import navigator_on
+from harness.storage.shipped import shipped
+from harness.task.stack import load_stack
 from harness.world.scene import Scene
 from navstack.build import build_navigator
 from navstack.errors import UnknownNameError
@@ -17,7 +17,7 @@ from navstack.localization.gps import LOST_AFTER
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Status
 from navstack.navigator import LOST_PATIENCE
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, Health, Pose2D
 
 START, GOAL = Pose2D(2.0, 4.0, 0.0), Pose2D(13.0, 4.0, 0.0)

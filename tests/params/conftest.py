@@ -1,6 +1,6 @@
 import pytest
 
-from navstack.params.nav2_file import inspect_nav2
+from navstack.params.nav2_file.file import inspect_nav2
 
 
 @pytest.fixture

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli import main
-from harness.cli_lint import robot_limits
-from harness.resources import shipped
+from harness.cli.app import main
+from harness.cli.lint import robot_limits
+from harness.storage.shipped import shipped
 from navstack.params.lint.rules import lint
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 
 ROBOT = (Path(__file__).parent / "lint" / "robot.yaml").read_text(encoding="utf-8")
 FOLDER = os.environ.get("NAVSTACK_DATA")

@@ -12,8 +12,8 @@ from navstack.control.dwb.critics import CRITICS, build_critics
 from navstack.errors import ParameterError
 from navstack.params.dwb import DwbParams, TwirlingParams
 from navstack.params.extensions import Extension, extensions, plugin_packages, with_extensions
-from navstack.params.nav2_file import Nav2File, inspect_nav2, load_nav2
-from navstack.params.nav2_views import read_controller
+from navstack.params.nav2_file.file import Nav2File, inspect_nav2, load_nav2
+from navstack.params.nav2_file.views import read_controller
 
 MODULE = """
 from dataclasses import dataclass

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from harness.resources import shipped
-from harness.stack import load_stack
+from harness.storage.shipped import shipped
+from harness.task.stack import load_stack
 from navstack.errors import ParameterError
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.params.nav2_file import inspect_nav2, load_nav2
-from navstack.params.nav2_views import read_gps_ekf
+from navstack.params.nav2_file.file import inspect_nav2, load_nav2
+from navstack.params.nav2_file.views import read_gps_ekf
 
 
 def file_with(tmp_path, text):

@@ -16,9 +16,9 @@ from navstack.params.lint.reader import ERRORS, WARNINGS
 from navstack.params.lint.robot import _distance_outside
 from navstack.params.lint.rules import GROUPS, RULES, lint
 from navstack.params.lint.subject import RobotLimits
-from navstack.params.nav2_file import inspect_nav2
-from navstack.params.nav2_nodes import default_path
-from navstack.params.nav2_views import read_costmap
+from navstack.params.nav2_file.file import inspect_nav2
+from navstack.params.nav2_file.nodes import default_path
+from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_yaml
 
 ROOT = Path(__file__).parents[2]

@@ -10,8 +10,8 @@ from scipy.ndimage import distance_transform_edt
 from navstack.control.controller import Surroundings
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.costmap.costmap import Costmap
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_controller_server, read_dwb
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_controller_server, read_dwb
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
 from navstack.types import Path, Pose2D, RobotState, Twist2D

@@ -1,8 +1,8 @@
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_costmap
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_costmap
 
 DWB = """
 controller_server:

@@ -3,7 +3,7 @@
 import pytest
 
 from navstack.params.lint.rules import lint
-from navstack.params.nav2_views import (
+from navstack.params.nav2_file.views import (
     read_collision_monitor,
     read_controller,
     read_costmap,

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from navstack.errors import ParameterError
-from navstack.params.nav2_edit import format_value, set_value
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import read_costmap, read_dwb, read_velocity_smoother
-from navstack.params.ros_yaml import parse_document, parse_scalar
+from navstack.params.nav2_file.edit import format_value, set_value
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.ros_yaml import parse_document, parse_scalar
+from navstack.params.nav2_file.views import read_costmap, read_dwb, read_velocity_smoother
 
 SHIPPED = sorted((Path(__file__).parents[2] / "params" / "nav2").glob("*.yaml"))
 TUNED = next(path for path in SHIPPED if path.name == "tuned.yaml")

@@ -7,8 +7,8 @@ import pytest
 from navstack.errors import ParameterError
 from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.dwb import DwbParams
-from navstack.params.nav2_file import load_nav2
-from navstack.params.nav2_views import (
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import (
     read_controller,
     read_controller_server,
     read_costmap,

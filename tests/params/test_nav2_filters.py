@@ -2,8 +2,8 @@ import pytest
 
 from navstack.errors import ParameterError
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
-from navstack.params.nav2_filters import MaskSource, find_mask, keepout_filters_without_mask
-from navstack.params.nav2_views import read_costmap, read_masks
+from navstack.params.nav2_file.filters import MaskSource, find_mask, keepout_filters_without_mask
+from navstack.params.nav2_file.views import read_costmap, read_masks
 
 COSTMAP = """
 global_costmap:

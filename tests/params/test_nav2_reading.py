@@ -7,7 +7,7 @@ from navstack.control.dwb.critics.align import PathAlignCritic
 from navstack.errors import ParameterError
 from navstack.params.dwb import AlignParams, NamedCritic
 from navstack.params.lint.rules import lint
-from navstack.params.nav2_views import (
+from navstack.params.nav2_file.views import (
     read_controller,
     read_controller_server,
     read_costmap,

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from navstack.errors import ParameterError
-from navstack.params.ros_yaml import MAX_BYTES, load_document, parse_document, parse_scalar
+from navstack.params.nav2_file.ros_yaml import MAX_BYTES, load_document, parse_document, parse_scalar
 
 
 @pytest.mark.parametrize(

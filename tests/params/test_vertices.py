@@ -5,7 +5,7 @@ import pytest
 
 from navstack.errors import ParameterError
 from navstack.params.collision_monitor import parse_polygon
-from navstack.params.vertices import parse_vertices
+from navstack.params.nav2_file.vertices import parse_vertices
 
 CORNERS = [[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli import main
+from harness.cli.app import main
 from harness.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
 from harness.parity.comparison import Comparison
 from harness.parity.golden import META, GoldenFile, read_folder

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from harness.path_check import Obstacles
+from harness.plan.path_check import Obstacles
 from navstack.costmap.costmap import Costmap
 from navstack.errors import (
     GoalOccupiedError,

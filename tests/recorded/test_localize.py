@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cli import main
+from harness.cli.app import main
 from harness.recorded.replay import Replay
 from harness.recorded.trajectory import Trajectory, read_tum, write_tum
 from navstack.localization.amcl import AmclLocalizer

@@ -5,10 +5,10 @@ import pytest
 
 from harness.recorded import progress
 from harness.recorded.start import local_frame, start_belief, static_map
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from navstack.costmap.occupancy_grid import UNKNOWN
 from navstack.errors import InputError
-from navstack.params.nav2_file import load_nav2
+from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Pose2D
 
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")

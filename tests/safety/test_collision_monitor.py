@@ -14,8 +14,8 @@ from navstack.params.collision_monitor import (
     PolygonParams,
     VelocityPolygonParams,
 )
-from navstack.params.nav2_file import Nav2File, load_nav2
-from navstack.params.nav2_views import read_collision_monitor
+from navstack.params.nav2_file.file import Nav2File, load_nav2
+from navstack.params.nav2_file.views import read_collision_monitor
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.monitor_kernels import are_inside, collision_time, is_inside
 from navstack.types import LaserScan, Pose2D, Twist2D

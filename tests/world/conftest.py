@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from harness import resources
+from harness.storage import shipped as resources
 from harness.world import laboratory
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams

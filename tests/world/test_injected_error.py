@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.stack import InjectedError
+from harness.task.stack import InjectedError
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.injected_error import InjectedErrorLocalizer
 from navstack.errors import ParameterError

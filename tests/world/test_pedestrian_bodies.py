@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.mission import Mission
+from harness.task.mission import Mission
 from harness.world.crowd import Crowd
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pedestrian_params import ReplayParams

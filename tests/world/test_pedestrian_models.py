@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.resources import shipped
-from harness.setup import with_recording, world_params
-from harness.study import make_study
+from harness.episode.factory import with_recording, world_params
+from harness.storage.shipped import shipped
+from harness.task.study import make_study
 from harness.world.body_state import BodyState
 from harness.world.pedestrian_models import PEDESTRIAN_MODELS, make_pedestrians
 from harness.world.pedestrian_params import MODEL_NAMES, PedestrianParams, ReplayParams, SocialForceParams

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.setup import with_recording
+from harness.episode.factory import with_recording
 from harness.world.body_state import BodyState
 from harness.world.lidar_kernels import cast_circles
 from harness.world.pedestrian_params import PedestrianParams, ReplayParams

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from harness.shortest_paths import distance_field, path_length
+from harness.task.shortest_paths import distance_field, path_length
 from harness.world.pedestrian_kernels import BLOCKED, find_path
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from harness.truth import Partner
 from harness.world.engine import bullet
 from harness.world.laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
 from harness.world.scene import Obstacle
 from harness.world.shapes import box, octagon
+from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
 
 FRONT = 0.14  # [m] of the robot's body ahead of the base origin

@@ -2,8 +2,8 @@
 
 import pytest
 
-from harness.truth import Partner
 from harness.world.contacts import ContactBook, ContactPoint, Motion, Touched
+from harness.world.truth import Partner
 from harness.world.world_params import ContactParams
 from navstack.errors import UnknownNameError
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from harness import resources
+from harness.storage import shipped as resources
 from harness.world.body_state import BodyState
 from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, drive_wrench, grip, motor_forces
 from harness.world.motion_kernels import base_motion, base_state, point_velocity

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.gps_receiver import GpsParams, GpsReceiver
 from harness.world.inertial_unit import ImuParams, InertialUnit

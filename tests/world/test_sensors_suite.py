@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.scene import Obstacle, Scene

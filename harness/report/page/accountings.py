@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from harness.liability import PUBLISHED
+from harness.analysis.repricing import accounted_margins
+from harness.economics.accountings import PUBLISHED
 from harness.report.page.entries import Entry
 from harness.report.repriced import ACCOUNTING_NOTE, TITLES
-from harness.repricing import accounted_margins
 
 Json = dict[str, Any]
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from harness.economics.price import price_keys
 from harness.report.page.entries import Entry
-from harness.stored_run import CONDITIONS, StoredRun
-from harness.study import is_recording
+from harness.study.stored_run import CONDITIONS, StoredRun
+from harness.task.study import is_recording
 
 Json = dict[str, Any]
 

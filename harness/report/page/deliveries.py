@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from harness.liability import COUNTED, EVENT
+from harness.economics.accountings import COUNTED, EVENT
 from harness.metrics import PRICED_PROPERTY, Row
 from harness.report.page.entries import Entry
 from harness.report.replay_places import contacts_shown

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
 
-from harness.compare import side_of
+from harness.analysis.compare import side_of
 from harness.report.page.accountings import accountings
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
@@ -22,7 +22,7 @@ from harness.report.page.recording_code import FINE, load_recording
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
 from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
-from harness.stored_run import StoredRun
+from harness.study.stored_run import StoredRun
 from navstack.errors import InputError
 
 Json = dict[str, Any]

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from harness.metrics import Row
-from harness.outcome import Rules
 from harness.report.page.deliveries import rounded
 from harness.report.page.entries import Entry
 from harness.report.page.recording_code import SEEN
+from harness.world.outcome import Rules
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 

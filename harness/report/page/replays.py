@@ -11,7 +11,7 @@ from harness.report.page.entries import Entry
 from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.page.sections import TERMS
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError

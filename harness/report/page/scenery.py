@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from harness.manifest import map_digest
 from harness.report.page.entries import Entry
-from harness.stored_run import StoredRun
+from harness.study.manifest import map_digest
+from harness.study.stored_run import StoredRun
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, SOLID_FROM

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from harness.compare import Side, compare
+from harness.analysis.compare import Side, compare
 from harness.economics.cost_model import Economics
+from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Better, Metric
 from harness.report.comparison import SURE
@@ -17,7 +18,6 @@ from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import Column, number_text, span_text, table_notes
 from harness.statistics import Interval
-from harness.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from navstack.types import FloatArray
 
 Json = dict[str, Any]

@@ -3,15 +3,15 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from harness.durable_files import write_text
-from harness.liability import PUBLISHED
+from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.results import Results, Standing
 from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
-from harness.stored_run import StoredRun
-from harness.suite import Condition, cells
-from harness.suite_pieces import Piece
+from harness.storage.files import write_text
+from harness.study.stored_run import StoredRun
+from harness.study.suite import Condition, cells
+from harness.study.suite_log import Piece
 from navstack.errors import InputError
 
 PAGE = "index.md"
@@ -21,7 +21,7 @@ FIGURES = {
     "outcomes": "How deliveries end, as shares",
     "break_even": "Probability that the robot pays for itself within its life",
 }
-LIABILITY = {  # of harness.liability.ACCOUNTINGS that the page shows
+LIABILITY = {  # of harness.economics.accountings.ACCOUNTINGS that the page shows
     "robot_at_fault": "**Counted contacts, the robot at fault**: it pays where it moved into a person at least as fast "
     "as the person into it.",
     "shared_fault": "**Counted contacts, shared**: it pays its part of the speed at which the two came together, and "

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from harness.suite import Condition
+from harness.study.suite import Condition
 
 COSTS = {  # fields of harness.economics.cost_model.Economics -> words
     "pedestrian_safety": "injuries",

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from harness.compare import PAIR, Comparison, Side, compare
+from harness.analysis.compare import PAIR, Comparison, Side, compare
+from harness.analysis.repricing import accounted_margins
+from harness.economics.valuation import Valuation, valuation_document, value
 from harness.metrics import Row
 from harness.report.suite.names import label_of
-from harness.repricing import accounted_margins
 from harness.statistics import Interval, PairedDifference, holm
-from harness.stored_run import StoredRun, load_run
-from harness.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
-from harness.suite_pieces import Piece, pieces_of
-from harness.valuation import Valuation, valuation_document, value
+from harness.study.stored_run import StoredRun, load_run
+from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
+from harness.study.suite_log import Piece, pieces_of
 
 MARGIN = "contribution_margin"
 
@@ -112,7 +112,7 @@ class Results:
 
     @cached_property
     def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
-        """Margins by condition and stack under every one of :data:`harness.liability.ACCOUNTINGS`."""
+        """Margins by condition and stack under every one of :data:`harness.economics.accountings.ACCOUNTINGS`."""
         return {
             (each.condition, each.stack): accounted_margins(each.side.run, [(run, run.stacks[0]) for run in each.runs])
             for each in self.standings

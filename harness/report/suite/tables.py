@@ -4,13 +4,13 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from harness.liability import PUBLISHED
+from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.suite.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 from harness.statistics import Interval
-from harness.suite import Condition
-from harness.table_files import Row, write_table
+from harness.storage.tables import Row, write_table
+from harness.study.suite import Condition
 from navstack.errors import InputError
 
 TABLE = "table.parquet"
@@ -40,7 +40,7 @@ def margins(results: Results) -> str:
 
 
 def margins_under(results: Results, accounting: str) -> str:
-    """The same under one of :data:`harness.liability.ACCOUNTINGS`, stacks in the same order."""
+    """The same under one of :data:`harness.economics.accountings.ACCOUNTINGS`, stacks in the same order."""
     nothing = Interval(None, None, None, 0)
     return _by_condition(results, lambda each: results.accounted[each.condition, each.stack].get(accounting, nothing))
 

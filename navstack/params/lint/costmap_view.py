@@ -7,10 +7,10 @@ from functools import cached_property
 from navstack.errors import ParameterError
 from navstack.geometry import footprint_radii, pad_footprint
 from navstack.params.costmap import CostmapParams, InflationLayerParams, ObservationSourceParams, robot_footprint
-from navstack.params.nav2_catalog import plugin_type
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import names_in
-from navstack.params.schema.costmaps import COSTMAP
+from navstack.params.nav2_file.catalog import plugin_type
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.findings import names_in
+from navstack.params.nav2_file.schema.costmaps import COSTMAP
 from navstack.types import FloatArray
 
 STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"

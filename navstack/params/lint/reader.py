@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from navstack.errors import ParameterError
-from navstack.params import nav2_views
 from navstack.params.lint.subject import SHIM
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import Notice, is_told
+from navstack.params.nav2_file import views
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.findings import Notice, is_told
 
 # Errors and warnings by id; the rules have others.
 ERRORS = {
@@ -70,18 +70,18 @@ def _refusals(nav2: Nav2File) -> Iterator[str]:
 
 
 def _read_controllers(nav2: Nav2File) -> object:
-    plugin = nav2_views.read_controller(nav2)
-    return nav2_views.read_primary_controller(nav2, plugin) if plugin.type == SHIM else plugin
+    plugin = views.read_controller(nav2)
+    return views.read_primary_controller(nav2, plugin) if plugin.type == SHIM else plugin
 
 
 VIEWS: tuple[Callable[[Nav2File], object], ...] = (
-    nav2_views.read_planner,
+    views.read_planner,
     _read_controllers,
-    nav2_views.read_goal_checker,
-    nav2_views.read_progress_checker,
-    nav2_views.read_velocity_smoother,
-    nav2_views.read_collision_monitor,
-    nav2_views.read_behavior_server,
-    lambda nav2: nav2_views.read_costmap(nav2, "local_costmap"),
-    lambda nav2: nav2_views.read_costmap(nav2, "global_costmap"),
+    views.read_goal_checker,
+    views.read_progress_checker,
+    views.read_velocity_smoother,
+    views.read_collision_monitor,
+    views.read_behavior_server,
+    lambda nav2: views.read_costmap(nav2, "local_costmap"),
+    lambda nav2: views.read_costmap(nav2, "global_costmap"),
 )

@@ -18,8 +18,8 @@ from navstack.params.lint import (
 from navstack.params.lint.reader import reader_notices
 from navstack.params.lint.rule import Rule
 from navstack.params.lint.subject import RobotLimits, Subject
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import Notice
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.findings import Notice
 
 GROUPS: dict[str, tuple[Rule, ...]] = {
     "Behavior tree": tree.RULES,

@@ -6,14 +6,14 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from navstack.errors import ParameterError
-from navstack.params import nav2_views
 from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
 from navstack.params.dwb import DwbParams
 from navstack.params.lint.costmap_view import CostmapView, view_costmap
 from navstack.params.mppi import MppiParams
-from navstack.params.nav2_catalog import plugin_type
-from navstack.params.nav2_file import Nav2File
-from navstack.params.nav2_findings import names_in
+from navstack.params.nav2_file import views
+from navstack.params.nav2_file.catalog import plugin_type
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.findings import names_in
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
@@ -101,7 +101,7 @@ class Subject:
     @cached_property
     def server(self) -> ControllerServerParams | None:
         """The controller server."""
-        return self._read(CONTROLLER, nav2_views.read_controller_server)
+        return self._read(CONTROLLER, views.read_controller_server)
 
     @cached_property
     def shim(self) -> tuple[str, RotationShimParams] | None:
@@ -132,7 +132,7 @@ class Subject:
         drive = self.drive
         if drive is None or drive.type != DWB:
             return None
-        params = self._read(CONTROLLER, lambda nav2: nav2_views.read_dwb(nav2, drive.name))
+        params = self._read(CONTROLLER, lambda nav2: views.read_dwb(nav2, drive.name))
         return None if params is None else (drive.name, params)
 
     @cached_property
@@ -177,12 +177,12 @@ class Subject:
     @cached_property
     def smoother(self) -> VelocitySmootherParams | None:
         """The velocity smoother."""
-        return self._read(SMOOTHER, nav2_views.read_velocity_smoother)
+        return self._read(SMOOTHER, views.read_velocity_smoother)
 
     @cached_property
     def goal_checker(self) -> tuple[str, SimpleGoalCheckerParams] | None:
         """Name and parameters of the goal checker."""
-        plugin = self._read(CONTROLLER, nav2_views.read_goal_checker)
+        plugin = self._read(CONTROLLER, views.read_goal_checker)
         if plugin is None or not isinstance(plugin.params, SimpleGoalCheckerParams):
             return None
         return plugin.name, plugin.params
@@ -190,7 +190,7 @@ class Subject:
     @cached_property
     def progress_checker(self) -> tuple[str, SimpleProgressCheckerParams] | None:
         """Name and parameters of the progress checker."""
-        plugin = self._read(CONTROLLER, nav2_views.read_progress_checker)
+        plugin = self._read(CONTROLLER, views.read_progress_checker)
         if plugin is None or not isinstance(plugin.params, SimpleProgressCheckerParams):
             return None
         return plugin.name, plugin.params
@@ -213,7 +213,7 @@ class Subject:
     @property
     def _driving_controller(self) -> str | None:
         names = self.server.controller_plugins if self.server is not None else ()
-        return next(iter(nav2_views.preferred(nav2_views.DEFAULT_CONTROLLER, names)), None)
+        return next(iter(views.preferred(views.DEFAULT_CONTROLLER, names)), None)
 
     def _type_of(self, name: str) -> str:
         return plugin_type(self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else ""))

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from navstack.params.lint.rule import Finding, Rule
 from navstack.params.lint.subject import CONTROLLER, Subject
-from navstack.params.nav2_nodes import DEFAULT_TREES
-from navstack.params.nav2_views import DEFAULT_CONTROLLER, DEFAULT_PLANNER, PLANNER
+from navstack.params.nav2_file.nodes import DEFAULT_TREES
+from navstack.params.nav2_file.views import DEFAULT_CONTROLLER, DEFAULT_PLANNER, PLANNER
 
 TREE_KEY = "default_nav_to_pose_bt_xml"
 

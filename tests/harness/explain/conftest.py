@@ -9,8 +9,8 @@ import pytest
 
 from harness.metrics import EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
-from harness.resources import shipped
-from harness.table_files import write_table
+from harness.storage.shipped import shipped
+from harness.storage.tables import write_table
 
 from .made_up import CRITICS, END, HIT, arrays, contact, decision
 

@@ -10,7 +10,7 @@ from harness.explain.moments import Moment
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
-from harness.outcome import Rules
+from harness.world.outcome import Rules
 
 END, HIT = 20.0, 8.0  # [s]
 OFF = (0.3, 0.4)  # [m] of the belief: 0.5 m

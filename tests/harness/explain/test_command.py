@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from harness.cli import main
-from harness.manifest import map_digest
+from harness.cli.app import main
+from harness.study.manifest import map_digest
 from harness.world.scene_io import load_scene
 
 

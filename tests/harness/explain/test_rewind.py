@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli import main
-from harness.episode import run_episode
+from harness.cli.app import main
+from harness.episode.episode import run_episode
+from harness.episode.factory import build_brain, nav2_of
 from harness.explain.brains import Watched
 from harness.explain.rewind import changes_of, drive_changed
 from harness.metrics import EPISODE_COLUMNS
-from harness.setup import build_brain, nav2_of
-from harness.study import EpisodeTask, make_study
-from harness.table_files import read_rows, write_table
+from harness.storage.tables import read_rows, write_table
+from harness.task.study import EpisodeTask, make_study
 from harness.world.world import World
 from navstack.control.decision import RUNNER_UP
 from navstack.errors import InputError

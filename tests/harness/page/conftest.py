@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
-from harness.resources import shipped
-from harness.table_files import read_rows, write_table
+from harness.storage.shipped import shipped
+from harness.storage.tables import read_rows, write_table
+from harness.study.manifest import map_digest
 from harness.world.scene_io import load_scene
 
 CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}

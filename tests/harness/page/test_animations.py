@@ -14,9 +14,9 @@ from harness.report import delivery_animation, gif_file, replay_gif
 from harness.report.delivery_animation import Frame, animate
 from harness.report.gif_file import write_frames
 from harness.report.replay_gif import write_gif
-from harness.study import EpisodeTask, make_study
-from harness.truth import CargoState, Contact, CountedContact, Partner, Truth
+from harness.task.study import EpisodeTask, make_study
 from harness.world.scene_io import load_scene
+from harness.world.truth import CargoState, Contact, CountedContact, Partner, Truth
 from navstack.errors import InputError
 from navstack.types import Pose2D, Twist2D
 

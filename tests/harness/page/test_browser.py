@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from harness.cli import main
-from harness.manifest import map_digest
+from harness.cli.app import main
 from harness.report.repriced import TITLES
+from harness.study.manifest import map_digest
 from harness.world.scene_io import load_scene
 
 from .in_browser import Browse, choose, picture, shown, wait

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.manifest import map_digest
 from harness.metrics import EPISODE_COLUMNS
 from harness.report.page.document import report_page
-from harness.resources import shipped
-from harness.stored_run import load_run
-from harness.table_files import read_rows
+from harness.storage.shipped import shipped
+from harness.storage.tables import read_rows
+from harness.study.manifest import map_digest
+from harness.study.stored_run import load_run
 from harness.world.robot import RobotParams
 from harness.world.scene_io import load_scene
 from harness.world.world_params import WorldParams

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.cli import main
-from harness.manifest import map_digest
+from harness.analysis.repricing import choose, reprice
+from harness.cli.app import main
 from harness.metrics import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
 from harness.report.page.sections import break_even, break_even_histogram, profit_curve
 from harness.report.repriced import TITLES
-from harness.repricing import choose, reprice
-from harness.stored_run import StoredStack, load_run
-from harness.table_files import read_rows, write_table
+from harness.storage.tables import read_rows, write_table
+from harness.study.manifest import map_digest
+from harness.study.stored_run import StoredStack, load_run
 from harness.world.scene_io import load_scene
 
 EVIL = "<script>alert(1)"

@@ -10,14 +10,14 @@ import pytest
 from PIL import Image
 from rosbags.highlevel import AnyReader
 
-from harness.cli import main
+from harness.cli.app import main
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
 from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
 from harness.report.replay_places import contacts_shown, grid_around
-from harness.table_files import read_rows
+from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.geometry import compose
 from navstack.types import Pose2D

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.episode import Delivery, run_episode
+from harness.episode.episode import Delivery, run_episode
 from harness.metrics.replay_log import NO_RETURN, millimetres, scan_points
-from harness.study import make_study
+from harness.task.study import make_study
 
 START, GOAL = "-67.875,-71.875,0", "-67.875,-66,0"
 

@@ -12,12 +12,12 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from harness.cli import main
-from harness.liability import is_grave
+from harness.cli.app import main
+from harness.economics.accountings import is_grave
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
 from harness.report.replay_places import contacts_shown
-from harness.table_files import read_rows
+from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import SOLID_FROM
 

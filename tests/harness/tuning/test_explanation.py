@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
-from harness.liability import ACCOUNTINGS
 from harness.metrics import Row
 from harness.report.figures import save_figure
 from harness.report.tuning import print_tuning, write_tuning

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.contact_costs import injury_costs
+from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.metrics import EPISODE_COLUMNS
-from harness.table_files import read_rows
+from harness.storage.tables import read_rows
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN
 from harness.tuning.forecast import expected_gain
 from harness.tuning.objective import UndefinedError, parse_objectives

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.resources import shipped
+from harness.storage.shipped import shipped
 from harness.tuning.constraint import parse_constraint
 from harness.tuning.output import OF_TRIAL
 from harness.tuning.paths import (
@@ -22,9 +22,9 @@ from harness.tuning.space import Space, load_space
 from harness.tuning.space_file import RESERVED, SpaceFile, read_spaces
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
-from navstack.params.nav2_file import Nav2File, load_nav2
+from navstack.params.nav2_file.file import Nav2File, load_nav2
+from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, from_mapping
-from navstack.params.yaml_text import load_text
 
 SPACES = {
     "dwb_critics": "stock",

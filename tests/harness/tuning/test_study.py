@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from harness.cli import main
-from harness.durable_files import LOCK
+from harness.cli.app import main
 from harness.economics.prices import load_prices
-from harness.execution import InProcess, Workers
-from harness.resources import shipped
-from harness.runs import JOURNAL, TUNING
-from harness.study import EpisodeTask, make_generators, make_study
-from harness.table_files import read_rows
+from harness.execution.workers import InProcess, Workers
+from harness.storage.files import LOCK
+from harness.storage.run_folder import JOURNAL, TUNING
+from harness.storage.shipped import shipped
+from harness.storage.tables import read_rows
+from harness.task.study import EpisodeTask, make_generators, make_study
 from harness.tuning.declaration import Declaration, parse_duration
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
@@ -29,7 +29,7 @@ from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import within_budget
 from navstack.errors import InputError, ParameterError
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli import main; main()"]
+NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 OTHER = Candidate("trial-1", {"controller_server.FollowPath.PathAlign.scale": 3.0})
 ORIGINAL = Candidate("original", {})

@@ -1,0 +1,212 @@
+"""Two stacks on the missions that they have in common: differences, how sure they are, and what stands against it."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harness.economics.cost_model import running
+from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries
+from harness.metrics import EPISODE_METRICS, RUN_METRICS, Row
+from harness.metrics.metric import Better
+from harness.statistics import PairedDifference, compare_pairs, holm, number_clusters
+from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
+from navstack.errors import InputError, UnknownNameError
+from navstack.types import FloatArray
+
+PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
+EARNED = ("revenue", "contribution_margin")
+SHOWN_VALUES = 3  # differing parameters that a warning names
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One of the two that are compared."""
+
+    run: StoredRun
+    stack: StoredStack
+
+    @property
+    def label(self) -> str:
+        """How it is called in a report."""
+        return f"{self.run.folder.name}:{self.stack.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """One metric of both sides over the pairs in which both have it."""
+
+    first: float  # mean of the first
+    second: float
+    paired: PairedDifference
+    p_holm: float  # p adjusted for all metrics in which some pair differs; others cannot be found to differ
+    better: Better
+
+    @property
+    def differs(self) -> bool:
+        """Whether any pair does."""
+        return self.paired.differs
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The second side against the first."""
+
+    first: Side
+    second: Side
+    pairs: int
+    left_out: tuple[int, int]  # finished deliveries of each side without a partner
+    differences: dict[str, Compared]
+    warnings: list[str]
+
+
+def side_of(run: StoredRun) -> Side:
+    """The side that a run stands for.
+
+    Raises:
+        InputError: it has several stacks, or none.
+    """
+    if len(run.stacks) == 1:
+        return Side(run, run.stacks[0])
+    names = ", ".join(f"{run.folder}:{stack.name}" for stack in run.stacks)
+    raise InputError(f"run folder '{run.folder}' has {len(run.stacks)} stacks; choose one of: {names}")
+
+
+def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Comparison:
+    """Compare two sides, second minus first.
+
+    Args:
+        first: the one that is there.
+        second: the one that is held against it.
+        metrics: which to compare, the family of the adjusted p values; none: all that both sides have.
+
+    Raises:
+        InputError: no mission in common, or an unknown metric.
+    """
+    pairs = _pair(first.stack.rows, second.stack.rows)
+    if not pairs:
+        raise InputError(
+            f"{first.label} and {second.label} have no finished mission in common; run both with the same --seed, "
+            "--map and --missions"
+        )
+    rows = tuple(zip(*pairs, strict=True))
+    columns = [_columns(side, own) for side, own in zip((first, second), rows, strict=True)]
+    keys = [key for key in columns[0] if key in columns[1]]
+    for key in metrics:
+        if key not in keys:
+            raise UnknownNameError("metric", key, keys)
+    wanted = [key for key in keys if key in metrics or not metrics]
+    clusters = number_clusters([tuple(row[key] for key in MISSION) for row in rows[0]])
+    entries = {key: _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed) for key in wanted}
+    known = {key: entry for key, entry in entries.items() if entry is not None}
+    family = [key for key, (_, _, paired) in known.items() if paired.differs]
+    adjusted = dict(zip(family, holm([known[key][2].p for key in family]), strict=True))
+    directions = _directions()
+    return Comparison(
+        first=first,
+        second=second,
+        pairs=len(pairs),
+        left_out=(len(first.stack.rows) - len(pairs), len(second.stack.rows) - len(pairs)),
+        differences={key: Compared(*entry, adjusted.get(key, 1.0), directions[key]) for key, entry in known.items()},
+        warnings=_warnings(first, second),
+    )
+
+
+def document(comparison: Comparison) -> Row:
+    """The JSON document of ``navbench compare``."""
+    first, second = comparison.first, comparison.second
+    return {
+        "schema": 1,
+        "a": {"folder": str(first.run.folder), "stack": first.stack.name, "left_out": comparison.left_out[0]},
+        "b": {"folder": str(second.run.folder), "stack": second.stack.name, "left_out": comparison.left_out[1]},
+        "pairs": comparison.pairs,
+        "differences": {
+            key: {
+                **entry.paired.difference.as_json(),
+                "p": entry.paired.p,
+                "p_holm": entry.p_holm,
+                "pairs_needed": entry.paired.needed,
+                "a": entry.first,
+                "b": entry.second,
+            }
+            for key, entry in comparison.differences.items()
+        },
+        "warnings": comparison.warnings,
+    }
+
+
+def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, Row]]:
+    others = {tuple(row[key] for key in PAIR): row for row in second}
+    keyed = ((tuple(row[key] for key in PAIR), row) for row in first)
+    return [(row, others[key]) for key, row in keyed if key in others]
+
+
+def _columns(side: Side, rows: Sequence[Row]) -> dict[str, FloatArray]:
+    """Every quantity of a side, delivery by delivery, NaN where undefined; those undefined for all are left out."""
+    prices = side.run.prices()
+    each = deliveries(rows, prices.rolling_resistance_force)
+    costs = running(each, prices)
+    columns: dict[str, FloatArray | None] = {
+        **{key: getattr(each, key) for key in OUTCOMES},
+        **{term: getattr(costs, term) for term in DOLLARS},
+    }
+    for metric in EPISODE_METRICS:
+        if metric.mean_key:
+            values = np.array([np.nan if row[metric.key] is None else row[metric.key] for row in rows])
+            columns[metric.mean_key] = values / metric.mean_divisor
+    known = {key: np.broadcast_to(column, len(rows)) for key, column in columns.items() if column is not None}
+    return {key: column for key, column in known.items() if not np.isnan(column).all()}
+
+
+def _compare(
+    first: FloatArray, second: FloatArray, clusters: Any, key: str, seed: int
+) -> tuple[float, float, PairedDifference] | None:
+    both = ~(np.isnan(first) | np.isnan(second))
+    if not both.any():
+        return None
+    own = number_clusters(clusters[both].tolist())
+    resolution = CENT if key in DOLLARS else 0.0
+    paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution)
+    return float(first[both].mean()), float(second[both].mean()), paired
+
+
+def _directions() -> dict[str, Better]:
+    directions = {metric.key: metric.better for metric in RUN_METRICS}
+    directions |= {term: Better.HIGHER if term in EARNED else Better.LOWER for term in DOLLARS}
+    return directions | {metric.mean_key: metric.better for metric in EPISODE_METRICS if metric.mean_key}
+
+
+def _warnings(first: Side, second: Side) -> list[str]:
+    """Why the two might differ for other reasons than their stacks."""
+    a, b = first.run, second.run
+    warnings: list[str] = []
+    if a.folder.resolve() == b.folder.resolve():
+        return warnings
+    if a.about.get("map_sha256") != b.about.get("map_sha256"):
+        warnings.append(f"other map: {a.map_name} and {b.map_name} differ in content")
+    for name in CONDITIONS:
+        different = _different(a.condition(name), b.condition(name))
+        if different:
+            more = f" and {len(different) - SHOWN_VALUES} more" if len(different) > SHOWN_VALUES else ""
+            warnings.append(f"other {name}: {'; '.join(different[:SHOWN_VALUES])}{more}")
+    if a.recorded_people() != b.recorded_people():
+        warnings.append("other people: the recordings that were replayed differ")
+    for key, title in (("seed", "seed"), ("missions", "way to draw missions")):
+        if a.about.get(key) != b.about.get(key):
+            warnings.append(f"other {title}: {a.about.get(key)} and {b.about.get(key)}")
+    programs = [run.about.get("program_sha256") for run in (a, b)]
+    if None not in programs and programs[0] != programs[1]:
+        warnings.append("other program: its code, parameters or maps have changed in between")
+    versions = _different(a.about.get("versions", {}), b.about.get("versions", {}))
+    if versions:
+        warnings.append(f"other versions: {'; '.join(versions)}")
+    return warnings
+
+
+def _different(a: Any, b: Any, path: str = "") -> list[str]:
+    """The leaves in which two nested mappings differ, each with both values; how a price is sourced is none."""
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        keys = [key for key in {**a, **b} if key != "source"]
+        return [line for key in keys for line in _different(a.get(key), b.get(key), f"{path}.{key}".strip("."))]
+    return [] if a == b else [f"{path.removesuffix('.value')} {a} and {b}"]

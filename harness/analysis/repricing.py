@@ -1,0 +1,241 @@
+"""A stored run at other prices: the documents of ``navbench run``, and what other accounting would make of them."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.economics.accountings import ACCOUNTINGS, COUNTED, accounted, contacts_of
+from harness.economics.break_even import break_even_runs
+from harness.economics.contact_costs import injury_costs
+from harness.economics.cost_model import Economics, Measured, Running, price, running
+from harness.economics.optional_terms import TERMS, OptionalPrices, check_terms, load_optional_prices, together
+from harness.economics.price import check_prices, price_keys, with_unit, with_values
+from harness.economics.prices import Prices, checked, load_prices
+from harness.economics.sensitivity import Evaluate
+from harness.economics.valuation import (
+    CENT,
+    OptionalTerms,
+    Valuation,
+    beyond,
+    deliveries,
+    mean_intervals,
+    missions,
+    valuation_document,
+    value,
+)
+from harness.metrics import Row, summarize
+from harness.statistics import Interval
+from harness.study.stored_run import StoredRun, StoredStack, repriced
+from navstack.errors import InputError, UnknownNameError
+from navstack.types import FloatArray
+
+VARIED = ("pedestrian_safety", "property_damage", "opex", "contribution_margin")
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """Prices and terms that a user asked for."""
+
+    prices: Prices
+    optional: OptionalTerms
+    settings: Mapping[str, float]  # what was set one by one, for the record
+
+
+@dataclass(frozen=True, slots=True)
+class Accounting:
+    """The money under one way to account for contacts."""
+
+    intervals: dict[str, Interval]  # of :data:`VARIED`
+    break_even_runs: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Repriced:
+    """One stack's deliveries at the chosen prices."""
+
+    stack: StoredStack
+    valuation: Valuation
+    accountings: dict[str, Accounting]  # by name of harness.economics.accountings.ACCOUNTINGS
+
+
+def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: Sequence[str]) -> Choices:
+    """What to price a run with.
+
+    Args:
+        run: the run, whose own prices are the default.
+        prices: a name of params/prices or a file; None: the run's own.
+        settings: ``KEY=VALUE`` each; keys of the price file or of the optional terms', with or without the unit.
+        terms: names of optional terms, each entry one or several separated by commas.
+
+    Raises:
+        InputError: a price file, setting or term that cannot be used.
+    """
+    loaded = run.prices() if prices is None else load_prices(prices)
+    optional = load_optional_prices()
+    values = dict(_setting(text) for text in settings)
+    own, other = _names(loaded), _names(optional)
+    for key in values:
+        if key not in own | other:
+            raise UnknownNameError("price", key, sorted(own | other))
+    loaded = with_values(loaded, {key: number for key, number in values.items() if key in own})
+    optional = with_values(optional, {key: number for key, number in values.items() if key in other})
+    check_prices(optional, "--set")
+    names = check_terms([name.strip() for text in terms for name in text.split(",")])
+    for key in (key for key in values if key in other):
+        users = [term for term, (_, used) in TERMS.items() if key in {n for u in used for n in _spelt(optional, u)}]
+        if not set(users) & set(names):
+            raise InputError(f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}")
+    return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
+
+
+def _names(group: Prices | OptionalPrices) -> set[str]:
+    """Every key, with and without its unit."""
+    return {name for key in price_keys(group) for name in _spelt(group, key)}
+
+
+def _spelt(group: Prices | OptionalPrices, key: str) -> tuple[str, str]:
+    """A key without and with its unit."""
+    return key, with_unit(key, price_keys(group)[key])
+
+
+def _setting(text: str) -> tuple[str, float]:
+    key, _, number = text.partition("=")
+    try:
+        return key.strip(), float(number)
+    except ValueError:
+        raise InputError(f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99") from None
+
+
+def reprice(run: StoredRun, choices: Choices) -> list[Repriced]:
+    """Price every stack of a run; one without a finished delivery is left out."""
+    return [_reprice(run, stack, choices) for stack in run.stacks if stack.rows]
+
+
+def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
+    stack = repriced(stack, run.events, choices.prices)
+    valuation = value(stack.rows, stack, choices.prices, run.seed, choices.optional)
+    return Repriced(stack, valuation, _accountings(run, stack, valuation, choices))
+
+
+def _accountings(run: StoredRun, stack: StoredStack, valuation: Valuation, choices: Choices) -> dict[str, Accounting]:
+    """The money under every accounting, on the same resamples."""
+    clusters = missions(stack.rows)
+    results = {}
+    for name, costs in _running_costs(run, stack, choices):
+        intervals = mean_intervals({term: getattr(costs, term) for term in VARIED}, clusters, run.seed, CENT)
+        margin = intervals["contribution_margin"].value if "contribution_margin" in intervals else None
+        results[name] = Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
+    return results
+
+
+def _running_costs(run: StoredRun, stack: StoredStack, choices: Choices) -> Iterator[tuple[str, Running]]:
+    """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
+    prices = choices.prices
+    each = deliveries(stack.rows, prices.rolling_resistance_force)
+    extra = together(beyond(each, stack, prices, choices.optional).values())
+    for name in ACCOUNTINGS:
+        yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
+
+
+def accounted_margins(first: StoredRun, parts: Sequence[tuple[StoredRun, StoredStack]]) -> dict[str, Interval]:
+    """The mean margin of a stack's deliveries under every accounting, on the same resamples.
+
+    Empty where it is undefined, because the cargo was not simulated.
+
+    Args:
+        first: whose prices, and whose seed for the bootstrap, are taken.
+        parts: the stack in each of its runs; those without a delivery are left out.
+
+    Raises:
+        InputError: rows and events of a run are of different states.
+    """
+    choices = choose(first, None, (), ())
+    driven = [(run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows]
+    known = [dict(_running_costs(run, stack, choices)) for run, stack in driven]
+    margins = {name: [costs[name].contribution_margin for costs in known] for name in ACCOUNTINGS}
+    columns = {
+        name: np.concatenate([margin for margin in each if margin is not None])
+        for name, each in margins.items()
+        if each and all(margin is not None for margin in each)
+    }
+    rows = [row for _, stack in driven for row in stack.rows]
+    return mean_intervals(columns, missions(rows), first.seed, CENT) if columns else {}
+
+
+def document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:
+    """The JSON document: that of ``navbench run`` with the accountings, the settings and the optional terms."""
+    return {
+        "schema": 1,
+        "settings": dict(choices.settings),
+        "runs": [_stack_document(run, result, choices.optional) for result in results],
+    }
+
+
+def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -> Row:
+    valuation, stack = result.valuation, result.stack
+    return {
+        "stack": stack.name,
+        "map": run.map_name,
+        "seed": run.seed,
+        "episodes": len(stack.rows),
+        "errors": stack.errors,
+        **valuation_document(valuation),
+        "accountings": {name: _accounting_document(each) for name, each in result.accountings.items()},
+        "optional_terms": {
+            name: {
+                "in_paper": False,
+                "capex_usd": term.capex_usd,
+                "opex_usd_per_run": term.opex,
+                "prices": {key: dataclasses.asdict(getattr(optional.prices, key)) for key in TERMS[name][1]},
+            }
+            for name, term in valuation.terms.items()
+        },
+        "folder": str(run.folder),
+    }
+
+
+def _accounting_document(accounting: Accounting) -> Row:
+    intervals = accounting.intervals
+    terms = {term: intervals[term].as_json() if term in intervals else None for term in VARIED}
+    return {**terms, "break_even_runs": accounting.break_even_runs}
+
+
+def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
+    """The money of a stack's deliveries as a function of single prices; quick enough to be asked thousands of times."""
+    base = summarize(stack.rows, choices.prices.rolling_resistance_force)
+    contacts = contacts_of(stack.rows, run.events, COUNTED)
+    impulses = contacts.impulses[contacts.with_people]
+    own, terms = set(price_keys(choices.prices)), choices.optional.names
+
+    def economics_at(values: Mapping[str, float]) -> tuple[Economics, Prices]:
+        prices = with_values(choices.prices, {key: number for key, number in values.items() if key in own})
+        other = {key: number for key, number in values.items() if key not in own}
+        optional = OptionalTerms(terms, with_values(choices.optional.prices, other))
+        measured = Measured(
+            **base
+            | {
+                "pedestrian_injury_usd_per_run": float(injury_costs(impulses, prices).sum()) / len(stack.rows),
+                "avg_mechanical_power_kw": prices.rolling_resistance_force * base["avg_velocity_mps"] / 1000.0,
+            }
+        )
+        extra = together(beyond(measured, stack, prices, optional).values())
+        return price(measured, stack.carries, False, prices, extra), prices
+
+    return economics_at
+
+
+def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
+    """What each delivery of a stack earns less what it costs [USD], shape (n,).
+
+    Raises:
+        InputError: the cargo was not simulated, so that it is undefined.
+    """
+    stack = repriced(stack, run.events, choices.prices)
+    each = deliveries(stack.rows, choices.prices.rolling_resistance_force)
+    extra = together(beyond(each, stack, choices.prices, choices.optional).values())
+    margin: FloatArray | None = running(each, choices.prices, extra).contribution_margin
+    if margin is None:
+        raise InputError(f"{stack.name}: the margin is undefined, because the cargo was not simulated")
+    return margin

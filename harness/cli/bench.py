@@ -1,0 +1,154 @@
+"""The command ``navbench bench``."""
+
+import contextlib
+import json
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from harness.cli.help import BENCH_HELP
+from harness.cli.options import JSON
+from harness.storage.files import require_writable
+from navstack.errors import InputError
+
+if TYPE_CHECKING:
+    from harness.bench.measure import Effort
+
+Row = dict[str, Any]
+
+DEFAULT_FLAME_LOOP = "paper-gps"
+FLAME_DELIVERIES = 3
+
+
+# fmt: off
+@click.command(help=BENCH_HELP, short_help="Measure how fast everything is, and against what.")
+@click.option("--only", multiple=True, metavar="NAME", help="A name, a part of one, components or loops; "
+              "several with commas between them, or repeated.")
+@click.option("--runs", type=click.IntRange(min=1), help="Readings per component and deliveries per closed loop; "
+              "default: 40 and 10.")
+@click.option("--quick", is_flag=True, help="Few readings and the first 15 s of few deliveries: a look, no figures.")
+@click.option("--flame", type=click.Path(path_type=Path), metavar="FILE.svg", help="Draw where a closed loop spends "
+              "its time; the first one of --only, else paper-gps.")
+@click.option("--history", type=click.Path(path_type=Path), metavar="FILE.md", help="Add a row to this table.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE.json", help="Write the document of --json here.")
+@JSON
+# fmt: on
+def bench(
+    only: tuple[str, ...],
+    runs: int | None,
+    quick: bool,
+    flame: Path | None,
+    history: Path | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Measure; see ``BENCH_HELP``."""
+    import dataclasses
+
+    from harness.bench.history import append, read_history
+    from harness.bench.machine import load, machine
+    from harness.bench.measure import FULL, QUICK, chosen
+
+    names = chosen(only)
+    effort = QUICK if quick else FULL
+    if runs is not None:
+        effort = dataclasses.replace(effort, runs=runs, deliveries=runs)
+    for option, file in (("--flame", flame), ("--history", history), ("--out", out)):
+        if file is not None:
+            require_writable(option, file)
+    if history is not None:
+        read_history(history)
+    before = load()
+    rows: list[Row] = []
+    try:
+        for found in _measured(names, effort):
+            rows += found
+    except KeyboardInterrupt:
+        _show(rows, [], out, as_json)  # what is finished is kept
+        raise
+    if not rows:
+        raise InputError("nothing could be measured; why stands above")
+    notes = _notes(rows, f"machine: {machine()}; {before:.1f} processes wanted a core when it began")
+    if flame is not None:
+        _draw_flame(flame, names)
+        notes.append(f"flame graph: {flame}")
+    if history is not None:
+        append(history, rows)
+    _show(rows, notes, out, as_json)
+
+
+def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: bool) -> None:
+    """Write and print the document, or print tables."""
+    from harness.report.bench import print_bench
+    from harness.report.tables import report_console
+
+    text = json.dumps(rows, indent=2, allow_nan=False) + "\n"
+    if out is not None:
+        with _writable("--out", out):
+            out.write_text(text, encoding="utf-8")
+    if as_json:
+        sys.stdout.write(text)
+    else:
+        print_bench(rows, notes, report_console(sys.stdout))
+
+
+@contextlib.contextmanager
+def _writable(option: str, file: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{option} {file} cannot be written: {error.strerror}; give another file") from None
+
+
+def _measured(names: Sequence[str], effort: "Effort") -> Iterator[list[Row]]:
+    """The rows of one name after the other; what needs golden vectors is left out where there are none."""
+    from harness.bench.measure import measure
+    from harness.parity.golden import GoldenError
+
+    with tempfile.TemporaryDirectory() as folder:
+        for number, name in enumerate(names, 1):
+            click.echo(f"{number}/{len(names)} {name}", err=True)
+            try:
+                rows = measure(name, effort, Path(folder))
+            except GoldenError as error:
+                click.echo(f"left out: {name}: {error}", err=True)
+                continue
+            if not rows:
+                click.echo(f"left out: {name}: this process may use one core only", err=True)
+            yield rows
+
+
+def _notes(rows: Sequence[Row], about: str) -> list[str]:
+    from harness.bench.measure import CPP, TWO_WORKERS
+    from harness.bench.recorded import SOURCE
+
+    notes = [about]
+    if any(row.get("reference") == CPP for row in rows):
+        notes.append(f"{CPP}: {SOURCE}; the median is held against the target.")
+    if any("real_time_factor" in row for row in rows):
+        notes.append("x real time: median over deliveries, from the world's reset to the rows; quartiles beside it.")
+    if any(row["name"] == TWO_WORKERS for row in rows):
+        notes.append("two workers: wall time, which another load on the machine spoils.")
+    return notes
+
+
+def _draw_flame(file: Path, names: Sequence[str]) -> None:
+    from collections import Counter
+
+    from harness.bench.flame import Stack, below, draw, sampled
+    from harness.bench.loops import LOOPS, Course, drive
+
+    loop = LOOPS[next((name for name in names if name in LOOPS), DEFAULT_FLAME_LOOP)]
+    stacks: Counter[Stack] = Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        course = Course(loop, Path(folder))
+        drive(course.task(0))
+        with sampled(stacks):
+            for episode in range(FLAME_DELIVERIES):
+                drive(course.task(episode))
+    with _writable("--flame", file):
+        draw(below(stacks, ":run_episode"), f"{loop.name}, {FLAME_DELIVERIES} deliveries", file)

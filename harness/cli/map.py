@@ -1,0 +1,188 @@
+"""``navbench map``: make a sidewalk world, or show any map beside what is known of the paper's."""
+
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from harness.report.map_picture import VIEWS, draw_map
+from harness.report.tables import report_console, report_table
+from harness.statistics import bootstrap_mean
+from harness.storage.files import require_folder
+from harness.task.mission import SAMPLINGS, MissionSampler
+from harness.world.map_statistics import (
+    GAP_PERCENTILES,
+    PUBLISHED,
+    PUBLISHED_EDGES,
+    SPACING_PERCENTILES,
+    WIDTH_PERCENTILES,
+    EdgeStatistics,
+    MapStatistics,
+    measure,
+    measure_edges,
+)
+from harness.world.scene import Scene
+from harness.world.scene_io import check_map_name, load_scene, made_of, map_files
+from harness.world.sidewalk import write
+from navstack.errors import InputError, MapError, UnknownNameError
+
+LENGTH_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
+PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}  # [m] of shortest paths on the paper's map
+
+Row = dict[str, Any]
+
+
+def new_command(seed: int, name: str, out: Path) -> None:
+    """Generate a world and say which map it is.
+
+    Raises:
+        InputError: the seed is negative, the name is no map's name, or such a map is there already.
+        MapError: the folder cannot be written.
+    """
+    if seed < 0:
+        raise InputError(f"--seed {seed} is out of range; give 0 or more")
+    check_map_name(name)
+    path = out / f"{name}.yaml"
+    there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None)
+    if there is not None:
+        raise InputError(f"{there} exists already; give another --name or --out")
+    require_folder(out)
+    write(seed, out, name)
+    sys.stdout.write(f"{path}\n")
+
+
+def show_command(map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool) -> None:
+    """Measure a map, draw missions on it and, where a file is given, its picture.
+
+    Raises:
+        InputError: an option is out of range or the map is not known.
+        MapError: the map cannot be used, or the picture cannot be written.
+    """
+    if view not in VIEWS:
+        raise UnknownNameError("--view", view, VIEWS)
+    if samples < 2 or seed < 0:
+        raise InputError(
+            f"--samples {samples} --seed {seed} are out of range; give at least 2 samples and a seed from 0"
+        )
+    scene = load_scene(map_name)
+    if out is not None:
+        _require_no_part_of(map_name, out)
+        draw_map(scene, out, view=view)
+    document = map_document(scene, samples, seed)
+    if as_json:
+        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        return
+    console = report_console(sys.stdout)
+    for table in (_measures_table(document), _missions_table(document)):
+        console.print(table)
+        console.print()
+    if out is not None:
+        console.print(f"picture: {out}", soft_wrap=True)
+
+
+def _require_no_part_of(map_name: str, out: Path) -> None:
+    """Check that a picture does not take the place of a file of the map."""
+    if any(out.exists() and file.exists() and out.samefile(file) for file in map_files(map_name)):
+        raise InputError(f"--out '{out}' is a file of the map itself; give another name")
+
+
+def map_document(scene: Scene, samples: int, seed: int) -> Row:
+    """What ``--json`` prints: the map's measures, the paper's, and path lengths of missions drawn on the map."""
+    grid = scene.geometry
+    return {
+        "schema": 1,
+        "map": scene.name,
+        "size_m": [round(cells * grid.resolution, 6) for cells in (grid.width, grid.height)],
+        "resolution_m": grid.resolution,
+        "measured": _measures(measure(scene), measure_edges(scene)),
+        "published": _measures(PUBLISHED, PUBLISHED_EDGES) | {"mean_shortest_path_m": PUBLISHED_MEAN_LENGTHS},
+        "missions": {sampling: _lengths(scene, sampling, samples, seed) for sampling in SAMPLINGS},
+    }
+
+
+def _measures(world: MapStatistics, edges: EdgeStatistics | None) -> Row:
+    return {
+        "walkable_area_m2": world.walkable_area,
+        "connected_parts": world.connected_parts,
+        "widths_m": _by_percentile(WIDTH_PERCENTILES, world.widths),
+        "furniture_pieces": world.pieces,
+        "furniture_medium_share": world.medium_share if world.pieces else None,
+        "furniture_spacings_m": _by_percentile(SPACING_PERCENTILES, world.spacings),
+        "edges_open_half_metre_share": edges.open_half_metre if edges else None,
+        "edges_open_metre_share": edges.open_metre if edges else None,
+        "edge_gaps_m": _by_percentile(GAP_PERCENTILES, edges.gaps if edges else ()),
+    }
+
+
+def _by_percentile(at: tuple[int, ...], values: tuple[float, ...]) -> dict[str, float | None]:
+    return {str(p): value for p, value in zip(at, values or (None,) * len(at), strict=True)}
+
+
+def _lengths(scene: Scene, sampling: str, samples: int, seed: int) -> Row | None:
+    """Shortest paths of missions; None where the map has no room for them."""
+    rng = np.random.default_rng(seed)
+    try:
+        sampler = MissionSampler(scene.navigation_mesh, sampling)
+        lengths = np.array([sampler.sample(rng).shortest_path for _ in range(samples)])
+    except MapError:
+        return None
+    percentiles = np.percentile(lengths, LENGTH_PERCENTILES).tolist()
+    return {
+        "mean_shortest_path_m": bootstrap_mean(lengths, np.random.default_rng(seed)).as_json(),
+        "shortest_paths_m": _by_percentile(LENGTH_PERCENTILES, tuple(percentiles)),
+        "seed": seed,
+    }
+
+
+def _measures_table(document: Row) -> Table:
+    table = report_table(f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m")
+    for heading in ("Measure", "This map", "The paper's"):
+        table.add_column(heading, justify="left" if heading == "Measure" else "right")
+    for label, key, form in (
+        ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
+        ("  connected parts", "connected_parts", "d"),
+        ("  width at the medial axis [m], percentile", "widths_m", ".2f"),
+        ("Furniture of 0.05-10 m2, pieces", "furniture_pieces", "d"),
+        ("  share of 0.3-1 m2", "furniture_medium_share", ".2f"),
+        ("  to the nearest other piece [m], percentile", "furniture_spacings_m", ".2f"),
+        ("Edges of the mesh: nothing for a lidar within 0.5 m, share", "edges_open_half_metre_share", ".2f"),
+        ("  within 1 m, share", "edges_open_metre_share", ".2f"),
+        ("  the others' gap to what stands there [m], percentile", "edge_gaps_m", ".2f"),
+    ):
+        _add_rows(table, label, document["measured"][key], document["published"][key], form)
+    return table
+
+
+def _add_rows(table: Table, label: str, ours: Any, theirs: Any, form: str) -> None:
+    if not isinstance(ours, Mapping):
+        table.add_row(Text(label), _number(ours, form), _number(theirs, form))
+        return
+    for percentile, value in ours.items():
+        table.add_row(Text(f"{label} {percentile}"), _number(value, form), _number(theirs[percentile], form))
+
+
+def _missions_table(document: Row) -> Table:
+    missions = document["missions"]
+    n = next((m["mean_shortest_path_m"]["n"] for m in missions.values() if m), 0)
+    table = report_table(f"Shortest path of {n} missions [m]" if n else "No room for missions")
+    table.add_column("Missions")
+    for heading in ("Mean", "95 % interval", *(f"{p} %" for p in LENGTH_PERCENTILES), "The paper's mean"):
+        table.add_column(heading, justify="right")
+    for sampling, drawn in missions.items():
+        if drawn:
+            mean = drawn["mean_shortest_path_m"]
+            percentiles = [f"{value:.0f}" for value in drawn["shortest_paths_m"].values()]
+            interval = f"{mean['low']:.0f}-{mean['high']:.0f}"
+            table.add_row(
+                sampling, f"{mean['value']:.0f}", interval, *percentiles, f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}"
+            )
+    return table
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)

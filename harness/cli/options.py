@@ -1,0 +1,114 @@
+"""Options that several commands have."""
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from harness.study.places import EXECUTORS, Where
+from navstack.errors import InputError
+
+
+class Finite(click.FloatRange):
+    """A number within limits; click's own range takes nan, which is within none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number, or click's complaint."""
+        number = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{value} is not a number.", param, ctx)
+        return number
+
+
+PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
+JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
+_WHERE = (
+    click.option("--workers", type=int,
+                 help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),
+    click.option("--episode-timeout", type=Finite(0.0, 1e9, min_open=True), default=Where().time_limit,
+                 show_default=True,
+                 help="Wall time in [s] after which a delivery counts as hung; it is tried twice."),
+    click.option("--executor", type=click.Choice(EXECUTORS), default=EXECUTORS[0], show_default=True,
+                 help="Where deliveries are driven: local, processes of this machine; dask, a cluster that runs."),
+    click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, e.g. tcp://host:8786."),
+)  # fmt: skip
+BESIDE_RESUME = (  # they change no row
+    *("resume", "workers", "episode_timeout", "executor", "scheduler", "as_json", "against", "budget"),
+)
+
+_EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
+                         help="Deliveries per stack, at least 1.")  # fmt: skip
+_RECORD = click.option("--record", default="events", show_default=True, help="events; decisions: also why each command "
+                       "was given; full: trajectories too.")  # fmt: skip
+_CONDITIONS = (
+    click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same deliveries; 0 or more."),
+    click.option("--map", "map_name", default="sidewalk", show_default=True,
+                 help="A built-in map or a map_server YAML file."),
+    click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20)."),
+    click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
+                 "id, t, x, y; obsmat.txt); default: the world's own."),
+    click.option("--world", default="costnav", show_default=True, help="A name of params/worlds or a YAML file."),
+    click.option("--rules", default="costnav", show_default=True,
+                 help="How deliveries end: a name of params/rules or a YAML file."),
+    click.option("--missions", default="published", show_default=True,
+                 help="How they are drawn: published (nearer goals more often) or uniform."),
+    click.option("--robot", help="A name of params/robots or a file, instead of the stack's own."),
+    click.option("--sensors", help="A name of params/sensors or a file, instead of the stack's own."),
+    click.option("--start", help="x,y,yaw [m, m, rad] of every start, instead of sampled ones."),
+    click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones."),
+    PRICES,
+)  # fmt: skip
+_ALLOW_UNKNOWN = click.option("--allow-unknown", is_flag=True,
+                              help="Unknown keys in a Nav2 file are warnings, not errors.")  # fmt: skip
+
+
+def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that decide where deliveries are driven; it takes them as ``where``."""
+
+    @functools.wraps(command)
+    def placed(
+        *given: Any, executor: str, scheduler: str | None, workers: int | None, episode_timeout: float, **choices: Any
+    ) -> Any:
+        return command(*given, where=Where(executor, scheduler, workers, episode_timeout), **choices)
+
+    return _with(placed, _WHERE)
+
+
+def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that decide which deliveries are driven, how and where."""
+    options = (_EPISODES, *_CONDITIONS, _RECORD, _ALLOW_UNKNOWN, JSON)
+    return _with(where_options(command), options)
+
+
+def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
+    return _with(where_options(command), (*_CONDITIONS, _ALLOW_UNKNOWN, JSON))
+
+
+def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def refuse_others(context: click.Context, *allowed: str) -> None:
+    """Check that nothing was given beside --resume that would make another study of it.
+
+    Args:
+        context: of the command.
+        allowed: parameters of this command that would not.
+
+    Raises:
+        InputError: something was.
+    """
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in (*BESIDE_RESUME, *allowed)
+        and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
+    ]
+    if given:
+        raise InputError(f"--resume takes the study from its folder; leave out {', '.join(given)}")

@@ -1,0 +1,134 @@
+"""The command ``navbench plan``."""
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from harness.cli.help import PLAN_HELP
+from harness.cli.options import JSON, Finite
+from harness.storage.files import require_writable
+from navstack.errors import InputError
+
+AUTO = "auto"
+PICTURES = (".png", ".pdf", ".svg")  # suffixes
+
+
+# fmt: off
+@click.command(help=PLAN_HELP, short_help="Compare planners on one query: lengths, clearances, times, a picture.")
+@click.option("--map", "map_name", default="sidewalk", show_default=True,
+              help="A built-in map or a map_server YAML file.")
+@click.option("--start", default=AUTO, show_default=True, metavar="x,y,yaw|auto", help="[m, m, rad]; auto: drawn.")
+@click.option("--goal", default=AUTO, show_default=True, metavar="x,y,yaw|auto", help="[m, m, rad]; auto: drawn.")
+@click.option("--planner", "planners", multiple=True, metavar="NAME[,NAME]", show_default=True,
+              default=("NavFn,RRTConnect,InformedRRTstar",), help="NavFn, IncrementalNavfn, RRTConnect, RRTstar, "
+              "InformedRRTstar, BITstar, PRMstar, FMT; repeatable.")
+@click.option("--smoother", help="Smooth every path: SimpleSmoother, SavitzkyGolaySmoother or ConstrainedSmoother.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of mission and planners.")
+@click.option("--time", "seconds", type=Finite(min=0.0, max=3600.0, min_open=True), metavar="SECONDS",
+              help="Wall time for each of OMPL's planners; default: a number of iterations, which is repeatable.")
+@click.option("--params", help="A Nav2 parameter file, or a name of params/nav2; default: the tuned one.")
+@click.option("--picture", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw the paths on the costmap.")
+@click.option("--allow-unknown", is_flag=True, help="Unknown keys in the Nav2 file are warnings, not errors.")
+@JSON
+# fmt: on
+def plan(**choices: Any) -> None:
+    """Compare planners; see ``PLAN_HELP``."""
+    sys.exit(plan_command(Request(**choices)))
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a user asked for."""
+
+    map_name: str
+    start: str
+    goal: str
+    planners: tuple[str, ...]
+    smoother: str | None
+    seed: int
+    seconds: float | None
+    params: str | None
+    picture: Path | None
+    allow_unknown: bool
+    as_json: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The planners, one by one.
+
+        Raises:
+            InputError: none is given, or one twice.
+        """
+        names = [name.strip() for group in self.planners for name in group.split(",") if name.strip()]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if not names or twice is not None:
+            problem = "names no planner" if twice is None else f"names {twice} twice"
+            raise InputError(f"--planner '{','.join(self.planners)}' {problem}; give each once, e.g. NavFn,RRTstar")
+        return tuple(names)
+
+
+def plan_command(request: Request) -> int:
+    """Ask every planner, then print and draw what they found.
+
+    Returns:
+        The exit status: 0 where a planner found a path, else 1.
+
+    Raises:
+        InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
+    """
+    from harness.episode.factory import nav2_of
+    from harness.plan.question import ask, compile_first, ends_of, make_ground, make_planner, make_smoother
+    from harness.report.plan_picture import draw_plan
+    from harness.report.plan_table import plan_document, render_plan
+    from harness.report.tables import report_console
+
+    if request.picture is not None:
+        require_writable("--picture", request.picture, PICTURES)
+    names, task = request.names, _task(request)
+    nav2, smoother = nav2_of(task), None
+    if request.smoother is not None:
+        smoother = make_smoother(request.smoother, nav2)
+    ends = ends_of(task)
+    ground = make_ground(task, ends[0])
+    planners = [make_planner(name, nav2, ground.shape, request.seconds or 0.0) for name in names]
+    compile_first(ground.shape)
+    answers = [
+        ask(name, planner, smoother, ground, ends, request.seed) for name, planner in zip(names, planners, strict=True)
+    ]
+    if request.picture is not None:
+        draw_plan(ground.costmap, ends, answers, ground.footprint, request.picture)
+    if request.as_json:
+        document = plan_document(ends, answers) | {"map": task.map_name, "seed": request.seed}
+        sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
+    else:
+        console = report_console(sys.stdout)
+        render_plan(ends, answers, request.smoother, console)
+        if request.picture is not None:
+            console.print(f"picture: {request.picture}", markup=False, soft_wrap=True)
+    return 0 if any(answer.path is not None for answer in answers) else 1
+
+
+def _task(request: Request) -> Any:
+    """The delivery whose path is planned: that of the stack nav2-gps, or of a Nav2 file."""
+    from harness.storage.shipped import resolve, shipped
+    from harness.task.study import make_study
+
+    stack = "nav2-gps"
+    if request.params is not None:
+        stack = str(resolve(request.params, shipped("params") / "nav2", "Nav2").resolve())
+    start, goal = (None if end == AUTO else end for end in (request.start, request.goal))
+    study = make_study(
+        stacks=(stack,),
+        episodes=1,
+        seed=request.seed,
+        map_name=request.map_name,
+        start=start,
+        goal=goal,
+        workers=1,
+        allow_unknown=request.allow_unknown,
+    )
+    return study.template

@@ -1,0 +1,185 @@
+"""``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
+
+import dataclasses
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from harness.cli.run import (
+    INTERRUPTED,
+    SOME_ERRORS,
+    OnFinished,
+    Tally,
+    drive,
+    finish,
+    say,
+    say_interrupted,
+    say_what_failed,
+    shown,
+)
+from harness.execution.workers import Workers
+from harness.report.markdown import interval_text
+from harness.report.suite.document import write_results
+from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
+from harness.report.tables import report_console
+from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
+from harness.storage.shipped import resolve, shipped
+from harness.storage.tables import Row
+from harness.study.drive import TABLES, require_own
+from harness.study.manifest import load_study, version_notes
+from harness.study.places import Where, open_workers
+from harness.study.preflight import check
+from harness.study.suite import (
+    DECLARATION,
+    Cell,
+    Portion,
+    Suite,
+    begin,
+    cell_study,
+    declare,
+    is_begun,
+    load_suite,
+    require_alike,
+    require_same,
+    stored_suite,
+    write_document,
+)
+from harness.study.suite_log import note_piece, piece_of, pieces_of
+from harness.task.study import Study, usable_workers
+
+
+def suite_command(file: str, world: str | None, portion: Portion, where: Where, out: Path | None, as_json: bool) -> int:
+    """Drive a suite, show progress on stderr, print the overview on stdout; returns the exit status.
+
+    Args:
+        file: of the suite, or its name.
+        world: a name of params/worlds or a file in place of the suite's own; None: those.
+        portion: of the suite that is driven now.
+        where: it is driven.
+        out: folder; one that holds this suite already is added to.
+        as_json: whether the overview is printed as JSON.
+    """
+    source = resolve(file, shipped("params") / "suites", "suite")
+    suite = load_suite(source)
+    if world is not None:
+        suite = dataclasses.replace(suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,))
+    path = (out or default_folder(source.stem)).resolve()
+    if (path / DECLARATION).is_file():
+        require_same(path, suite)
+    else:
+        require_usable(path)
+    studies = {cell: cell_study(suite, cell, portion.episodes or suite.episodes) for cell in portion.cells(suite)}
+    for cell, study in studies.items():
+        if is_begun(path, cell):
+            require_alike(path, cell, study)
+    notes = [note for cell, study in studies.items() if cell.seed == suite.seeds[0] for note in check(study)]
+    for note in dict.fromkeys(notes):
+        say(f"note: {note}")
+    declare(path, suite)
+    return _drive(path, suite, portion, where, as_json)
+
+
+def resume_suite_command(path: Path, portion: Portion, where: Where, as_json: bool) -> int:
+    """Go on with a suite folder; otherwise as :func:`suite_command`."""
+    path = path.resolve()  # a link may point elsewhere before the suite ends
+    suite = stored_suite(path)
+    begun = [cell for cell in portion.cells(suite) if is_begun(path, cell)]
+    for note in dict.fromkeys(note for cell in begun for note in version_notes(path / cell.name)):
+        say(f"note: {note}")
+    return _drive(path, suite, portion, where, as_json)
+
+
+def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bool) -> int:
+    chosen = portion.cells(suite)
+    pieces_of(path)  # a damaged list is told before anything is driven
+    for cell in chosen:
+        begin(path, suite, cell, portion.episodes or suite.episodes, sys.argv)
+    studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
+    records: list[Row] = []
+    interrupted = False
+    tally = _tally(path, studies)
+    before = {cell: count_finished(path / cell.name) for cell in studies}
+    count = usable_workers(where.workers, tally.total)
+    where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
+    runs = {path / cell.name: study for cell, study in studies.items()}
+    try:
+        with open_workers(where, count, path, runs) as workers, shown(tally) as on_finished:
+            for cell, study in studies.items():
+                own, interrupted = _drive_cell(path / cell.name, study, workers, on_finished)
+                records += own
+                if interrupted:
+                    break
+    finally:
+        after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
+        tally.done = sum(after.values())
+        driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
+        if driven:
+            note_piece(path, piece_of(driven))
+    say_what_failed(records)
+    if interrupted:
+        say_interrupted(tally, path, portion.options)
+    results = write_overview(path)
+    _print(results, path, as_json)
+    if interrupted:
+        return INTERRUPTED
+    return SOME_ERRORS if any(record["row"].get("error") for record in records) else 0
+
+
+def write_overview(path: Path) -> Results:
+    """Write what a suite folder comes to into it: ``suite.json``, page, figures and table."""
+    results = read_results(path)
+    write_document(path / "suite.json", overview(results))
+    write_results(results, path)
+    point_latest(path)
+    return results
+
+
+def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
+    """Count what is finished already, and tell it."""
+    total = sum(study.total for study in studies.values())
+    done = sum(count_finished(path / cell.name) for cell in studies)
+    if done == total:
+        say(f"suite {path} is complete: all of its {total} deliveries are finished")
+    elif done:
+        say(f"going on after {done} of {total} deliveries")
+    return Tally(total, done)
+
+
+def _drive_cell(path: Path, study: Study, workers: Workers, on_finished: OnFinished) -> tuple[list[Row], bool]:
+    """The records of a cell, and whether it was interrupted."""
+    with RunFolder(path, TABLES, study.total) as folder:
+        require_own(study, folder)
+        interrupted = drive(study, folder, workers, on_finished)
+        finish(study, folder)
+        return folder.records, interrupted
+
+
+def _print(results: Results, path: Path, as_json: bool) -> None:
+    if as_json:
+        sys.stdout.write(json.dumps({**overview(results), "folder": str(path)}, indent=2, allow_nan=False) + "\n")
+        return
+    console = report_console(sys.stdout)
+    console.print(results.suite.title, markup=False)
+    console.print(_table([each for each in results.standings if each.side is not None]))
+    console.print("[low, high]: 95 % interval, the seeds of a row together", markup=False)
+    console.print(f"suite folder: {path}, with its page index.md", markup=False, soft_wrap=True)
+
+
+def _table(standings: Sequence[Standing]) -> Table:
+    table = Table("Map", "World", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("People", justify="right")
+    table.add_column("Stack")
+    for title in ("n", "Errors", "SLA compliance", "Contribution margin ($/run)"):
+        table.add_column(title, justify="right")
+    for each in standings:
+        condition = each.condition
+        where = Path(condition.map_name).stem, Path(condition.world).stem
+        people = "own" if condition.pedestrians is None else str(condition.pedestrians)
+        sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
+        table.add_row(*map(Text, (*where, people, each.stack, str(each.n), str(each.errors), sla, margin)))
+    return table

@@ -1,0 +1,1 @@
+"""One delivery, from the first observation to its row."""

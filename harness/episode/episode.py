@@ -1,0 +1,179 @@
+"""One delivery, from a task to its rows."""
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.economics.contact_costs import injury_costs, injury_measures, property_cost
+from harness.economics.prices import Prices
+from harness.episode.brain import Brain
+from harness.episode.factory import (
+    build_brain,
+    build_world,
+    mission_of,
+    prices_of,
+    robot_of,
+    rules_of,
+    scene_of,
+    world_params,
+)
+from harness.episode.pedestrian_delay import PedestrianDelay
+from harness.metrics import (
+    JOULES_PER_KWH,
+    DecisionLog,
+    DeliveryLog,
+    NoDecisionLog,
+    NoReplayLog,
+    ReplayLog,
+    Row,
+    event_rows,
+)
+from harness.metrics.encounters import Body
+from harness.metrics.motion import success_weighted_path_length
+from harness.task.mission import Mission
+from harness.task.study import EpisodeTask
+from harness.world.outcome import ARRIVALS, Verdict
+from harness.world.truth import CountedContact, Partner, Truth
+from harness.world.world import World
+from navstack.types import Belief, Twist2D
+
+MakeBrain = Callable[[EpisodeTask, World], Brain]
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """What is kept of one delivery."""
+
+    row: Row  # everything that the seed determines
+    events: list[Row]
+    timing: Row  # what the machine determines
+    recording: Mapping[str, Any] | None  # arrays; None: not asked for
+    decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
+
+
+def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Delivery:
+    """Simulate one delivery.
+
+    Args:
+        task: the delivery.
+        make_brain: what drives it.
+
+    Raises:
+        NavstackError: the task cannot be set up.
+    """
+    began = time.perf_counter()
+    scene = scene_of(task.map_name)
+    generators = task.generators()
+    mission = mission_of(task, generators["mission"])
+    rules = rules_of(task.rules)
+    world = build_world(task)
+    brain = make_brain(task, world)
+    ready = time.perf_counter()
+
+    observation = world.reset(mission, generators)
+    brain.reset(
+        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
+    )
+    kinds = frozenset(obstacle.kind for obstacle in scene.obstacles)
+    log = DeliveryLog(world.truth, kinds, _body(task))
+    delay = PedestrianDelay(world.people, world.truth, *world.tick)
+    decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
+    replay = ReplayLog() if task.keep_trace else NoReplayLog()
+    command = Twist2D()
+    while (verdict := rules.judge(world.truth, mission.goal)) is None:
+        command = brain.tick(observation)
+        decisions.record(brain)
+        replay.record(world.truth, observation, brain, command)
+        observation = world.step(command)
+        log.record(world.truth, brain.belief)
+        delay.record(world.truth)
+
+    truth = world.close_episode()
+    replay.finish(truth, brain, command)
+    wall = time.perf_counter() - ready
+    where = {"stack": task.stack.name, "episode": task.episode}
+    measured = {**log.measurements(truth), "pedestrian_delay_s": delay.total(truth)}
+    events = event_rows(truth, _costs(truth, prices_of(task.prices)))
+    return Delivery(
+        row=_row(task, mission, verdict, truth, brain, measured),
+        events=[{**where, **event} for event in events],
+        timing={
+            **where,
+            "setup_s": ready - began,
+            "wall_s": wall,
+            "real_time_factor": truth.stamp / wall,
+            **_latency("planner", "planner_calls", brain.latencies.planner),
+            **_latency("controller", "controller_cycles", brain.latencies.controller),
+        },
+        recording=replay.recording() if task.keep_trace else None,
+        decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
+    )
+
+
+def _body(task: EpisodeTask) -> Body:
+    """The robot as people meet it."""
+    robot, people = robot_of(task.stack.robot), world_params(task.world, task.pedestrians, task.people).people
+    return Body(robot.center, robot.half_size, people.radius)
+
+
+def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
+    """How often a part ran and how long it took in [ms]; null where it never ran."""
+    if not len(durations):
+        return {count: 0}
+    median, p95, longest = (1000.0 * np.percentile(durations, (50.0, 95.0, 100.0))).tolist()
+    return {count: len(durations), f"{part}_median_ms": median, f"{part}_p95_ms": p95, f"{part}_max_ms": longest}
+
+
+def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row) -> Row:
+    """The episode's row; :data:`harness.metrics.EPISODE_COLUMNS` gives its order."""
+    start, goal = mission.start, mission.goal
+    prices = prices_of(task.prices)
+    return {
+        "stack": task.stack.name,
+        "stack_number": task.stack_number,
+        "map": Path(task.map_name).stem,
+        "seed": task.seed,
+        "episode": task.episode,
+        "start_x_m": start.x,
+        "start_y_m": start.y,
+        "start_yaw_rad": start.yaw,
+        "goal_x_m": goal.x,
+        "goal_y_m": goal.y,
+        "shortest_path_m": mission.shortest_path,
+        "outcome": verdict.outcome.value,
+        "reason": verdict.reason,
+        "navigator_status": brain.status.value,
+        "gave_up": brain.trouble.gave_up,
+        "navigator_error": brain.trouble.error,
+        "navigator_error_code": brain.trouble.error_code,
+        "recovery_error": brain.trouble.recovery_error,
+        "recovery_error_code": brain.trouble.recovery_error_code,
+        "goal_distance_m": math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y),
+        **measured,
+        "spl": success_weighted_path_length(verdict.outcome in ARRIVALS, mission.shortest_path, measured["distance_m"]),
+        "published_energy_kwh": prices.rolling_resistance_force * measured["distance_m"] / JOULES_PER_KWH,
+        **_injury(truth, prices),
+        **dataclasses.asdict(brain.counts),
+    }
+
+
+def _injury(truth: Truth, prices: Prices) -> Row:
+    """Injury cost of the counted contacts with people."""
+    return injury_measures([c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN], prices)
+
+
+def _costs(truth: Truth, prices: Prices) -> list[float]:
+    """What each counted contact costs, in [USD]."""
+    return [_cost(contact, prices) for contact in truth.counted_contacts]
+
+
+def _cost(contact: CountedContact, prices: Prices) -> float:
+    if contact.partner is Partner.PEDESTRIAN:
+        return float(injury_costs(contact.impulse, prices))
+    return property_cost(contact.kind, contact.impulse, prices)

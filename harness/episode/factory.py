@@ -1,0 +1,242 @@
+"""From a task to a world and a brain; what belongs to a map is made once per process."""
+
+import contextlib
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+
+from harness.economics.prices import Prices, load_prices
+from harness.episode.brain import Brain, Parked
+from harness.execution.process_cache import kept
+from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
+from harness.task.stack import Stack
+from harness.task.study import EpisodeTask, is_recording
+from harness.world.ground_truth import GroundTruthLocalizer
+from harness.world.injected_error import InjectedErrorLocalizer
+from harness.world.outcome import Rules
+from harness.world.pedestrian_models import make_pedestrians
+from harness.world.pybullet_world import PyBulletWorld
+from harness.world.replay_file import recording_text
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.scene_io import load_scene
+from harness.world.sensors import SensorParams, SensorSuite
+from harness.world.world import World
+from harness.world.world_params import WorldParams
+from navstack.build import build_localizer, build_navigator, read_frequencies
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.errors import InputError
+from navstack.localization.localizer import Localizer
+from navstack.navigator import Navigator
+from navstack.params.nav2_file.file import Nav2File, load_nav2
+from navstack.params.strict import load_dataclass
+
+REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
+PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
+
+
+@kept(2)
+def scene_of(map_name: str) -> Scene:
+    """The scene of a map."""
+    return load_scene(map_name)
+
+
+@kept(2)
+def _missions_on(map_name: str, sampling: str) -> MissionSampler:
+    scene = scene_of(map_name)
+    return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
+
+
+@kept(8)
+def nav2_parameters(path: str, allow_unknown: bool) -> Nav2File:
+    """A Nav2 parameter file, read and checked."""
+    return load_nav2(Path(path), allow_unknown)
+
+
+@kept(2)
+def prices_of(path: str) -> Prices:
+    """The prices of a study."""
+    return load_prices(path)
+
+
+@kept(2)
+def rules_of(path: str) -> Rules:
+    """The rules by which deliveries end."""
+    return load_dataclass(Rules, Path(path))
+
+
+def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
+    """The delivery to make: drawn, with the poses that the user gave put in their place.
+
+    Raises:
+        InputError: a given pose is not on walkable ground, or no path connects start and goal.
+    """
+    sampler, scene = _missions_on(task.map_name, task.missions), scene_of(task.map_name)
+    for what, given in (("start", task.start), ("goal", task.goal)):
+        if given is not None:
+            check_pose_free(scene.walkable, given, what)
+    if task.start is not None:
+        check_footprint_free(scene.geometry, task.start, robot_of(task.stack.robot).polygon)
+    radius = rules_of(task.rules).arrival_radius
+    if task.start is not None and task.goal is not None:
+        check_apart(task.start, task.goal, radius)
+        return sampler.mission(task.start, task.goal)
+    is_drawn = task.start is None and task.goal is None
+    for _ in range(REDRAWS):
+        drawn = sampler.sample(rng)
+        start, goal = task.start or drawn.start, task.goal or drawn.goal
+        with contextlib.suppress(InputError):  # too near, or the drawn end lies in another part of the map
+            check_apart(start, goal, radius)
+            return drawn if is_drawn else sampler.mission(start, goal)
+    raise InputError(
+        f"none of {REDRAWS} missions drawn on this map has start and goal more than {radius:g} m apart, or connects to "
+        "the pose given; choose a larger map or part of it, or give both --start and --goal"
+    )
+
+
+def build_world(task: EpisodeTask) -> PyBulletWorld:
+    """The world of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
+    return _world(
+        task.map_name,
+        task.world,
+        task.stack.robot,
+        task.stack.sensors,
+        task.pedestrians,
+        task.people,
+        _steps_per_tick(task),
+    )
+
+
+@kept(2)
+def _world(
+    map_name: str,
+    world: str,
+    robot: str,
+    sensors: str,
+    pedestrians: int | None,
+    people: str | None,
+    steps_per_tick: int,
+) -> PyBulletWorld:
+    scene, params = scene_of(map_name), world_params(world, pedestrians, people)
+    return PyBulletWorld(
+        scene,
+        robot_of(robot),
+        params,
+        make_pedestrians(params.people, scene.navigation_mesh, robot_of(robot)),
+        SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene, params.people.radius),
+        steps_per_tick,
+    )
+
+
+@kept(2)
+def world_params(path: str, pedestrians: int | None, people: str | None = None) -> WorldParams:
+    """A world's parameters, with the people that the user asked for.
+
+    Args:
+        path: file of ``params/worlds``.
+        pedestrians: how many people; None: the world's own number.
+        people: their model, or a recording of them; None: the world's own.
+
+    Raises:
+        InputError: an unknown model, or a number for a recording.
+    """
+    params = load_dataclass(WorldParams, Path(path))
+    who = params.people
+    if who.replay.file:
+        recording = str((Path(path).parent / who.replay.file).resolve())
+        who = dataclasses.replace(who, replay=dataclasses.replace(who.replay, file=recording))
+    if people is not None and is_recording(people):
+        who = dataclasses.replace(who, model="replay", replay=dataclasses.replace(who.replay, file=people))
+    elif people is not None:
+        who = dataclasses.replace(who, model=people)
+    if pedestrians is not None and who.model == "replay":
+        raise InputError(
+            f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its own; leave it out, "
+            "or choose --people random_walk or social_force"
+        )
+    if pedestrians is not None:
+        who = dataclasses.replace(who, count=pedestrians)
+    return dataclasses.replace(params, people=who)
+
+
+def with_recording(params: WorldParams) -> tuple[WorldParams, dict[str, str]]:
+    """The same world with its recording of people, if it replays one, beside its file; and that recording by name."""
+    if params.people.model != "replay":
+        return params, {}
+    source = Path(params.people.replay.file)
+    replay = dataclasses.replace(params.people.replay, file=f"people{source.suffix}")
+    beside = dataclasses.replace(params, people=dataclasses.replace(params.people, replay=replay))
+    return beside, {replay.file: recording_text(source)}
+
+
+@kept(2)
+def robot_of(path: str) -> RobotParams:
+    """The robot of a stack."""
+    return load_dataclass(RobotParams, Path(path))
+
+
+def _steps_per_tick(task: EpisodeTask) -> int:
+    if not task.stack.nav2_file:
+        return PARKED_STEPS
+    rate = world_params(task.world, task.pedestrians, task.people).physics.rate
+    return _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, rate)
+
+
+@kept(8)
+def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
+    return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
+
+
+def steps_per_tick(nav2: Nav2File, rate: float) -> int:
+    """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
+    periods = [rate / frequency for frequency in read_frequencies(nav2)]
+    if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
+        return 1  # some part fits no whole number of steps: it runs at the first step after it is due
+    return math.gcd(*(round(period) for period in periods))
+
+
+def build_brain(task: EpisodeTask, world: World) -> Brain:
+    """The brain of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
+    if not task.stack.nav2_file:
+        return Parked()
+    return _navigator(world, task.map_name, task.stack, task.allow_unknown)
+
+
+@kept(2)
+def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> Navigator:
+    return navigator_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
+
+
+def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Navigator:
+    """The brain of a stack that drives, to be reset.
+
+    Args:
+        scene: what its maps show.
+        world: where a localizer that knows the truth looks it up.
+        stack: which localizer it has, and which map.
+        nav2: its parameter file.
+    """
+    if stack.localizer == "ground_truth":
+        localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
+        if not stack.injected.is_zero:
+            localizer = InjectedErrorLocalizer(localizer, stack.injected)
+    else:
+        localizer = build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
+    stops = stack.when_lost == "stop"
+    if stack.planning_map == "navigation_mesh":
+        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops)
+    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops)
+
+
+def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
+    name = stack.localization_map or stack.planning_map
+    if name == "geometry":
+        return scene.mapped_geometry
+    return scene.navigation_mesh if name == "navigation_mesh" else scene.outlined_mesh
+
+
+def nav2_of(task: EpisodeTask) -> Nav2File:
+    """The parameter file of a task's stack."""
+    return nav2_parameters(task.stack.nav2_file, task.allow_unknown)

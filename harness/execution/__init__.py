@@ -1,0 +1,1 @@
+"""Where deliveries run: processes of this machine or a Dask cluster."""

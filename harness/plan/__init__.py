@@ -1,0 +1,1 @@
+"""Paths planned and checked without driving."""

@@ -1,0 +1,167 @@
+"""One question to several planners: the costmap of a stack on a map, a mission, and what each planner answers."""
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from harness.episode.factory import mission_of, nav2_of, robot_of, scene_of
+from harness.plan.path_check import Obstacles
+from harness.task.study import EpisodeTask
+from navstack.build import build_global_costmap, robot_shape
+from navstack.costmap.costmap import Costmap
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.errors import PlanningError, UnknownNameError
+from navstack.params.nav2_file.bindings import PLUGINS
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.views import read_planners, read_smoothers
+from navstack.params.planners import OMPL_ALGORITHMS, STATE_SPACES, OmplParams
+from navstack.planning.ompl_kernels import polyline_cost
+from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.planners import PLANNERS
+from navstack.planning.smoother import Smoother
+from navstack.planning.smoothers import SMOOTHERS
+from navstack.types import FloatArray, Path, Pose2D
+
+OMPL = "navstack::OmplPlanner"
+NAVFN = {"NavFn": "nav2_navfn_planner::NavfnPlanner", "IncrementalNavfn": "navstack::IncrementalNavfn"}
+NAMES = (*NAVFN, *OMPL_ALGORITHMS)
+SMOOTHER_NAMES = {kind.split("::")[-1]: kind for kind in SMOOTHERS}
+COST_WEIGHT = 4.0  # a path through cost 252 counts as five of its length: what NavFn makes of the costs
+UNLIMITED = 10**9  # iterations, where the time is limited
+COMPILING = 2000  # iterations, on next to nothing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """Where is planned."""
+
+    costmap: Costmap
+    shape: RobotShape
+    obstacles: Obstacles
+    footprint: FloatArray  # (N, 2) [m] of the robot itself
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What a planner made of a question."""
+
+    planner: str
+    path: Path | None
+    why: str  # there is no path, or its smoothing was refused; empty: nothing to say
+    seconds: float  # of wall time, smoothing included
+    clearance: float | None  # [m] of the robot's body to obstacles on the way; 0: it touches one
+    cost: float | None  # [m] length, each piece times 1 + COST_WEIGHT * cost / 252
+    improvement: tuple[tuple[float, float], ...]  # of the search: wall time [s] and the planner's own cost [m]
+
+
+def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
+    """The costmap of a task's stack, without scans, and the obstacles behind it.
+
+    A costmap that moves with the robot is centred on ``start``, without one on the map's lower left corner.
+    """
+    scene, on_mesh = scene_of(task.map_name), task.stack.planning_map == "navigation_mesh"
+    grid = scene.navigation_mesh if on_mesh else scene.geometry
+    keepout = None if on_mesh else scene.walkable.data != FREE
+    layered = build_global_costmap(nav2_of(task), grid, keepout)
+    layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
+    taken = grid.data == OCCUPIED
+    obstacles = Obstacles(taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y)
+    return Ground(layered.master, robot_shape(layered), obstacles, robot_of(task.stack.robot).polygon)
+
+
+def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
+    """Start and goal: as given, where both are; else the mission of the task.
+
+    Raises:
+        InputError: one is given and cannot be used.
+    """
+    if task.start is not None and task.goal is not None:
+        return task.start, task.goal  # whether they can be used is for the planners to say
+    mission = mission_of(task, task.generators()["mission"])
+    return mission.start, mission.goal
+
+
+def compile_first(shape: RobotShape) -> None:
+    """Let every planner and smoother work once on next to nothing, so that no time is taken for compiling."""
+    costmap = Costmap(np.zeros((60, 60), dtype=np.uint8), 0.05, 0.0, 0.0)
+    for kind, make in PLANNERS.items():
+        params = PLUGINS["planners"][kind]()
+        spaces: tuple[Any, ...] = (params,)
+        if isinstance(params, OmplParams):
+            quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0)
+            spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
+        for each in spaces:
+            path = make(each, shape).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
+    for kind, make_smoothing in SMOOTHERS.items():
+        make_smoothing(PLUGINS["smoothers"][kind]()).smooth(path, costmap)
+
+
+def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, **changes: Any) -> Planner:
+    """A planner of :data:`NAMES`, with the parameters that the file has for its kind.
+
+    Args:
+        name: NavFn's or one of OMPL's algorithms'.
+        nav2: the parameter file.
+        shape: the robot's.
+        seconds: wall time that OMPL's may take instead of their iterations; 0: as the file says.
+        changes: other values for fields of ``OmplParams``.
+
+    Raises:
+        UnknownNameError: there is no such planner.
+    """
+    if name not in NAMES:
+        raise UnknownNameError("planner", name, NAMES)
+    kind = NAVFN.get(name, OMPL)
+    given = [plugin.params for plugin in read_planners(nav2) if plugin.type == kind]
+    if kind == OMPL:  # its own section goes before another algorithm's
+        given.sort(key=lambda params: params.algorithm != name)
+    params = given[0] if given else PLUGINS["planners"][kind]()
+    if isinstance(params, OmplParams):
+        params = dataclasses.replace(params, algorithm=name, **changes)
+        if seconds > 0.0:
+            params = dataclasses.replace(params, max_planning_time=seconds, max_iterations=UNLIMITED, patience=0)
+    return PLANNERS[kind](params, shape)
+
+
+def make_smoother(name: str, nav2: Nav2File) -> Smoother:
+    """A smoother of :data:`SMOOTHER_NAMES`, with the parameters that the file has for its kind.
+
+    Raises:
+        UnknownNameError: there is no such smoother.
+    """
+    if name not in SMOOTHER_NAMES:
+        raise UnknownNameError("smoother", name, SMOOTHER_NAMES)
+    kind = SMOOTHER_NAMES[name]
+    given = [plugin.params for plugin in read_smoothers(nav2) if plugin.type == kind]
+    return SMOOTHERS[kind](given[0] if given else PLUGINS["smoothers"][kind]())
+
+
+def ask(
+    name: str, planner: Planner, smoother: Smoother | None, ground: Ground, ends: Sequence[Pose2D], seed: int
+) -> Answer:
+    """Let a planner answer a question, smooth its path and measure it."""
+    start, goal = ends
+    planner.reset(np.random.default_rng(seed))
+    begin, why, path = time.perf_counter(), "", None
+    try:
+        path = planner.plan(start, goal, ground.costmap)
+        if smoother is not None:
+            path = smoother.smooth(path, ground.costmap)
+            why = smoother.refusal
+    except PlanningError as error:
+        why = str(error)
+    seconds = time.perf_counter() - begin
+    if path is None:
+        return Answer(name, None, why, seconds, None, None, planner.improvement)
+    clearance = ground.obstacles.clearance(path.poses, start, goal, ground.footprint)
+    return Answer(name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement)
+
+
+def cost_of(path: Path, costmap: Costmap, cost_weight: float = COST_WEIGHT) -> float:
+    """Length of a path [m], each piece times 1 + ``cost_weight`` * mean cost / 252."""
+    points = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+    return float(polyline_cost(costmap.data, np.ascontiguousarray(points), cost_weight)) * costmap.resolution

@@ -1,0 +1,1 @@
+"""Run folders, journals and tables on disk."""

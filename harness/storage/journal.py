@@ -1,0 +1,146 @@
+"""The records of finished deliveries: lines of a run's journal, or rows of the tables that it becomes."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+from harness.storage.tables import Columns, Row, read_rows, trouble_with
+from navstack.errors import InputError
+
+LARGEST = 1e12  # of any number; more is no measurement of ours
+KEYS = ("stack", "stack_number", "seed", "episode")  # of every delivery
+NEEDED = ("stack", "map", "seed", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
+NEEDED_OF_TIMINGS = ("wall_s", "real_time_factor")
+LONGEST = 200  # [characters] of what is told of a damaged value
+
+
+def key_of(record: Row) -> tuple[int, int]:
+    """Stack number and episode."""
+    return record["row"]["stack_number"], record["row"]["episode"]
+
+
+def line_of(record: Row) -> bytes:
+    """A record (``row``, ``events``, ``timing``) as a line of a journal."""
+    return json.dumps(record, allow_nan=False).encode() + b"\n"
+
+
+def record_of(line: bytes) -> Row | None:
+    """The record of a line; None: it was cut off or is damaged."""
+    try:
+        record = json.loads(line)
+        whole = line.endswith(b"\n") and all(isinstance(number, int) for number in key_of(record))
+        whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return dict(record) if whole else None
+
+
+def records_in(
+    lines: Iterable[bytes], size: int, path: Path, tables: Mapping[str, Columns]
+) -> Iterator[tuple[Row, int, int]]:
+    """The records of a journal, each with its place and length [bytes]; a last line that was cut off is none.
+
+    Args:
+        lines: of the journal.
+        size: [bytes] of all lines.
+        path: of the journal, for messages.
+        tables: columns of ``episodes``, ``events`` and ``timings``; what an episode's row lacks of them is null.
+
+    Raises:
+        InputError: another line is damaged, or an episode is there twice.
+    """
+    end = 0
+    known: set[tuple[int, int]] = set()
+    for number, line in enumerate(lines, start=1):
+        begin, end = end, end + len(line)
+        record = record_of(line)
+        if record is None and end >= size:
+            return
+        trouble = "" if record is None else _trouble_in(record, tables)
+        if record is None or trouble or key_of(record) in known:
+            reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
+            raise InputError(f"{path}: line {number} is {reason}; a run resumes from a whole journal")
+        known.add(key_of(record))
+        yield {**record, "row": {**dict.fromkeys(tables["episodes"]), **record["row"]}}, begin, len(line)
+
+
+def events_at(journal: IO[bytes], place: int) -> list[Row]:
+    """The events of the record that begins at a byte of a journal."""
+    journal.seek(place)
+    events: list[Row] = json.loads(journal.readline())["events"]
+    return events
+
+
+def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
+    """The records of a run whose journal has become tables, without their events.
+
+    Raises:
+        InputError: the tables are damaged.
+    """
+    rows, timings = (read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings"))
+    if len(rows) != len(timings):
+        raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
+    records = [{"row": row, "timing": timing} for row, timing in zip(rows, timings, strict=True)]
+    for number, record in enumerate(records, start=1):
+        if trouble := _trouble_in(record, tables):
+            raise InputError(
+                f"run folder '{path}' has damaged tables: row {number}, {trouble}; a run resumes from whole tables"
+            )
+    return records
+
+
+def with_events(records: Sequence[Row], path: Path, tables: Mapping[str, Columns]) -> Iterator[Row]:
+    """The same records whole, as a journal has them.
+
+    Raises:
+        InputError: the table of the events is damaged.
+    """
+    events: dict[tuple[str, int], list[Row]] = {}
+    for number, event in enumerate(read_rows(path / "events.parquet", tables["events"]), start=1):
+        if trouble := _trouble_with(event, tables["events"]):
+            raise InputError(f"{path / 'events.parquet'}: is damaged: row {number}: {trouble}")
+        events.setdefault((event["stack"], event["episode"]), []).append(event)
+    for record in records:
+        row = record["row"]
+        yield {**record, "events": events.get((row["stack"], row["episode"]), [])}
+
+
+def _trouble_in(record: Row, tables: Mapping[str, Columns]) -> str:
+    """What is wrong with a record, with or without events; empty if nothing is."""
+    row, timing = record["row"], record["timing"]
+    has_failed = row.get("error") is not None
+    found = [("episode", _trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))]
+    found += [("event", _trouble_with(event, tables["events"])) for event in record.get("events", ())]
+    found.append(("timing", _trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS)))
+    return next((f"{part}: {trouble}" for part, trouble in found if trouble), "")
+
+
+def _trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> str:
+    """What is wrong with a row of a table; empty if nothing is. A table may lack columns that are needed of it."""
+    if not isinstance(row, dict):
+        return f"{type(row).__name__} in place of a row"
+    nested = next((name for name, value in row.items() if isinstance(value, list | dict)), None)
+    if nested is not None:
+        return _shown(f"{nested} is a {type(row[nested]).__name__}")
+    texts = ("stack", "outcome")  # which every row of an episode has, and others need not have
+    trouble = trouble_with({**dict.fromkeys(texts, ""), **row}, {**dict.fromkeys(texts, "string"), **columns})
+    if trouble:
+        return _shown(trouble)
+    missing = next((name for name in needed if name in columns and row.get(name) is None), None)
+    if missing is not None:
+        return f"{missing} is missing"
+    odd = next((name for name, value in row.items() if _is_odd(value, columns.get(name))), None)
+    return "" if odd is None else _shown(f"{odd} {row[odd]!r} is no measurement")
+
+
+def _is_odd(value: object, kind: str | None) -> bool:
+    """Whether a value of the right type can be no measurement, or is a text that no table takes."""
+    if isinstance(value, str) and not value.isascii():
+        return any("\ud800" <= char <= "\udfff" for char in value)
+    return kind == "double" and isinstance(value, int | float) and not abs(value) <= LARGEST
+
+
+def _shown(text: str) -> str:
+    """A text from a file as it may stand in one line."""
+    return "".join(char if char.isprintable() else "?" for char in text[:LONGEST])

@@ -1,0 +1,298 @@
+"""Run folders: finished episodes are on disk before the next one begins, and a run goes on where it was cut off."""
+
+import contextlib
+import json
+import os
+import shutil
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from harness.storage.files import LOCK, locked, no_links, replacing, require_folder, sync_folder, write_text
+from harness.storage.journal import events_at, finished_in_tables, key_of, line_of, records_in, with_events
+from harness.storage.real_folders import require_real_folders
+from harness.storage.tables import Columns, Row, read_rows, write_table
+from navstack.errors import InputError
+from navstack.files import check_regular
+from navstack.params.strict import read_text
+
+MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
+BEGUN = "run.begun"  # there while a run is created
+ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
+OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
+JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
+MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
+MOST_LINE = 20_000_000  # [bytes] of one delivery in it
+
+
+def default_folder(name: str) -> Path:
+    """``results/<time>-<name>`` below the current directory."""
+    return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name}"
+
+
+def require_usable(path: Path) -> None:
+    """Check that a run folder can be made at a path.
+
+    Raises:
+        InputError: it exists and is not empty, or cannot be written.
+    """
+    left_over = (path / BEGUN).is_file() and not (path / MANIFEST).exists()
+    if path.is_dir() and not left_over and any(entry.name != LOCK for entry in path.iterdir()):
+        resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
+        raise InputError(f"output folder '{path}' is not empty; give --out a new or empty folder{resume}")
+    require_folder(path)
+
+
+def other_study(folder: Path) -> tuple[str, str] | None:
+    """What a folder holds that looks like a run and is more: its kind, and the command that goes on with it."""
+    return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
+
+
+def no_run(folder: Path) -> InputError:
+    """What to say of a folder without ``run.json``."""
+    runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
+    advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
+    return InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
+
+
+def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
+    """Write what is known before the first episode.
+
+    Args:
+        path: must be absent or empty, or what is left of a program that was killed in here.
+        about: content of ``run.json``.
+        parameters: file name -> text, for ``params/``.
+
+    Raises:
+        InputError: the folder exists and is not empty, is in use, or cannot be written.
+    """
+    require_usable(path)
+    require_real_folders(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with locked(path):
+            require_usable(path)  # another program may have been quicker
+            write_text(path / BEGUN, "")
+            if (path / "params").exists():
+                shutil.rmtree(path / "params")
+            (path / "params").mkdir()
+            for name, text in parameters.items():
+                write_text(path / "params" / name, text)
+            write_text(path / MANIFEST, json.dumps(about, indent=2, sort_keys=True) + "\n")
+            (path / BEGUN).unlink()
+    except OSError as error:
+        raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
+    point_latest(path)
+
+
+def extend_run(path: Path, episodes: int) -> None:
+    """Let a run have more episodes than it was made for; those that it has stay as they are.
+
+    Args:
+        path: of a run that :func:`create_run` made.
+        episodes: of each stack, from now on.
+
+    Raises:
+        InputError: the folder is in use, cannot be written, or holds no run.
+    """
+    require_real_folders(path)
+    try:
+        with locked(path):
+            about = json.loads(read_text(path / MANIFEST))
+            write_text(path / MANIFEST, json.dumps({**about, "episodes": episodes}, indent=2, sort_keys=True) + "\n")
+    except OSError as error:
+        raise InputError(
+            f"run folder '{path}' cannot be written ({error.strerror}); make room or choose another"
+        ) from None
+
+
+class RunFolder:
+    """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
+
+    Nobody else can write the folder meanwhile. The rows in memory are those of the episodes and their timings; events
+    stay on disk.
+    """
+
+    def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
+        """Lock the folder and read what is finished.
+
+        Args:
+            path: of a run that :func:`create_run` made.
+            tables: columns of ``episodes``, ``events`` and ``timings``.
+            total: number of episodes that make the run complete.
+
+        Raises:
+            InputError: another program writes the folder, it cannot be written, or its journal is damaged.
+        """
+        self.path = path
+        self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
+        self._tables, self._total = tables, total
+        self._places: list[int] = []  # [bytes] where each record begins in the journal
+        self._journal: IO[bytes] | None = None
+        self._open = contextlib.ExitStack()
+        with contextlib.ExitStack() as opening:
+            try:
+                require_real_folders(path)
+                opening.enter_context(locked(path))
+                if self._has_tables and not (path / JOURNAL).exists():
+                    self.records = finished_in_tables(path, tables)
+                    if not self.is_complete:
+                        self._unpack()
+                if not (self._has_tables and self.is_complete) or (path / JOURNAL).exists():
+                    if (path / JOURNAL).exists():
+                        check_regular(path / JOURNAL, MOST_JOURNAL)
+                    self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
+                    self._read_journal(self._journal)
+                    sync_folder(path)
+            except OSError as error:
+                raise self._failed(error) from None
+            self._open = opening.pop_all()
+
+    def __enter__(self) -> "RunFolder":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every episode is finished."""
+        return len(self.records) >= self._total
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether its tables are final: then nothing in the folder changes any more."""
+        return self._journal is None
+
+    @property
+    def finished(self) -> set[tuple[int, int]]:
+        """Stack number and episode of what is finished."""
+        return {key_of(record) for record in self.records}
+
+    def add(self, record: Row) -> None:
+        """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
+        if self._journal is None:
+            raise ValueError(f"run folder '{self.path}' is closed or complete")
+        place, before = self._journal.seek(0, os.SEEK_END), len(self.records)
+        try:
+            self._journal.write(line_of(record))
+            self._keep(record, place)  # an interrupt while the disk works finds it in the journal and here
+            self._journal.flush()
+            os.fsync(self._journal.fileno())
+        except OSError as error:
+            del self.records[before:], self._places[before:]
+            raise self._failed(error) from None
+
+    def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
+        """Keep the trajectories of one episode as ``recordings/<name>.npz``; to be called before :meth:`add`."""
+        import numpy as np
+
+        folder = self.path / "recordings"
+        try:
+            folder.mkdir(exist_ok=True)
+            with replacing(folder / f"{name}.npz") as stream:
+                np.savez_compressed(stream, **arrays)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def add_table(self, name: str, columns: Columns, rows: Iterable[Row]) -> None:
+        """Keep a table of one episode as ``recordings/<name>.parquet``; to be called before :meth:`add`."""
+        folder = self.path / "recordings"
+        try:
+            folder.mkdir(exist_ok=True)
+            write_table(folder / f"{name}.parquet", columns, rows)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def write_summary(self, summary: Row) -> None:
+        """Write ``summary.json``."""
+        try:
+            write_text(
+                self.path / "summary.json", json.dumps(summary, indent=2, sort_keys=True, allow_nan=False) + "\n"
+            )
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def close(self) -> None:
+        """Turn the journal into the three tables, ordered by stack and episode whatever the order of work."""
+        with self._open:
+            journal, self._journal = self._journal, None
+            if journal is None:
+                return
+            order = sorted(range(len(self.records)), key=lambda i: key_of(self.records[i]))
+            rows: dict[str, Iterable[Row]] = {
+                "episodes": (self.records[i]["row"] for i in order),
+                "events": (event for i in order for event in events_at(journal, self._places[i])),
+                "timings": (self.records[i]["timing"] for i in order),
+            }
+            try:
+                for table, columns in self._tables.items():
+                    write_table(self.path / f"{table}.parquet", columns, rows[table])
+                if self.is_complete:
+                    (self.path / JOURNAL).unlink()
+            except OSError as error:
+                raise self._failed(error) from None
+            finally:
+                with contextlib.suppress(OSError):  # a full disk has been reported by then
+                    journal.close()
+            point_latest(self.path)
+
+    @property
+    def _has_tables(self) -> bool:
+        return (self.path / "episodes.parquet").exists()
+
+    def _unpack(self) -> None:
+        """Make tables a journal again: the run was complete and has been extended since."""
+        with replacing(self.path / JOURNAL) as journal:
+            for record in with_events(self.records, self.path, self._tables):
+                journal.write(line_of(record))
+        self.records = []
+
+    def _keep(self, record: Row, place: int) -> None:
+        self.records.append({"row": record["row"], "timing": record["timing"]})
+        self._places.append(place)
+
+    def _read_journal(self, journal: IO[bytes]) -> None:
+        """Take in the finished episodes; a last line that was cut off goes away."""
+        end, size = 0, journal.seek(0, os.SEEK_END)
+        journal.seek(0)
+        lines = iter(lambda: journal.readline(MOST_LINE), b"")
+        for record, place, length in records_in(lines, size, self.path / JOURNAL, self._tables):
+            self._keep(record, place)
+            end = place + length
+        journal.truncate(end)
+
+    def _failed(self, error: OSError) -> InputError:
+        kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""
+        advice = f"make room and go on with --resume {self.path}" if self.records else "make room or choose another"
+        return InputError(f"run folder '{self.path}' cannot be written ({error.strerror}){kept}; {advice}")
+
+
+def count_finished(path: Path) -> int:
+    """Number of finished episodes of a run, which another program may be writing.
+
+    Raises:
+        InputError: its table is damaged.
+    """
+    if (path / JOURNAL).is_file():
+        with (path / JOURNAL).open("rb") as journal:
+            return sum(line.endswith(b"\n") for line in iter(lambda: journal.readline(MOST_LINE), b""))
+    table = path / "episodes.parquet"
+    return len(read_rows(table, {"episode": "int64"})) if table.is_file() else 0
+
+
+def point_latest(path: Path) -> None:
+    """Let ``latest`` beside the run point to it; only in a folder named results, and never over a real file."""
+    path = path.resolve()
+    link = path.parent / "latest"
+    if path.parent.name != "results" or (link.exists() and not link.is_symlink()):
+        return
+    try:
+        link.unlink(missing_ok=True)
+        link.symlink_to(path.name)
+    except OSError:
+        return  # a file system without links; the folder itself is complete

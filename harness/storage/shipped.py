@@ -1,0 +1,65 @@
+"""Where the maps and parameters that come with the program are."""
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+from navstack.errors import InputError, UnknownNameError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def shipped(kind: str) -> Path:
+    """The folder ``maps`` or ``params``: inside the installed package, or beside it in a checkout."""
+    installed = _PACKAGE / "_shipped" / kind
+    return installed if installed.is_dir() else _PACKAGE.parent / kind
+
+
+def resolve(name_or_file: str, folder: Path, what: str) -> Path:
+    """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
+
+    Raises:
+        InputError: neither; the message offers the nearest known name.
+    """
+    given = Path(name_or_file)
+    if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
+        if not given.is_file():
+            trouble = "is a folder" if given.is_dir() else "does not exist"
+            known = ", ".join(names(folder))
+            raise InputError(f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}")
+        return given
+    candidate = folder / f"{name_or_file}.yaml"
+    if not candidate.is_file():
+        raise UnknownNameError(what, name_or_file, names(folder))
+    return candidate
+
+
+def names(folder: Path) -> list[str]:
+    """The names that :func:`resolve` knows in a folder."""
+    return sorted(path.stem for path in folder.glob("*.yaml"))
+
+
+def keep_compiled_code() -> None:
+    """Let numba keep compiled code in a folder of its own where the program's own folder cannot be written."""
+    if "NUMBA_CACHE_DIR" in os.environ or os.access(_PACKAGE, os.W_OK):
+        return
+    from navstack.costmap.field_cache import cache_folder  # it takes numpy, which is a third of the time of --help
+
+    folder = next(filter(_is_ours, (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}")), None)
+    os.environ["NUMBA_CACHE_DIR"] = str((folder or Path(tempfile.mkdtemp(prefix="navbench-"))) / "numba")
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether a folder, made where it is missing, is this user's own: what lies there is loaded and run."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.stat()
+    except OSError:
+        return False
+    return found.st_uid == os.getuid() and not found.st_mode & stat.S_IWOTH and os.access(folder, os.W_OK)
+
+
+def compiled_code() -> Path:
+    """The folder of compiled code, or one of those beside the sources, where numba keeps it by itself."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or _PACKAGE / "__pycache__")

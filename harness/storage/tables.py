@@ -1,0 +1,124 @@
+"""Tables of a run folder: written whole or not at all, and read back within bounds.
+
+A small Parquet file can unpack to any size.
+"""
+
+from collections.abc import Iterable, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from harness.storage.files import replacing
+from navstack.errors import InputError
+from navstack.files import check_regular
+
+MOST_VALUES = 6_000_000  # of a table, as Python objects some 400 MB: 80 000 deliveries, 300 000 events
+MOST_BYTES = 200_000_000  # of the file, of the columns as it holds them, and of the rows unpacked
+MOST_TEXT = 10_000_000  # [bytes] of one column of text, as the file holds it: each of its values once
+MOST_NUMBER = 1e300
+ROWS_AT_ONCE = 10_000  # of a table in memory
+
+Row = dict[str, Any]
+Columns = Mapping[str, str]  # column name -> Arrow type
+
+
+def read_rows(path: Path, columns: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Rows of a table; columns that an older run lacks are null, and foreign ones are passed over.
+
+    Args:
+        path: a Parquet file.
+        columns: what is wanted: column name -> Arrow type.
+
+    Raises:
+        InputError: the file cannot be read, is damaged, too large, or holds values of other types.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    wanted = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
+    rows: list[dict[str, Any]] = []
+    left = MOST_BYTES
+    try:
+        check_regular(path, MOST_BYTES)
+        with pq.ParquetFile(path) as file:
+            stored = [name for name in columns if name in file.schema_arrow.names]
+            if not stored:
+                raise InputError(f"{path}: has none of the columns of such a table: it belongs to no run")
+            _check_size(file.metadata, len(columns), path)
+            for batch in file.iter_batches(batch_size=_rows_at_once(file.metadata), columns=stored):
+                table = pa.table({name: batch.column(name) for name in stored})
+                table = table.cast(pa.schema([wanted.field(name) for name in stored]))
+                left -= table.nbytes
+                if left < 0:
+                    raise _too_much(path)
+                rows += table.to_pylist()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or 'it is damaged'})") from None
+    except (pa.ArrowException, ValueError) as error:
+        raise InputError(f"{path}: is damaged: {_first_line(error)}") from None
+    missing = dict.fromkeys(name for name in columns if name not in stored)
+    return [{**row, **missing} for row in rows] if missing else rows
+
+
+def _check_size(metadata: Any, width: int, path: Path) -> None:
+    if metadata.num_rows * width > MOST_VALUES:
+        raise InputError(f"{path}: {metadata.num_rows} rows; at most {MOST_VALUES // width} are read")
+    groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+    if sum(group.total_byte_size for group in groups) > MOST_BYTES or _longest_text(metadata) > MOST_TEXT:
+        raise _too_much(path)
+
+
+def _too_much(path: Path) -> InputError:
+    return InputError(f"{path}: its columns hold more than any run; at most {MOST_BYTES} bytes are read")
+
+
+def _longest_text(metadata: Any) -> int:
+    """Bytes of the largest column of text in a row group, as the file holds it: an upper bound of one value."""
+    return max(
+        (
+            column.total_uncompressed_size
+            for i in range(metadata.num_row_groups)
+            for column in (metadata.row_group(i).column(j) for j in range(metadata.num_columns))
+            if column.physical_type == "BYTE_ARRAY"
+        ),
+        default=0,
+    )
+
+
+def _rows_at_once(metadata: Any) -> int:
+    """So many that their texts, each as long as could be, do not fill the memory."""
+    return int(max(1, min(10_000, MOST_BYTES // 4 // max(1, _longest_text(metadata)))))
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
+
+
+def trouble_with(row: Row, columns: Columns) -> str:
+    """What is wrong with the row of an episode; empty if nothing is."""
+    for name, value in row.items():
+        if value is not None and not (name in columns and _is_of_kind(value, columns[name])):
+            return f"{name} {value!r} is not a value of such a row"
+    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
+    return next((f"{name} is missing" for name in needed if row.get(name) is None), "")
+
+
+def _is_of_kind(value: Any, kind: str) -> bool:
+    """Whether a value goes into a column of this Arrow type; numbers must be finite."""
+    if kind == "double":
+        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER
+    if kind == "int64":
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
+    return isinstance(value, str if kind == "string" else bool)
+
+
+def write_table(path: Path, columns: Columns, rows: Iterable[Row]) -> None:
+    """Write rows as Parquet, whole or not at all; a key that a row lacks is null."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
+    rows = iter(rows)
+    with replacing(path) as stream, pq.ParquetWriter(stream, schema) as writer:
+        while batch := list(islice(rows, ROWS_AT_ONCE)):
+            writer.write_table(pa.table({name: [row.get(name) for row in batch] for name in columns}, schema=schema))

@@ -1,0 +1,1 @@
+"""What is to be driven and what came of it."""

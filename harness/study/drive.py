@@ -1,0 +1,126 @@
+"""A study from its tasks to its tables: run the episodes, keep them, sum them up and price them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from harness.economics.prices import Prices
+from harness.economics.valuation import Valuation, valuation_document, value
+from harness.episode.episode import Delivery, run_episode
+from harness.episode.factory import prices_of
+from harness.execution.workers import Finished, Workers
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
+from harness.statistics import Interval
+from harness.storage.run_folder import RunFolder
+from harness.task.stack import Stack
+from harness.task.study import EpisodeTask, Study
+from navstack.errors import InputError
+
+TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
+
+
+@dataclass(frozen=True, slots=True)
+class StackResult:
+    """What a stack did over its finished episodes, and what that costs."""
+
+    stack: Stack
+    episodes: int  # finished, errors not counted
+    errors: int
+    valuation: Valuation | None  # None: no episode finished
+    real_time_factor_per_core: float | None  # median over the deliveries; the very first one also compiles
+    wall_s: float  # of driving, summed over the episodes
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Of rates (Wilson) and of means (bootstrap)."""
+        return {} if self.valuation is None else self.valuation.intervals
+
+
+Progress = Callable[[Finished[EpisodeTask, Delivery], Row], None]
+
+
+def require_own(study: Study, folder: RunFolder) -> None:
+    """Check that a folder holds deliveries of this study only.
+
+    Raises:
+        InputError: it holds others.
+    """
+    for record in folder.records:
+        number, episode, name = (record["row"][key] for key in ("stack_number", "episode", "stack"))
+        own = 0 <= number < len(study.stacks) and 0 <= episode < study.episodes and name == study.stacks[number].name
+        if not own:
+            raise InputError(
+                f"run folder '{folder.path}' holds delivery {episode} of stack '{name}', which its study has not: "
+                "its journal or table belongs to another run"
+            )
+
+
+def run_study(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
+    """Run every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
+    known = folder.finished
+    runs = workers.run(run_episode, (task for task in study.tasks() if (task.stack_number, task.episode) not in known))
+    try:
+        for finished in runs:
+            record = _record(finished)
+            if finished.result is not None and finished.result.recording:
+                folder.add_recording(f"{finished.task.stack.name}-{finished.task.episode}", finished.result.recording)
+            if finished.result is not None and finished.result.decisions:
+                name = f"{finished.task.stack.name}-{finished.task.episode}-decisions"
+                folder.add_table(name, *finished.result.decisions)
+            folder.add(record)
+            on_finished(finished, record)
+    finally:
+        runs.close()
+
+
+def _record(finished: Finished[EpisodeTask, Delivery]) -> Row:
+    """An episode as the run folder keeps it; one without a result becomes an error row."""
+    if finished.result is not None:
+        delivery = finished.result
+        return {"row": delivery.row, "events": delivery.events, "timing": delivery.timing}
+    task = finished.task
+    where = {"stack": task.stack.name, "episode": task.episode}
+    row = {**where, "stack_number": task.stack_number, "map": Path(task.map_name).stem, "seed": task.seed}
+    return {"row": {**row, "error": finished.error}, "events": [], "timing": where}
+
+
+def summarize_study(study: Study, records: Sequence[Row]) -> list[StackResult]:
+    """One result per stack."""
+    prices = prices_of(study.template.prices)
+    return [_summarize_stack(study, stack, records, prices) for stack in study.stacks]
+
+
+def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices: Prices) -> StackResult:
+    own = [record for record in records if record["row"]["stack"] == stack.name]
+    own.sort(key=lambda record: (record["row"]["seed"], record["row"]["episode"]))
+    rows = [r["row"] for r in own if r["row"].get("error") is None]
+    if not rows:
+        return StackResult(stack, 0, len(own), None, None, 0.0)
+    timings = [r["timing"] for r in own if r["row"].get("error") is None]
+    return StackResult(
+        stack=stack,
+        episodes=len(rows),
+        errors=len(own) - len(rows),
+        valuation=value(rows, stack, prices, study.template.seed),
+        real_time_factor_per_core=float(np.median([timing["real_time_factor"] for timing in timings])),
+        wall_s=sum(timing["wall_s"] for timing in timings),
+    )
+
+
+def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
+    """One entry of ``runs`` in the JSON document of ``navbench run``."""
+    document: Row = {
+        "stack": result.stack.name,
+        "map": Path(study.template.map_name).stem,
+        "seed": study.template.seed,
+        "episodes": result.episodes,
+        "errors": result.errors,
+        **valuation_document(result.valuation),
+    }
+    if folder is not None:
+        document["real_time_factor_per_core"] = result.real_time_factor_per_core
+        document["wall_s"] = result.wall_s
+        document["folder"] = str(folder)
+    return document

@@ -1,0 +1,178 @@
+"""What a run folder says of its run, written and read back: a run repeats from its folder alone."""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
+from harness.execution.worker_check import project_digest
+from harness.storage.run_folder import MANIFEST, no_run
+from harness.storage.tables import Row
+from harness.task.stack import Stack
+from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.sensors import SensorParams
+from navstack.errors import InputError
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, read_text
+
+PROGRAM = "navbench"
+LIBRARIES = ("numpy", "scipy", "numba", "pybullet", "ompl", "casadi", "filterpy", "shapely", "pyarrow")
+OF_ONE_EPISODE = ("stack", "stack_number", "episode")  # fields of a task that a study has many of
+
+
+def about(study: Study, command: Sequence[str]) -> Row:
+    """Content of ``run.json``: all that is needed to run it again, with the files in ``params/`` by name."""
+    task = dataclasses.asdict(study.template)
+    for key in OF_ONE_EPISODE:
+        del task[key]
+    if study.template.people is not None:
+        task["people"] = Path(study.template.people).name  # of a recording, a copy of which is in params/
+    return {
+        "command": _typed(command),
+        "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
+        "episodes": study.episodes,
+        **task,
+        **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
+        "map_sha256": map_digest(scene_of(study.template.map_name)),
+        "program_sha256": project_digest(),
+        "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
+    }
+
+
+def _typed(command: Sequence[str]) -> list[str]:
+    """What was typed, without the folders of this machine before a program or a script (``sys.argv`` has them)."""
+    script = Path(command[0]) if command else Path()
+    program = ["python", str(Path(*script.parts[-2:]))] if script.suffix == ".py" else [PROGRAM]
+    return [*program, *command[1:]]
+
+
+def parameters(study: Study) -> dict[str, str]:
+    """What the run uses, defaults and overrides filled in, by file name in ``params/``."""
+    template = study.template
+    world, recording = with_recording(world_params(template.world, template.pedestrians, template.people))
+    texts = {
+        "world.yaml": dump_dataclass(world),
+        **recording,
+        "rules.yaml": dump_dataclass(rules_of(template.rules)),
+        "prices.yaml": dump_dataclass(prices_of(template.prices)),
+    }
+    for stack in study.stacks:
+        files = {key: file.removeprefix("params/") for key, file in _files(stack).items()}
+        texts[files["sensors"]] = dump_dataclass(load_dataclass(SensorParams, Path(stack.sensors)))
+        texts[files["robot"]] = dump_dataclass(load_dataclass(RobotParams, Path(stack.robot)))
+        if stack.nav2_file:
+            nav2 = nav2_parameters(stack.nav2_file, template.allow_unknown)
+            texts[files["nav2_file"]] = _with_absolute_masks(nav2).dump_merged()
+            texts[f"{stack.name}-ignored.txt"] = "\n".join((*nav2.warnings, *nav2.ignored, ""))
+    return texts
+
+
+def load_study(folder: Path, workers: int | None = None) -> Study:
+    """The study of a run folder, with the folder's own parameters in place of the files that they came from.
+
+    Args:
+        folder: of a run.
+        workers: as in :func:`harness.task.study.make_study`.
+
+    Raises:
+        InputError: the folder holds no run, one of another version of this program, or one on a map that has changed.
+    """
+    content = _read_manifest(folder)
+    where = str(folder / MANIFEST)
+    recorded = content.get("versions", {}).get(PROGRAM)
+    if recorded != version(PROGRAM):
+        raise InputError(f"{where}: made by {PROGRAM} {recorded}, this is {version(PROGRAM)}; resume it with that one")
+    names = [field.name for field in dataclasses.fields(EpisodeTask) if field.name not in OF_ONE_EPISODE]
+    stacks = tuple(_stored_stack(folder, each, where) for each in _list(content, "stacks", where))
+    task = {
+        **{name: content[name] for name in names if name in content},
+        **{"stack": dataclasses.asdict(stacks[0]), "stack_number": 0, "episode": 0},
+        **{key: str(folder.absolute() / "params" / f"{key}.yaml") for key in ("world", "rules", "prices")},
+        **{"pedestrians": None, "people": None},  # world.yaml already has those that were asked for
+    }
+    template = from_mapping(EpisodeTask, task, where)
+    episodes = content.get("episodes")
+    if not isinstance(episodes, int) or not 1 <= episodes <= MAX_EPISODES:
+        raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
+    if map_digest(scene_of(template.map_name)) != content.get("map_sha256"):
+        raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
+    return Study(stacks, episodes, usable_workers(workers, episodes * len(stacks)), template)
+
+
+def version_notes(folder: Path) -> list[str]:
+    """A note for the program and each library that is another one than when the run began: then rows may differ."""
+    content = _read_manifest(folder)
+    recorded = content["versions"]
+    changed = content.get("program_sha256", project_digest()) != project_digest()
+    notes = [f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"] * changed
+    return notes + [
+        f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
+        for name in LIBRARIES
+        if recorded.get(name, version(name)) != version(name)
+    ]
+
+
+def _read_manifest(folder: Path) -> Mapping[str, Any]:
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise no_run(folder)
+    try:
+        content = json.loads(read_text(path))
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict) or not isinstance(content.get("versions"), dict):
+        raise InputError(f"{path}: is damaged; a run can be resumed from a whole one only")
+    return content
+
+
+def _list(content: Mapping[str, Any], key: str, where: str) -> list[Any]:
+    value = content.get(key)
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{where}: {key}: {value!r} is not a list of at least one entry")
+    return value
+
+
+def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
+    """A stack with its files in ``params/``, wherever the manifest says that they are."""
+    stack = from_mapping(Stack, content, f"{where}: stacks")
+    if Path(stack.name).name != stack.name:
+        raise InputError(f"{where}: stacks: '{stack.name}' is not the name of a stack")
+    return dataclasses.replace(stack, **{key: str(folder.absolute() / file) for key, file in _files(stack).items()})
+
+
+def _files(stack: Stack) -> dict[str, str]:
+    """Where a stack's files are in the run folder, by field of the stack."""
+    files = {key: f"params/{stack.name}-{key}.yaml" for key in ("sensors", "robot")}
+    return files | ({"nav2_file": f"params/{stack.name}-nav2.yaml"} if stack.nav2_file else {})
+
+
+def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
+    """The same file with paths of maps and masks, relative to where it was, made absolute."""
+    moved = {
+        node: {
+            name: dataclasses.replace(entry, value=str((nav2.path.parent / str(entry.value)).resolve()))
+            if name == "yaml_filename" and entry.value
+            else entry
+            for name, entry in entries.items()
+        }
+        for node, entries in nav2.parameters.items()
+    }
+    return dataclasses.replace(nav2, parameters=moved)
+
+
+def map_digest(scene: Scene) -> str:
+    """SHA-256 of everything in a scene."""
+    digest = hashlib.sha256()
+    for grid in (scene.geometry, scene.walkable, scene.navigation_mesh):
+        digest.update(repr((grid.resolution, grid.origin, grid.data.shape)).encode() + grid.data.tobytes())
+    for obstacle in scene.obstacles:
+        digest.update(repr((obstacle.kind, obstacle.height)).encode() + obstacle.polygon.tobytes())
+    for zone in scene.zones:
+        digest.update(repr((zone.kind, zone.elevation)).encode() + zone.polygon.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,94 @@
+"""What is looked at before a study begins: bad input, and what the user should know."""
+
+import dataclasses
+from pathlib import Path
+
+from harness.episode.factory import (
+    build_brain,
+    build_world,
+    mission_of,
+    nav2_of,
+    prices_of,
+    robot_of,
+    rules_of,
+    scene_of,
+)
+from harness.study.compile_ahead import compile_ahead
+from harness.task.stack import Stack
+from harness.task.study import Study
+from harness.world import glass, sky
+from harness.world.robot import RobotParams
+from harness.world.scene import Scene
+from harness.world.sensors import SensorParams
+from navstack.geometry import footprint_radii
+from navstack.params.costmap import robot_footprint
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.filters import keepout_filters_without_mask
+from navstack.params.nav2_file.views import read_costmap
+from navstack.params.strict import load_dataclass
+
+BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
+
+
+def check(study: Study) -> list[str]:
+    """Set up the first delivery of every stack, so that bad input is found before anything runs; returns notes.
+
+    Raises:
+        InputError: something that the user gave cannot be used.
+    """
+    notes: list[str] = []
+    prices_of(study.template.prices)
+    rules_of(study.template.rules)
+    for number, stack in enumerate(study.stacks):
+        task = dataclasses.replace(study.template, stack=stack, stack_number=number)
+        mission_of(task, task.generators()["mission"])
+        build_brain(task, build_world(task))
+        notes += sensor_notes(stack, scene_of(task.map_name))
+        if stack.nav2_file:
+            nav2 = nav2_of(task)
+            notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
+            notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
+            notes += filter_notes(nav2, stack)
+            notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
+    compile_ahead(study.stacks)  # last: bad input is one line, at once
+    return notes
+
+
+def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
+    """A note where a preset's errors come from buildings, and the map has none that make them."""
+    sensors = load_dataclass(SensorParams, Path(stack.sensors))
+    missing = []
+    if sensors.gps.depends_on_sky and all(obstacle.height < sky.TALL for obstacle in scene.obstacles):
+        missing.append(f"nothing of {sky.TALL:g} m or more hides satellites")
+    if sensors.lidar.glass_transmission > 0.0 and all(obstacle.kind not in glass.KINDS for obstacle in scene.obstacles):
+        missing.append("nothing is of glass")
+    if not missing:
+        return []
+    return [f"{stack.name}: on this map {' and '.join(missing)}: {Path(stack.sensors).stem} has no such errors here"]
+
+
+def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
+    """A note where keepout filters have no mask: neither from the file nor from the planning map."""
+    names = keepout_filters_without_mask(nav2.parameters)
+    if stack.planning_map != "navigation_mesh" or not names:
+        return []
+    return [f"{stack.name}: without a mask, hence without effect: {', '.join(names)} (the mesh is walkable ground)"]
+
+
+def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:
+    """A note where a Nav2 file was written for another body than the robot that drives here."""
+    known = footprint_radii(robot_footprint(read_costmap(nav2, "local_costmap")))
+    real = footprint_radii(robot.polygon)
+    if all(abs(a - b) < BODY_TOLERANCE for a, b in zip(known, real, strict=True)):
+        return []
+    return [
+        f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its centre, the one that drives "
+        f"here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
+    ]
+
+
+def ignored_keys(nav2: Nav2File) -> str:
+    """What of a Nav2 file has no effect here: whole nodes by name, single keys by their number."""
+    nodes = [key for key in nav2.ignored if ": " not in key]
+    keys = len(nav2.ignored) - len(nodes)
+    return f"without effect here are {', '.join(nodes)} and {keys} keys; the run folder lists them in params/"

@@ -1,0 +1,191 @@
+"""A finished run as its folder tells of it, read without what simulates."""
+
+import dataclasses
+import hashlib
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.economics.accountings import COUNTED, PERSON
+from harness.economics.contact_costs import injury_measures
+from harness.economics.prices import Prices, load_prices
+from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
+from harness.storage.journal import LARGEST, NEEDED
+from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, no_run, other_study
+from harness.storage.tables import read_rows
+from navstack.errors import InputError, UnknownNameError
+from navstack.files import check_regular
+from navstack.params.strict import load_yaml, read_text
+
+NEEDED_OF_EVENTS = (
+    *("stack", "episode", "type", "partner", "kind", "fault"),
+    *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
+)
+CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
+MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
+
+
+@dataclass(frozen=True, slots=True)
+class StoredStack:
+    """What of a stack matters once it has driven."""
+
+    name: str
+    carries: tuple[str, ...]  # sensors that have a price
+    localizer: str
+    errors: int  # deliveries without a result
+    rows: tuple[Row, ...]  # of the finished deliveries, as in episodes.parquet
+
+
+@dataclass(frozen=True, slots=True)
+class StoredRun:
+    """A run folder's content."""
+
+    folder: Path
+    about: Mapping[str, Any]  # run.json
+    stacks: tuple[StoredStack, ...]
+    events: tuple[Row, ...]  # as in events.parquet
+
+    @property
+    def seed(self) -> int:
+        """Of the run."""
+        return int(self.about["seed"])
+
+    @property
+    def map_name(self) -> str:
+        """Name of its map."""
+        return Path(self.about["map_name"]).stem
+
+    def prices(self) -> Prices:
+        """The prices at which it was run."""
+        return load_prices(str(self.folder / "params" / "prices.yaml"))
+
+    def condition(self, name: str) -> Any:
+        """Content of one of the :data:`CONDITIONS`' files."""
+        return load_yaml(self.folder / "params" / f"{name}.yaml")
+
+    def recorded_people(self) -> str:
+        """SHA-256 of the recording whose people were replayed; empty: there is none.
+
+        Raises:
+            InputError: it is no regular file, or too large.
+        """
+        files = sorted((self.folder / "params").glob("people.*"))
+        for file in files:
+            check_regular(file, MOST_PEOPLE)
+        return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest() if files else ""
+
+    def only(self, stack: str) -> "StoredRun":
+        """The same run with one stack.
+
+        Raises:
+            UnknownNameError: the run has no such stack.
+        """
+        kept = tuple(each for each in self.stacks if each.name == stack)
+        if not kept:
+            raise UnknownNameError(f"stack of {self.folder}", stack, [each.name for each in self.stacks])
+        return dataclasses.replace(self, stacks=kept)
+
+
+def load_run(folder_or_stack: str) -> StoredRun:
+    """Read ``FOLDER``, or one stack of it with ``FOLDER:stack``.
+
+    Raises:
+        InputError: it holds no run that can be read; the message says what is wrong with it.
+    """
+    folder, colon, stack = folder_or_stack.rpartition(":")
+    if Path(folder_or_stack).is_dir() or not colon:
+        return _load(Path(folder_or_stack))
+    return _load(Path(folder)).only(stack)
+
+
+def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> StoredStack:
+    """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them.
+
+    Raises:
+        InputError: rows and events are not of the same deliveries.
+    """
+    impulses: dict[int, list[float]] = {}
+    for event in events:
+        if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
+            impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
+    for row in stack.rows:
+        told, there = row["pedestrian_contacts"], len(impulses.get(row["episode"], ()))
+        if told is not None and told != there:
+            raise InputError(
+                f"episode {row['episode']} of {stack.name} has {told} contacts with people in episodes.parquet and "
+                f"{there} in events.parquet: they are of different states of the run; take a whole copy"
+            )
+    force = prices.rolling_resistance_force
+    rows = tuple(
+        {
+            **row,
+            **injury_measures(impulses.get(row["episode"], ()), prices),
+            "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH,
+        }
+        for row in stack.rows
+    )
+    return dataclasses.replace(stack, rows=rows)
+
+
+def _load(folder: Path) -> StoredRun:
+    about = _read_manifest(folder)
+    if not (folder / "episodes.parquet").exists():
+        if known := other_study(folder):
+            kind, command = known
+            raise InputError(
+                f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume {folder} finishes it"
+            )
+        unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
+        raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
+    rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
+    if (waiting := count_finished(folder) - len(rows)) > 0:
+        sys.stderr.write(
+            f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is being driven, or "
+            "was cut off; --resume it to have them all\n"
+        )
+    finished = [row for row in rows if row["error"] is None]
+    for row in finished:
+        _check(row, NEEDED, folder / "episodes.parquet")
+    stacks = tuple(
+        StoredStack(
+            name=name,
+            carries=carries,
+            localizer=localizer,
+            errors=sum(row["stack"] == name and row["error"] is not None for row in rows),
+            rows=tuple(row for row in finished if row["stack"] == name),
+        )
+        for name, carries, localizer in about["stacks"]
+    )
+    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    for event in events:
+        _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
+    return StoredRun(folder, about, stacks, tuple(events))
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    """Content of ``run.json``, its stacks as name, sensors and localizer."""
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise no_run(folder)
+    try:
+        about = json.loads(read_text(path))
+        stacks = [(s["name"], tuple(s["carries"]), s["localizer"]) for s in about["stacks"]]
+        sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
+        sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
+        sound = sound and all(isinstance(text, str) for name, sensors, key in stacks for text in (name, *sensors, key))
+    except (ValueError, TypeError, KeyError, RecursionError):
+        sound = False
+    if not sound:
+        raise InputError(f"{path}: is damaged; it should name the seed, the map and the stacks of a run")
+    return {**about, "stacks": stacks}
+
+
+def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:
+    """Check that a row has what it needs, and that its numbers can be measurements."""
+    missing = next((key for key in needed if row[key] is None), None)
+    odd = next((key for key, value in row.items() if isinstance(value, float) and not abs(value) <= LARGEST), None)
+    if missing or odd:
+        raise InputError(f"{where}: episode {row['episode']} has no sound '{missing or odd}'")

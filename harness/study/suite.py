@@ -1,0 +1,312 @@
+"""A declared study: every stack in every map, world, density of people and seed, a run folder for each cell.
+
+It may be driven in pieces: some stacks first, or the first deliveries of all. What a cell has is kept and added to.
+"""
+
+import dataclasses
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.storage.files import write_text
+from harness.storage.run_folder import MANIFEST, create_run, extend_run
+from harness.storage.tables import Row
+from harness.study.manifest import about, load_study, parameters
+from harness.task.study import Study, make_study
+from navstack.errors import InputError, ParameterError, UnknownNameError
+from navstack.params.nav2_file.yaml_text import load_text
+from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
+
+DECLARATION = "suite.yaml"  # a folder that has it can be resumed
+MOST_CELLS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """What is to be crossed with what. Names, or files relative to the suite's own."""
+
+    title: str
+    stacks: tuple[str, ...]
+    episodes: int  # per stack and cell
+    seeds: tuple[int, ...] = (0,)
+    maps: tuple[str, ...] = ("sidewalk",)
+    worlds: tuple[str, ...] = ("costnav",)
+    pedestrians: tuple[int, ...] = ()  # empty: the worlds' own number
+    people: str | None = None  # None: the worlds' own
+    missions: str = "published"
+    rules: str = "costnav"
+    prices: str = "costnav"
+    localizer: str | None = None
+    robot: str | None = None
+    record: str = "events"
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What the cells of all stacks and seeds have in common."""
+
+    map_name: str
+    world: str
+    pedestrians: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One run of a suite: a stack under a condition."""
+
+    stack: str
+    condition: Condition
+    seed: int
+
+    @property
+    def stack_name(self) -> str:
+        """Of the stack, which may be given as a file."""
+        return Path(self.stack).stem
+
+    @property
+    def name(self) -> str:
+        """Of its run folder."""
+        where = self.condition
+        people = "" if where.pedestrians is None else f"-people{where.pedestrians}"
+        return f"{Path(where.map_name).stem}-{Path(where.world).stem}{people}-seed{self.seed}-{self.stack_name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Portion:
+    """What of a suite is to be driven now."""
+
+    stacks: tuple[str, ...] = ()  # by name; empty: all
+    maps: tuple[str, ...] = ()  # by name; empty: all
+    episodes: int | None = None  # the first so many of each cell; None: all
+
+    def cells(self, suite: Suite) -> list[Cell]:
+        """The cells of a suite that it covers.
+
+        Raises:
+            InputError: the suite has no such stack or map, or not so many episodes.
+        """
+        stacks = _chosen("--stack", self.stacks, suite.stacks)
+        maps = _chosen("--map", self.maps, suite.maps)
+        if self.episodes is not None and not 1 <= self.episodes <= suite.episodes:
+            raise InputError(f"--episodes {self.episodes} is out of range; the suite declares 1 to {suite.episodes}")
+        return [
+            cell for cell in cells(suite) if cell.stack_name in stacks and Path(cell.condition.map_name).stem in maps
+        ]
+
+    @property
+    def options(self) -> str:
+        """As they are given on a command line."""
+        episodes = "" if self.episodes is None else f" --episodes {self.episodes}"
+        named = [*(("stack", name) for name in self.stacks), *(("map", name) for name in self.maps)]
+        return "".join(f" --{option} {name}" for option, name in named) + episodes
+
+
+def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[str]:
+    """Names of what is asked for of what a suite declares; nothing asked: all."""
+    known = [Path(name).stem for name in declared]
+    for name in asked:
+        if Path(name).stem not in known:
+            raise UnknownNameError(option, name, known)
+    return {Path(name).stem for name in asked or declared}
+
+
+def load_suite(path: Path) -> Suite:
+    """Read a suite file, files beside it as absolute paths.
+
+    Raises:
+        ParameterError: an unknown key, a value of the wrong kind, an empty list, too many cells, or two of one name.
+    """
+    suite = load_dataclass(Suite, path)
+    for key in ("stacks", "seeds", "maps", "worlds"):
+        if not getattr(suite, key):
+            raise ParameterError(f"{path}: {key}: is empty; give at least one")
+    beside = {key: tuple(_beside(path, name) for name in getattr(suite, key)) for key in ("stacks", "maps", "worlds")}
+    single = {key: _beside(path, getattr(suite, key)) for key in ("rules", "prices")}
+    optional = {key: _beside(path, value) for key in ("people", "robot") if (value := getattr(suite, key)) is not None}
+    number = len(suite.stacks) * len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
+    if number > MOST_CELLS:
+        raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
+    suite = dataclasses.replace(suite, **beside, **single, **optional)
+    names = [cell.name for cell in cells(suite)]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ParameterError(f"{path}: two cells are named '{twice}'; give each value once, and files different names")
+    return suite
+
+
+def _beside(path: Path, name: str) -> str:
+    beside = path.parent / name
+    return str(beside.absolute()) if beside.is_file() else name
+
+
+def conditions(suite: Suite) -> list[Condition]:
+    """Every map, world and number of people of a suite."""
+    densities: Sequence[int | None] = suite.pedestrians or (None,)
+    return [Condition(*values) for values in itertools.product(suite.maps, suite.worlds, densities)]
+
+
+def cells(suite: Suite) -> list[Cell]:
+    """Every run of a suite; seeds vary fastest, then stacks."""
+    return [Cell(stack, where, seed) for where in conditions(suite) for stack in suite.stacks for seed in suite.seeds]
+
+
+def cell_study(suite: Suite, cell: Cell, episodes: int) -> Study:
+    """The study of a cell, with its first episodes.
+
+    Raises:
+        InputError: a value that ``navbench run`` would refuse too.
+    """
+    return make_study(
+        stacks=[cell.stack],
+        episodes=episodes,
+        seed=cell.seed,
+        map_name=cell.condition.map_name,
+        pedestrians=cell.condition.pedestrians,
+        people=suite.people,
+        world=cell.condition.world,
+        missions=suite.missions,
+        localizer=suite.localizer,
+        robot=suite.robot,
+        prices=suite.prices,
+        rules=suite.rules,
+        record=suite.record,
+    )
+
+
+def declare(path: Path, suite: Suite) -> None:
+    """Write what a suite folder is to hold.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    write_file(path / DECLARATION, dump_dataclass(suite))
+
+
+def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence[str]) -> None:
+    """Make the run folder of a cell, or let one that has fewer episodes have more, driven as those that it has.
+
+    Raises:
+        InputError: the folder cannot be written, or is in use; a value that ``navbench run`` would refuse too; cells
+            that were begun before have another world, other rules or other prices than today's.
+    """
+    folder = path / cell.name
+    if not is_begun(path, cell):
+        study = cell_study(suite, cell, episodes)
+        texts = parameters(study)
+        begun = [other for other in cells(suite) if is_begun(path, other)]
+        alike = [other for other in begun if _world_of(other) == _world_of(cell)]
+        for other in {*begun[:1], *alike[:1]}:  # these were held against the others when they were begun
+            _require_common(path, other, cell, texts)
+        create_run(folder, about(study, command), texts)
+    elif load_study(folder).episodes < episodes:
+        extend_run(folder, episodes)
+
+
+def is_begun(path: Path, cell: Cell) -> bool:
+    """Whether a suite folder has a run folder for a cell."""
+    return (path / cell.name / MANIFEST).is_file()
+
+
+def _world_of(cell: Cell) -> tuple[str, int | None]:
+    return cell.condition.world, cell.condition.pedestrians
+
+
+def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
+    """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
+    names = ["rules.yaml", "prices.yaml"]
+    if _world_of(begun) == _world_of(cell):
+        names.append("world.yaml")
+    folder = path / begun.name
+    if _world_of(begun) == _world_of(cell) and _people_in(folder) != _people(texts):
+        raise InputError(
+            f"'{path / cell.name}' would be driven with another recording of people than '{folder}', whose deliveries "
+            "the same suite has; restore the file, or begin the suite in a new folder"
+        )
+    for name in names:
+        if load_yaml(folder / "params" / name) != load_text(texts[name], name):
+            raise InputError(
+                f"'{path / cell.name}' would be driven with another {name} than '{folder}', whose deliveries the same "
+                "suite has; restore the file, or begin the suite in a new folder"
+            )
+
+
+def _people(texts: Mapping[str, str]) -> list[str]:
+    """The recording of people among a run's parameters, if there is one."""
+    return [text for name, text in texts.items() if name.startswith("people.")]
+
+
+def _people_in(folder: Path) -> list[str]:
+    return [file.read_text(encoding="utf-8") for file in sorted((folder / "params").glob("people.*"))]
+
+
+def require_alike(path: Path, cell: Cell, study: Study) -> None:
+    """Check that what a cell holds was driven with the parameters that it would be driven with now.
+
+    Raises:
+        InputError: it was not.
+    """
+    folder = path / cell.name
+    texts = parameters(study)
+    now = {name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")}
+    then = {file.name: load_yaml(file) for file in sorted((folder / "params").glob("*.yaml"))}
+    other = [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
+    if _people_in(folder) != _people(texts):
+        other.append("recording of people")
+    if load_study(folder).template.missions != study.template.missions:
+        other.append("way to draw missions")
+    if other:
+        raise InputError(
+            f"run folder '{folder}' was driven with another {other[0]} than today's; remove the folder to drive it "
+            f"anew, or go on with the old one by --resume {path}"
+        )
+
+
+def stored_suite(path: Path) -> Suite:
+    """The suite of a suite folder.
+
+    Raises:
+        InputError: the folder holds none.
+    """
+    if not (path / DECLARATION).is_file():
+        raise InputError(f"'{path}' holds no suite: {DECLARATION} is missing; give the folder that a suite wrote")
+    return load_suite(path / DECLARATION)
+
+
+def require_same(path: Path, suite: Suite) -> None:
+    """Check that a suite is the one that a folder holds, maybe with other cells added or left out.
+
+    Raises:
+        InputError: it has none of the cells that the folder has, or differs in what all cells have in common.
+    """
+    stored = stored_suite(path)
+    known = {cell.name for cell in cells(suite)}
+    begun = [cell.name for cell in cells(stored) if is_begun(path, cell)]
+    shared = ("missions", "people", "localizer", "robot", "record")
+    other = [key for key in shared if getattr(stored, key) != getattr(suite, key)]
+    if other or (begun and known.isdisjoint(begun)):
+        what = f"{other[0]} is another" if other else f"none of its runs, {begun[0]} for one, is of this suite"
+        raise InputError(f"'{path}' holds the suite '{stored.title}': {what}; give another --out")
+
+
+def write_document(path: Path, document: Row) -> None:
+    """Write a JSON document.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    write_file(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a file of a suite folder; the folder is made where it is missing.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None

@@ -1,0 +1,1 @@
+"""What a delivery is: stack, mission, seed."""

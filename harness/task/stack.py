@@ -1,0 +1,131 @@
+"""What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.storage.shipped import resolve, shipped
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.nav2_file.ros_yaml import PARAMETERS
+from navstack.params.strict import load_dataclass, read_text
+
+LOCALIZERS = ("ground_truth", "gps", "gps-ekf", "odom_imu", "amcl", "amcl-gps")
+PLANNING_MAPS = ("geometry", "navigation_mesh")
+LOCALIZATION_MAPS = (*PLANNING_MAPS, "outlined_mesh")
+NAVIGATORS = ("nav2", "parked")
+WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
+SENSOR_KINDS = ("lidar", "gps")  # those that have a price
+CORRELATION_TIME = 10.0  # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
+
+
+@dataclass(frozen=True, slots=True)
+class InjectedError:
+    """A set error on top of the true pose: one first-order Gauss-Markov process per coordinate."""
+
+    position_rms: float = 0.0  # [m] root mean square of the distance from the true position
+    heading_rms: float = 0.0  # [deg] root mean square of the angle from the true yaw
+    correlation_time: float = CORRELATION_TIME  # [s] over which the correlation falls to 1/e
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a number that is negative or not finite, or no correlation time.
+        """
+        for name in ("position_rms", "heading_rms", "correlation_time"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0) or (name == "correlation_time" and value == 0.0):
+                least = "more than 0" if name == "correlation_time" else "0 or more"
+                raise ParameterError(f"injected error: {name} {value} is out of range; give a number, {least}")
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether there is none."""
+        return self.position_rms == 0.0 and self.heading_rms == 0.0
+
+
+NO_ERROR = InjectedError()
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """One way to drive. Files stand as absolute paths once the stack is loaded."""
+
+    title: str
+    navigator: str
+    localizer: str
+    planning_map: str  # of PLANNING_MAPS
+    sensors: str
+    carries: tuple[str, ...]
+    robot: str
+    nav2_file: str = ""  # empty for 'parked'
+    localization_map: str = ""  # of LOCALIZATION_MAPS; empty: the planning map
+    when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
+    injected: InjectedError = NO_ERROR  # on top of ground_truth
+    name: str = ""
+
+
+def load_stack(
+    name_or_file: str, localizer: str | None = None, robot: str | None = None, sensors: str | None = None
+) -> Stack:
+    """A stack by name, by its file, or made from a Nav2 parameter file (then like ``nav2-gps``).
+
+    Args:
+        name_or_file: a name of ``params/stacks``, a stack file, or a Nav2 parameter file.
+        localizer: replaces the stack's own.
+        robot: replaces the stack's own.
+        sensors: preset that replaces the stack's own.
+
+    Raises:
+        InputError: an unknown name, or a file that is neither a stack nor a Nav2 file.
+    """
+    stacks = shipped("params") / "stacks"
+    path = resolve(name_or_file, stacks, "stack")
+    if PARAMETERS in read_text(path):  # every node of a Nav2 file has this key
+        stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
+        stack = dataclasses.replace(stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}")
+    else:
+        stack = load_dataclass(Stack, path)
+    given = {"localizer": localizer, "robot": robot, "sensors": sensors}
+    changes = {key: value for key, value in given.items() if value is not None}
+    own = {key: _beside(path, getattr(stack, key)) for key in ("nav2_file", "sensors", "robot")}
+    stack = dataclasses.replace(stack, name=path.stem, **{**own, **changes})
+    return _with_paths(stack, path)
+
+
+def _beside(path: Path, name_or_file: str) -> str:
+    """What a stack's file names: a file, relative to that one, as an absolute path; a name of ``params`` as it is."""
+    given = Path(name_or_file)
+    is_file = given.suffix in (".yaml", ".yml") or len(given.parts) > 1  # as :func:`resolve` tells them apart
+    return str((path.parent / given).absolute()) if is_file else name_or_file
+
+
+def _with_paths(stack: Stack, path: Path) -> Stack:
+    """Check the names and turn those of files into absolute paths."""
+    _check("navigator", stack.navigator, NAVIGATORS)
+    _check("localizer", stack.localizer, LOCALIZERS)
+    _check("planning map", stack.planning_map, PLANNING_MAPS)
+    _check("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
+    _check("when_lost", stack.when_lost, WHEN_LOST)
+    for sensor in stack.carries:
+        _check("sensor", sensor, SENSOR_KINDS)
+    if not stack.injected.is_zero and stack.localizer != "ground_truth":
+        raise ParameterError(f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'")
+    params = shipped("params")
+    nav2_file = ""
+    if stack.navigator == "nav2":
+        if not stack.nav2_file:
+            raise ParameterError(f"{path}: key 'nav2_file' is missing; a nav2 stack needs one")
+        nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2").resolve())
+    return dataclasses.replace(
+        stack,
+        nav2_file=nav2_file,
+        sensors=str(resolve(stack.sensors, params / "sensors", "sensor preset").resolve()),
+        robot=str(resolve(stack.robot, params / "robots", "robot").resolve()),
+    )
+
+
+def _check(kind: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise UnknownNameError(kind, given, known)

@@ -1,0 +1,195 @@
+"""What is to be driven: stacks, map, seeds; checked before anything starts."""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from harness.execution.workers import available_cores
+from harness.storage.shipped import resolve, shipped
+from harness.task.mission import SAMPLINGS
+from harness.task.stack import Stack, load_stack
+from navstack.errors import InputError, UnknownNameError
+from navstack.types import Pose2D
+
+RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
+RECORDS = ("events", "decisions", "full")
+FARTHEST = 1e6  # [m] or [rad] of a pose that a user gives
+MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
+MAX_EPISODES = 1_000_000  # of a stack
+MAX_SEED = 2**63 - 1  # what a table can hold
+
+# Every consumer of randomness has a generator of its own, so that a change of one leaves the others alone and two
+# stacks meet the same missions, people and noise (common random numbers).
+CONSUMERS = ("mission", "pedestrians", "lidar", "odometry", "imu", "gps", "cargo", "planner", "localizer", "controller")
+
+
+def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:
+    """One generator per consumer of randomness."""
+    children = np.random.SeedSequence(seed, spawn_key=(episode,)).spawn(len(CONSUMERS))
+    return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeTask:
+    """One delivery to simulate, complete in itself: it can travel to another process."""
+
+    stack: Stack
+    stack_number: int
+    map_name: str
+    world: str  # file of params/worlds
+    rules: str  # file of params/rules
+    prices: str  # file of params/prices
+    seed: int
+    episode: int
+    pedestrians: int | None
+    people: str | None  # model of people, or the file of a recording; None: the world's own
+    missions: str  # how they are drawn, a name of harness.task.mission.SAMPLINGS
+    start: Pose2D | None
+    goal: Pose2D | None
+    keep_trace: bool
+    keep_decisions: bool
+    allow_unknown: bool
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            InputError: a seed out of range, or an unknown way to draw missions.
+        """
+        _at_least("--seed", self.seed, 0, MAX_SEED)
+        if self.missions not in SAMPLINGS:
+            raise UnknownNameError("--missions", self.missions, SAMPLINGS)
+
+    def generators(self) -> dict[str, np.random.Generator]:
+        """One generator per consumer, the same for every stack."""
+        return make_generators(self.seed, self.episode)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Stacks to be compared on the same deliveries."""
+
+    stacks: tuple[Stack, ...]
+    episodes: int
+    workers: int
+    template: EpisodeTask  # of the first stack's first episode; the others differ in stack and episode
+
+    @property
+    def total(self) -> int:
+        """Number of deliveries."""
+        return self.episodes * len(self.stacks)
+
+    def tasks(self) -> Iterator[EpisodeTask]:
+        """Every delivery of the study."""
+        for number, stack in enumerate(self.stacks):
+            for episode in range(self.episodes):
+                yield dataclasses.replace(self.template, stack=stack, stack_number=number, episode=episode)
+
+
+def make_study(
+    *,
+    stacks: Sequence[str],
+    episodes: int,
+    seed: int = 0,
+    map_name: str = "sidewalk",
+    pedestrians: int | None = None,
+    people: str | None = None,
+    world: str = "costnav",
+    missions: str = "published",
+    localizer: str | None = None,
+    robot: str | None = None,
+    sensors: str | None = None,
+    start: str | None = None,
+    goal: str | None = None,
+    workers: int | None = None,
+    prices: str = "costnav",
+    rules: str = "costnav",
+    record: str = "events",
+    allow_unknown: bool = False,
+) -> Study:
+    """Check what a user asked for.
+
+    Raises:
+        InputError: a count out of range, an unknown name, a pose that is not three numbers.
+    """
+    _at_least("--episodes", episodes, 1, MAX_EPISODES)
+    if pedestrians is not None:
+        _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
+    if record not in RECORDS:
+        raise UnknownNameError("--record", record, RECORDS)
+    params = shipped("params")
+    loaded = _unique_names(tuple(load_stack(name, localizer, robot, sensors) for name in stacks))
+    template = EpisodeTask(
+        stack=loaded[0],
+        stack_number=0,
+        map_name=_absolute(map_name),
+        world=str(resolve(world, params / "worlds", "world").resolve()),
+        rules=str(resolve(rules, params / "rules", "rules").resolve()),
+        prices=str(resolve(prices, params / "prices", "prices").resolve()),
+        seed=seed,
+        episode=0,
+        pedestrians=pedestrians,
+        people=str(Path(people).resolve()) if people is not None and is_recording(people) else people,
+        missions=missions,
+        start=parse_pose("--start", start) if start is not None else None,
+        goal=parse_pose("--goal", goal) if goal is not None else None,
+        keep_trace=record == "full",
+        keep_decisions=record in ("decisions", "full"),
+        allow_unknown=allow_unknown,
+    )
+    return Study(loaded, episodes, usable_workers(workers, episodes * len(loaded)), template)
+
+
+def usable_workers(asked: int | None, deliveries: int) -> int:
+    """How many processes to start: what a user asked for, by default one per core, and no more than there is to do.
+
+    Raises:
+        InputError: fewer than one is asked for.
+    """
+    if asked is not None:
+        _at_least("--workers", asked, 1)
+    return min(asked or available_cores(), deliveries)
+
+
+def _absolute(map_name: str) -> str:
+    """A built-in map's name as it is, a file as its absolute path, which every process and ``run.json`` can use."""
+    path = Path(map_name)
+    is_file = path.suffix in (".yaml", ".yml") or len(path.parts) > 1
+    return str(path.resolve()) if is_file else map_name
+
+
+def is_recording(people: str) -> bool:
+    """Whether what a user gave as people is a file of recorded ones, and not the name of a model."""
+    return Path(people).suffix in RECORDINGS or len(Path(people).parts) > 1
+
+
+def parse_pose(option: str, text: str) -> Pose2D:
+    """A pose given as ``x,y,yaw``.
+
+    Raises:
+        InputError: not three finite numbers.
+    """
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
+        raise InputError(f"{option} '{text}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. 12.5,-3,1.57")
+    return Pose2D(*values)
+
+
+def _at_least(option: str, value: int, least: int, most: int | None = None) -> None:
+    if value < least or (most is not None and value > most):
+        limit = f"at least {least}" if most is None else f"{least} to {most}"
+        raise InputError(f"{option} {value} is out of range; give {limit}")
+
+
+def _unique_names(stacks: tuple[Stack, ...]) -> tuple[Stack, ...]:
+    names = [stack.name for stack in stacks]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"stack '{twice}' is given more than once; give each stack once, or rename its file")
+    return stacks

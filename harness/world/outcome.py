@@ -1,0 +1,77 @@
+"""How a delivery ends: the rules of the published evaluation."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from harness.world.truth import CargoState, Truth
+from navstack.errors import ParameterError
+from navstack.types import Pose2D
+
+
+class Outcome(Enum):
+    """The four published outcomes, and an arrival whose cargo nobody modelled."""
+
+    SLA = "sla"
+    SPOILED = "spoiled"
+    TIMEOUT = "timeout"
+    PHYSICAL_ASSISTANCE = "physical_assistance"
+    ARRIVED = "arrived"  # at the goal, cargo not modelled: neither SLA nor spoiled is claimed
+
+
+_MOST = {"arrival_radius": 1000.0, "timeout": 1e5, "max_tilt": math.pi, "impulse_health": 1e6}  # of each rule
+ARRIVALS = (Outcome.SLA, Outcome.SPOILED, Outcome.ARRIVED)
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """An outcome and what brought it about."""
+
+    outcome: Outcome
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """When a delivery is over."""
+
+    arrival_radius: float  # [m]
+    timeout: float  # [s]
+    max_tilt: float  # [rad]
+    impulse_health: float  # [N s]
+    spoiled_fraction: float  # share of the pieces
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        for name, most in _MOST.items():
+            if not 0.0 < getattr(self, name) <= most:
+                raise ParameterError(f"rules: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
+        if not 0.0 <= self.spoiled_fraction <= 1.0:
+            raise ParameterError(f"rules: spoiled_fraction {self.spoiled_fraction}; allowed is 0 to 1")
+
+    def judge(self, truth: Truth, goal: Pose2D) -> Verdict | None:
+        """The verdict on the current state; None while the delivery goes on.
+
+        Physical assistance goes before arrival: a robot that lies at the goal has not delivered.
+        """
+        if truth.tilt > self.max_tilt:
+            return Verdict(Outcome.PHYSICAL_ASSISTANCE, "orientation")
+        counted = truth.counted_contacts
+        if counted and sum(contact.impulse for contact in counted) >= self.impulse_health:
+            return Verdict(Outcome.PHYSICAL_ASSISTANCE, "impulse")
+        if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
+            return self._arrival(truth.cargo)
+        if truth.stamp >= self.timeout:
+            return Verdict(Outcome.TIMEOUT, "timeout")
+        return None
+
+    def _arrival(self, cargo: CargoState | None) -> Verdict:
+        if cargo is None:
+            return Verdict(Outcome.ARRIVED, "cargo not modelled")
+        if cargo.lost_fraction > self.spoiled_fraction:
+            return Verdict(Outcome.SPOILED, "cargo lost")
+        return Verdict(Outcome.SLA, "arrived")

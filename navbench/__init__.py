@@ -1,0 +1,1 @@
+"""The benchmark's program: ``python -m navbench`` is ``navbench``."""

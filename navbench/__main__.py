@@ -1,0 +1,5 @@
+"""Run the program ``navbench``."""
+
+from harness.cli.app import main
+
+main()

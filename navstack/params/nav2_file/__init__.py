@@ -1,0 +1,1 @@
+"""Nav2 parameter files: read, checked, edited and written back."""

@@ -1,0 +1,119 @@
+"""Nav2's schema joined with what this program reads of it."""
+
+import dataclasses
+import typing
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from navstack.errors import did_you_mean
+from navstack.params.extensions import extension_params
+from navstack.params.nav2_file import bindings
+from navstack.params.nav2_file.bindings import Params
+from navstack.params.nav2_file.schema import nodes
+from navstack.params.nav2_file.schema.block import OPEN, Block
+
+PluginTable = Mapping[str, Mapping[str, Params | None]]  # family -> type -> parameters
+
+
+@dataclass(frozen=True)
+class Catalog:
+    """Blocks by node and by plugin type, and the plugins that are available."""
+
+    families: Mapping[str, Mapping[str, Block]]
+    available: PluginTable
+
+    @staticmethod
+    def build(more: PluginTable | None = None) -> "Catalog":
+        """The catalog of this program's plugins, of installed packages' (``navstack.plugins``), and of ``more``."""
+        available = {family: dict(types) for family, types in bindings.PLUGINS.items()}
+        for table in (extension_params(), more or {}):
+            for family, types in table.items():
+                available.setdefault(family, {}).update(types)
+        families = {family: dict(types) for family, types in nodes.FAMILIES.items()}
+        for family, types in available.items():
+            for name, params in types.items():
+                families.setdefault(family, {}).setdefault(name, _block_of(family, params))
+        return Catalog(families, available)
+
+    def is_available(self, family: str, plugin: str) -> bool:
+        """Whether a plugin runs here."""
+        return plugin in self.available.get(family, {})
+
+    def critic_type(self, family: str, value: Any) -> str:
+        """The name of a critic as the schema has it: ``dwb_critics::PathAlignCritic`` is ``PathAlign``.
+
+        A critic of another package keeps its package, and so is unknown.
+        """
+        text = str(value).replace("/", "::")
+        name = text.removeprefix(f"{family}::")
+        known = self.families.get(family, {})
+        short = name.removesuffix("Critic")
+        return short if name not in known and short in known else name
+
+    def refusal(self, family: str, plugin: str) -> str:
+        """Why a plugin type cannot be had, in one line without a subject's path; empty if it can."""
+        if self.is_available(family, plugin):
+            return ""
+        here = ", ".join(sorted(self._running(family))) or "none"
+        if plugin in self.families.get(family, {}):
+            return f"{plugin} is a Nav2 plugin that is not available here; available: {here}"
+        hint = did_you_mean(plugin, self.families.get(family, {}))
+        return f"unknown plugin '{plugin}'{hint}; available: {here}"
+
+    def _running(self, family: str) -> Iterable[str]:
+        """The types of a family that run here; of one that this program does not know, all."""
+        known = self.families.get(family, {})
+        if family in bindings.CRITICS:
+            ours = known.keys() & nested_params(bindings.CRITICS[family]).keys()
+            return ours | self.available.get(family, {}).keys()
+        return self.available.get(family) or known
+
+
+def plugin_type(value: Any) -> str:
+    """A plugin type as Nav2 Jazzy spells it: ``::`` between package and class, today's package name."""
+    package, separator, name = str(value).replace("/", "::").partition("::")
+    return nodes.RENAMED_PACKAGES.get(package, package) + separator + name
+
+
+def node_kind(name: str) -> str | None:
+    """The node of Nav2 whose parameters a node has, by its name in the file; None: Nav2 has no such node."""
+    if name in nodes.NODES:
+        return name
+    known = [target for begin, target in nodes.NODE_PREFIXES.items() if name.startswith(begin)]
+    known += [target for end, target in nodes.NODE_SUFFIXES.items() if name.endswith(end)]
+    return known[0] if known else None
+
+
+def node_block(name: str) -> Block | None:
+    """The block of a node by its name in the file; None for a node Nav2 does not have."""
+    if name in nodes.FOREIGN_NODES:
+        return OPEN
+    kind = node_kind(name)
+    return None if kind is None else nodes.NODES.get(kind, Block())
+
+
+def node_params(name: str) -> Params | None:
+    """The dataclass of what this program reads of a node; None: nothing."""
+    return bindings.NODES.get(name) or bindings.FILTER_NODES.get(node_kind(name) or "")
+
+
+def node_names() -> Iterable[str]:
+    """The nodes a Nav2 file may hold."""
+    return [*nodes.NODES, *nodes.NODE_ALIASES, *nodes.FOREIGN_NODES]
+
+
+def field_names(params: Params | None) -> frozenset[str]:
+    """The parameters that a dataclass reads."""
+    return frozenset(field.name for field in dataclasses.fields(params)) if params is not None else frozenset()
+
+
+def nested_params(params: Params) -> dict[str, Params]:
+    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
+    hints = typing.get_type_hints(params)
+    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
+    return {**nested, **bindings.NAMED_SECTIONS.get(params, {})}
+
+
+def _block_of(family: str, params: Params | None) -> Block:
+    return Block(field_names(params) | {"class" if family in bindings.CRITICS else "plugin"})

@@ -1,0 +1,23 @@
+"""What Nav2 sets by itself where a file names no critics of DWB."""
+
+from collections.abc import Mapping
+
+from navstack.params.dwb import FALLBACK_SCALES
+from navstack.params.nav2_file.ros_yaml import Entry
+
+
+def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entry]:
+    """The critics' scales that a file leaves to Nav2, on line 0; none where it names its critics.
+
+    Args:
+        entries: the controller server's parameters by dotted name.
+        prefix: of DWB's namespace, ending in a dot.
+    """
+    if f"{prefix}critics" in entries:
+        return {}
+    found = {}
+    for critic, (older, scale) in FALLBACK_SCALES.items():
+        bias = entries[f"{prefix}{older}"].value if f"{prefix}{older}" in entries else scale
+        if isinstance(bias, int | float) and not isinstance(bias, bool):  # anything else is reported where it stands
+            found[f"{prefix}{critic}.scale"] = Entry(float(bias), 0, 0, 0, 0)
+    return {name: entry for name, entry in found.items() if name not in entries}

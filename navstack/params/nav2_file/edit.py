@@ -1,0 +1,120 @@
+"""Changing single values in the text of a parameter file; everything else stays as it is, comments included."""
+
+import math
+
+from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
+
+from navstack.errors import ParameterError
+from navstack.params.nav2_file.ros_yaml import (
+    PARAMETERS,
+    Document,
+    NodeText,
+    Value,
+    end_index,
+    is_alias,
+    parse_document,
+)
+from navstack.params.nav2_file.yaml_text import compose_text
+
+
+def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
+    """The text with one parameter of the node at ``path`` set: replaced where it stands, else added.
+
+    Args:
+        text: a parameter file.
+        path: namespaces and name of the node, as nested in the file.
+        name: dotted name of the parameter.
+        value: its new value; a whole number stays a decimal where the file has one, and of a list what is between its
+            entries stays, where there are as many as before.
+        where: begins error messages.
+
+    Raises:
+        ParameterError: the value stands elsewhere, behind a YAML alias, or such an alias refers to it.
+    """
+    document = parse_document(text, where)
+    node = next((node for node in reversed(document.nodes) if node.path == path), None)
+    if node is not None and name in node.entries:
+        entry = node.entries[name]
+        if entry.start < entry.name_end:
+            raise ParameterError(
+                f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it"
+            )
+        if text[entry.start] == "&":
+            advice = "which ROS refuses; write its value out to change it"
+            raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
+        kept = _kept_decimal(value, entry.value)
+        return text[: entry.start] + _replaced(text[entry.start : entry.end], kept, entry.value) + text[entry.end :]
+    line = f"{name}: {format_value(value)}"
+    if node is not None and node.mapping is not None and node.mapping.value:
+        return _inserted(document, node, name, value)
+    indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
+    separator = "" if not text or text.endswith("\n") else "\n"
+    added = f"{separator}\n{indented}{'  ' * (len(path) + 1)}{line}\n"
+    return text + added.replace("\n", _line_end(text))
+
+
+def _replaced(old: str, value: Value, known: Value) -> str:
+    """The text of a value with another in its place; ``old`` of a block list begins behind the colon."""
+    root = compose_text(old) if isinstance(value, list) and "*" not in old else None
+    if isinstance(root, SequenceNode) and isinstance(value, list) and isinstance(known, list):
+        if len(value) == len(known) and all(isinstance(item, ScalarNode) for item in root.value):
+            for item, new, before in reversed(list(zip(root.value, value, known, strict=True))):
+                if new != before:
+                    old = old[: item.start_mark.index] + format_value(new) + old[item.end_mark.index :]
+            return old
+    blank = " " if old[:1].isspace() or not old else ""
+    return blank + format_value(value)
+
+
+def _line_end(text: str) -> str:
+    return "\r\n" if "\r\n" in text else "\n"
+
+
+def format_value(value: Value) -> str:
+    """A value as ROS reads it back: decimals keep their point, texts are quoted unless they are plain names."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        if math.isinf(value):
+            return ".inf" if value > 0 else "-.inf"
+        return ".nan" if math.isnan(value) else repr(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return "[" + ", ".join(format_value(item) for item in value) + "]"
+
+
+def _kept_decimal(new: Value, old: Value) -> Value:
+    if isinstance(old, float) and isinstance(new, int) and not isinstance(new, bool):
+        return float(new)
+    if isinstance(old, list) and isinstance(new, list) and any(isinstance(item, float) for item in old):
+        return [_kept_decimal(item, 0.0) for item in new]
+    return new
+
+
+def _inserted(document: Document, node: NodeText, name: str, value: Value) -> str:
+    """Add a line below the last one of the innermost namespace that the file already has for ``name``.
+
+    Within braces it is added before the first entry: behind the last one a comment may follow.
+    """
+    text = document.text
+    assert node.mapping is not None
+    mapping, rest = _innermost(node.mapping, name)
+    line = f"{rest}: {format_value(value)}"
+    if mapping.flow_style:
+        start = mapping.value[0][0].start_mark.index
+        return f"{text[:start]}{line}, {text[start:]}"
+    end = text.find("\n", end_index(mapping, text))
+    end = len(text) if end < 0 else end
+    indent = " " * mapping.value[0][0].start_mark.column
+    end -= text[:end].endswith("\r")
+    return f"{text[:end]}{_line_end(text)}{indent}{line}{text[end:]}"
+
+
+def _innermost(mapping: MappingNode, name: str) -> tuple[MappingNode, str]:
+    for key, child in reversed(mapping.value):
+        is_section = isinstance(child, MappingNode) and child.value and not is_alias(key, child)
+        if is_section and name.startswith(f"{key.value}."):
+            return _innermost(child, name.removeprefix(f"{key.value}."))
+    return mapping, name

@@ -1,0 +1,84 @@
+"""What a check of a parameter file works on, and what it finds."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from navstack.params.nav2_file.bindings import Params
+from navstack.params.nav2_file.ros_yaml import Entry, Value
+
+UNKNOWN = "unknown-plugin"  # id of a notice
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """One finding about a file."""
+
+    id: str
+    path: str  # node: parameter
+    message: str
+    advice: str = ""
+    line: int = 0  # in the file; 0: nowhere in particular
+    is_error: bool = False
+
+    def __str__(self) -> str:
+        line = f"line {self.line}: " if self.line else ""
+        path = f"{self.path}: " if self.path else ""
+        return f"{line}{path}{self.message}" + (f"; {self.advice}" if self.advice else "")
+
+
+@dataclass(slots=True)
+class Section:
+    """A namespace of parameters."""
+
+    values: dict[str, Entry] = field(default_factory=dict)
+    sections: dict[str, "Section"] = field(default_factory=dict)
+
+    @staticmethod
+    def of(entries: Mapping[str, Entry]) -> "Section":
+        """The tree of dotted names."""
+        root = Section()
+        for dotted, entry in entries.items():
+            *parts, name = dotted.split(".")
+            section = root
+            for part in parts:
+                section = section.sections.setdefault(part, Section())
+            section.values[name] = entry
+        return root
+
+    def first_line(self) -> int:
+        """The first line of the file that belongs to it."""
+        lines = [entry.line for entry in self.values.values()]
+        lines += [section.first_line() for section in self.sections.values()]
+        return min(lines, default=0)
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """A namespace whose parameters a dataclass reads."""
+
+    prefix: str  # dotted, empty for the node itself
+    params: Params
+    plugin: str = ""  # type of the plugin there, where the file leaves it to Nav2's default
+
+
+@dataclass(slots=True)
+class Findings:
+    """What the check of one node found."""
+
+    notices: list[Notice] = field(default_factory=list)
+    ignored: list[str] = field(default_factory=list)
+    visits: list[Visit] = field(default_factory=list)
+    renames: dict[str, str] = field(default_factory=dict)  # dotted name in the file -> today's dotted name
+
+
+def is_told(message: str, notices: Iterable[Notice]) -> bool:
+    """Whether what a controller says of its critics is of one that is refused as an unknown plugin already."""
+    refused = (notice.path.rpartition(".")[2] for notice in notices if notice.id == UNKNOWN and notice.is_error)
+    return any(f"critics: '{name}' is not available" in message for name in refused)
+
+
+def names_in(value: Value | None) -> tuple[str, ...]:
+    """The names in a list parameter: a list of texts, or one text with blanks between the names."""
+    if isinstance(value, str):
+        return tuple(value.split())
+    return tuple(str(item) for item in value) if isinstance(value, list) else ()

@@ -1,0 +1,145 @@
+"""Which sections of a file belong to which node: namespaces, wildcards, older names."""
+
+import re
+from collections.abc import Iterable, Mapping
+
+from navstack.errors import did_you_mean
+from navstack.params.nav2_file import bindings
+from navstack.params.nav2_file.catalog import node_block, node_names
+from navstack.params.nav2_file.findings import Findings, Notice
+from navstack.params.nav2_file.hints import nearly_equal
+from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
+from navstack.params.nav2_file.schema import nodes
+from navstack.params.nav2_file.schema.block import OPEN
+
+COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
+LIKE_A_NODE = 0.75  # similarity from which an unknown node is taken for a misspelt one
+DEFAULT_TREES = ("navigate_to_pose_w_replanning_and_recovery.xml", "navigate_w_replanning_and_recovery.xml")
+
+
+def is_wildcard(text: NodeText) -> bool:
+    """Whether a section stands for several nodes, as ``/**`` does."""
+    return any("*" in part for part in text.path)
+
+
+def node_name(text: NodeText) -> str:
+    """The node of a section without wildcard, by today's name."""
+    return nodes.NODE_ALIASES.get(text.path[-1], text.path[-1])
+
+
+def default_path(node: str) -> tuple[str, ...]:
+    """Where a node stands in a file of one robot."""
+    return (node, node) if node in COSTMAPS else (node,)
+
+
+def sections_of(document: Document, node: str) -> list[NodeText]:
+    """The sections that set parameters of a node, in the order of the file; in ROS 2 the last one wins.
+
+    A section under today's name hides those under an older one.
+    """
+    own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
+    current = [text for text in own if text.path[-1] == node]
+    own = current or own
+    full_name = "/" + "/".join(own[-1].path if own else default_path(node))
+    return [text for text in document.nodes if text in own or (is_wildcard(text) and _stands_for(text, full_name))]
+
+
+def entries_of(document: Document, node: str) -> dict[str, Entry]:
+    """The parameters that a file sets for a node."""
+    entries: dict[str, Entry] = {}
+    for text in sections_of(document, node):
+        entries |= text.entries
+    return entries
+
+
+def nodes_to_check(document: Document) -> list[str]:
+    """The nodes of the file and those that this program reads; with a wildcard, every node of Nav2."""
+    in_file = [node_name(text) for text in document.nodes if not is_wildcard(text)]
+    every = nodes.NODES if any(is_wildcard(text) for text in document.nodes) else ()
+    return list(dict.fromkeys([*in_file, *bindings.NODES, *every]))
+
+
+def in_file(document: Document, node: str) -> bool:
+    """Whether the file has a section of the node's own."""
+    return any(node_name(text) == node for text in document.nodes if not is_wildcard(text))
+
+
+def node_notices(document: Document) -> list[Notice]:
+    """Findings about the sections themselves."""
+    notices: list[Notice] = []
+    seen: dict[str, NodeText] = {}
+    for text in document.nodes:
+        if is_wildcard(text):
+            continue
+        path, name = "/".join(text.path), node_name(text)
+        if node_block(name) is None:
+            notices.append(_unknown_node(text))
+            continue
+        if name != text.path[-1]:
+            notices.append(Notice("renamed", path, f"is an older name; read as '{name}'", line=text.line))
+        if name in COSTMAPS and len(text.path) == 1:
+            message = f"Nav2 reads this node at {name}: {name}: ros__parameters"
+            notices.append(Notice("costmap-namespace", path, message, "nest it twice", line=text.line))
+        if name in seen:
+            message = f"{name} is given as {'/'.join(seen[name].path)} and as {path}; the last one is read"
+            notices.append(Notice("several-namespaces", path, message, line=text.line))
+        seen[name] = text
+    return notices
+
+
+def _unknown_node(text: NodeText) -> Notice:
+    """A misspelt node of Nav2, or one of another package that shares the file."""
+    path, name = "/".join(text.path), text.path[-1]
+    if nearly_equal(name, [*nodes.NODES, *nodes.NODE_ALIASES], LIKE_A_NODE):
+        hint = did_you_mean(name, node_names())
+        return Notice("unknown-node", path, f"no node of Nav2{hint}", line=text.line, is_error=True)
+    return Notice("foreign-node", path, "no node of Nav2; its parameters are not read", line=text.line)
+
+
+def tree_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
+    """A behavior tree other than the one that runs here."""
+    name = "default_nav_to_pose_bt_xml"
+    entry = parameters.get("bt_navigator", {}).get(name)
+    file = str(entry.value).rpartition("/")[2] if entry else ""
+    if entry is None or file in ("", *DEFAULT_TREES):
+        return []
+    message = f"'{file}' is not read; Nav2's {DEFAULT_TREES[0]} runs"
+    return [Notice("behavior-tree", f"bt_navigator: {name}", message, line=entry.line)]
+
+
+def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[Notice]:
+    """The findings of all nodes; one about a wildcard's line counts only if every node it stands for has it."""
+    notices: list[Notice] = []
+    wildcards = {entry.line: text for text in document.nodes if is_wildcard(text) for entry in text.entries.values()}
+    matched = {text.path: _matched(document, text, found) for text in wildcards.values()}
+    for node, findings in found.items():
+        for notice in findings.notices:
+            text = wildcards.get(notice.line)
+            if text is None:
+                notices.append(notice)
+            elif node == matched[text.path][0] and _all_have(notice, [found[other] for other in matched[text.path]]):
+                path = "/" + "/".join(text.path) + ":" + notice.path.partition(":")[2]
+                notices.append(Notice(notice.id, path, notice.message, notice.advice, notice.line, notice.is_error))
+    return notices
+
+
+def _matched(document: Document, text: NodeText, found: Iterable[str]) -> list[str]:
+    """The nodes that a wildcard stands for and whose parameters are known."""
+    known = [node for node in found if not (node_block(node) or OPEN).is_open]
+    return [node for node in known if any(text is section for section in sections_of(document, node))]
+
+
+def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
+    return all(any(_same(notice, each) for each in some.notices) for some in findings)
+
+
+def _same(one: Notice, other: Notice) -> bool:
+    """Whether two findings are the same but for their node."""
+    return (one.id, one.line, one.path.partition(":")[2]) == (other.id, other.line, other.path.partition(":")[2])
+
+
+def _stands_for(text: NodeText, full_name: str) -> bool:
+    """Whether a wildcard section stands for a node (rclcpp's parameter_map.cpp)."""
+    pattern = "/" + "/".join(text.path)
+    pattern = re.escape(pattern).replace(r"/\*\*", r"(/\w+)*").replace(r"/\*", r"(/\w+)")
+    return re.fullmatch(pattern, full_name) is not None
