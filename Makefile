@@ -7,12 +7,13 @@ DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
 CRITICS := results/baseline/tuning/critics-social
 
-.PHONY: help run test check docs bench frozen clean
+.PHONY: help run test check mutants docs bench frozen clean
 
 help:
 	@echo "make run    install, drive 20 deliveries and print the tables"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
+	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
 	@echo "make docs   build the documentation into site/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
 	@echo "make frozen drive what results/baseline lacks on the frozen world: published rows, controllers, tuned file"
@@ -36,6 +37,10 @@ check: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+mutants: $(READY)
+	$(DATA) $(BIN)/python tests/mutants.py navstack
+	$(DATA) $(BIN)/python tests/mutants.py harness/economics harness/world harness/statistics harness/storage harness/tuning
 
 docs: $(READY)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
