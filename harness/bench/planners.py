@@ -21,7 +21,7 @@ from navstack.planning.navfn import NavfnPlanner
 from navstack.planning.navfn_kernels import cost_tables
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner
-from navstack.planning.smoothers.simple_smoother import SimpleSmoother
+from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.safety.monitor_zones import Zone
 from navstack.types import FloatArray, Path, Pose2D, Twist2D
 

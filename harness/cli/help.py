@@ -138,12 +138,12 @@ Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is
 PLAN_HELP = """Ask several planners for a path from one pose to another, and compare what they find.
 
 Clearance is the least distance between the robot's body, turns on the way included, and what it must not touch; cost
-counts a path through costs as longer, as NavFn does. docs/planning.md describes planners and smoothers.
+counts a path through costs as longer, as NavFn does. docs/planning.md describes the planners.
 
 \b
 Examples:
   navbench plan --planner NavFn,RRTstar,InformedRRTstar --seed 3 --time 1 --picture plan.png
-  navbench plan --start=-67.9,-71.9,0 --goal=-89.7,-63.5,0 --planner NavFn --smoother ConstrainedSmoother
+  navbench plan --start=-67.9,-71.9,0 --goal=-89.7,-63.5,0 --planner NavFn --smoother SimpleSmoother
   navbench plan --map my_map.yaml --params my_nav2.yaml --start 1,2,0 --goal 9,4,1.57 --planner PRMstar,FMT --json
 
 Exit status: 0 a planner found a path; 1 none did, or bad input.

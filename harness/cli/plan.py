@@ -26,7 +26,7 @@ PICTURES = (".png", ".pdf", ".svg")  # suffixes
 @click.option("--planner", "planners", multiple=True, metavar="NAME[,NAME]", show_default=True,
               default=("NavFn,RRTConnect,InformedRRTstar",), help="NavFn, IncrementalNavfn, RRTConnect, RRTstar, "
               "InformedRRTstar, BITstar, PRMstar, FMT; repeatable.")
-@click.option("--smoother", help="Smooth every path: SimpleSmoother, SavitzkyGolaySmoother or ConstrainedSmoother.")
+@click.option("--smoother", help="Smooth every path: SimpleSmoother.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of mission and planners.")
 @click.option("--time", "seconds", type=Finite(min=0.0, max=3600.0, min_open=True), metavar="SECONDS",
               help="Wall time for each of OMPL's planners; default: a number of iterations, which is repeatable.")

@@ -78,7 +78,7 @@ class DeliveryLog:
         """Distances, times to collision and personal space."""
         met = self._encounters
         met.finish()
-        inside = {"intimate": met.intimate_time, "personal": met.personal_time}  # [s]
+        inside: dict[str, float | None] = {"intimate": met.intimate_time, "personal": met.personal_time}  # [s]
         if len(truth.pedestrians) == 0 or truth.stamp == 0.0:
             inside = dict.fromkeys(inside)
         return {

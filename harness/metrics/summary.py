@@ -7,6 +7,7 @@ import numpy as np
 
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
+from harness.metrics.metric import Metric
 
 
 def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float) -> Row:
@@ -17,37 +18,31 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
     """
 
     def share(outcome: str) -> float:
-        return sum(row["outcome"] == outcome for row in rows) / len(rows)
+        return [row["outcome"] for row in rows].count(outcome) / len(rows)
 
     modelled = not any(row["outcome"] == "arrived" for row in rows)
     means = {
-        metric.mean_key: mean_of_all(rows, metric.key, metric.mean_divisor)
+        metric.mean_key: None if any(row.get(metric.key) is None for row in rows) else _mean_of_defined(rows, metric)
         for metric in EPISODE_METRICS
-        if metric.is_published
+        if metric.mean_key and metric.is_published
     }
+    speed = means["avg_velocity_mps"]
     return {
         "sla": share("sla") if modelled else None,
         "spoiled": share("spoiled") if modelled else None,
         "timeout": share("timeout"),
         "physical_assistance": share("physical_assistance"),
-        "avg_mechanical_power_kw": rolling_resistance_force * means["avg_velocity_mps"] / 1000.0,
+        "avg_mechanical_power_kw": None if speed is None else rolling_resistance_force * speed / 1000.0,
         **means,
     }
 
 
 def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
     """Means that the paper's table does not have, over the deliveries where they are defined; None: in none."""
-    more = [metric for metric in EPISODE_METRICS if metric.mean_key and not metric.is_published]
-    return {metric.mean_key: mean_of_defined(rows, metric.key, metric.mean_divisor) for metric in more}
+    more = [metric for metric in EPISODE_METRICS if not metric.is_published]
+    return {metric.mean_key: _mean_of_defined(rows, metric) for metric in more if metric.mean_key}
 
 
-def mean_of_all(rows: Sequence[Mapping[str, Any]], key: str, divisor: float) -> float | None:
-    """Mean over the divisor of a column; None where a value is undefined."""
-    values = [row.get(key) for row in rows]
-    return None if any(value is None for value in values) else float(np.mean(values)) / divisor
-
-
-def mean_of_defined(rows: Sequence[Mapping[str, Any]], key: str, divisor: float) -> float | None:
-    """Mean over the divisor of a column's defined values; None where there is none."""
-    values = [row[key] for row in rows if row.get(key) is not None]
-    return float(np.mean(values)) / divisor if values else None
+def _mean_of_defined(rows: Sequence[Mapping[str, Any]], metric: Metric) -> float | None:
+    values = [row[metric.key] for row in rows if row.get(metric.key) is not None]
+    return float(np.mean(values)) / metric.mean_divisor if values else None

@@ -8,7 +8,7 @@ from harness.parity.part import Case
 from navstack.costmap.costmap import Costmap
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.params.strict import from_mapping
-from navstack.planning.smoothers.simple_smoother import SimpleSmoother
+from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import Path
 
 FACTS = "smoother"

@@ -19,17 +19,17 @@ from navstack.params.nav2_file.bindings import PLUGINS
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_planners, read_smoothers
 from navstack.params.planners import OMPL_ALGORITHMS, STATE_SPACES, OmplParams
+from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
 from navstack.planning.planners import PLANNERS
-from navstack.planning.smoother import Smoother
-from navstack.planning.smoothers import SMOOTHERS
+from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
 OMPL = "navstack::OmplPlanner"
 NAVFN = {"NavFn": "nav2_navfn_planner::NavfnPlanner", "IncrementalNavfn": "navstack::IncrementalNavfn"}
 NAMES = (*NAVFN, *OMPL_ALGORITHMS)
-SMOOTHER_NAMES = {kind.split("::")[-1]: kind for kind in SMOOTHERS}
+SMOOTHER = "SimpleSmoother"
 COST_WEIGHT = 4.0  # a path through cost 252 counts as five of its length: what NavFn makes of the costs
 UNLIMITED = 10**9  # iterations, where the time is limited
 COMPILING = 2000  # iterations, on next to nothing
@@ -51,7 +51,7 @@ class Answer:
 
     planner: str
     path: Path | None
-    why: str  # there is no path, or its smoothing was refused; empty: nothing to say
+    why: str  # why there is no path; empty: there is one
     seconds: float  # of wall time, smoothing included
     clearance: float | None  # [m] of the robot's body to obstacles on the way; 0: it touches one
     cost: float | None  # [m] length, each piece times 1 + COST_WEIGHT * cost / 252
@@ -86,18 +86,17 @@ def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
 
 
 def compile_first(shape: RobotShape) -> None:
-    """Let every planner and smoother work once on next to nothing, so that no time is taken for compiling."""
+    """Let every planner and the smoother work once on next to nothing, so that no time is taken for compiling."""
     costmap = Costmap(np.zeros((60, 60), dtype=np.uint8), 0.05, 0.0, 0.0)
     for kind, make in PLANNERS.items():
-        params = PLUGINS["planners"][kind]()
+        params = _defaults(kind)
         spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
             quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0)
             spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
         for each in spaces:
             path = make(each, shape).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
-    for kind, make_smoothing in SMOOTHERS.items():
-        make_smoothing(PLUGINS["smoothers"][kind]()).smooth(path, costmap)
+    SimpleSmoother(SimpleSmootherParams()).smooth(path, costmap)
 
 
 def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, **changes: Any) -> Planner:
@@ -119,7 +118,7 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
     given = [plugin.params for plugin in read_planners(nav2) if plugin.type == kind]
     if kind == OMPL:  # its own section goes before another algorithm's
         given.sort(key=lambda params: params.algorithm != name)
-    params = given[0] if given else PLUGINS["planners"][kind]()
+    params = given[0] if given else _defaults(kind)
     if isinstance(params, OmplParams):
         params = dataclasses.replace(params, algorithm=name, **changes)
         if seconds > 0.0:
@@ -127,21 +126,26 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
     return PLANNERS[kind](params, shape)
 
 
-def make_smoother(name: str, nav2: Nav2File) -> Smoother:
-    """A smoother of :data:`SMOOTHER_NAMES`, with the parameters that the file has for its kind.
+def _defaults(planner: str) -> Any:
+    """The parameters of a planner that no file gives."""
+    make = PLUGINS["planners"][planner]
+    return make() if make else None
+
+
+def make_smoother(name: str, nav2: Nav2File) -> SimpleSmoother:
+    """The smoother, with the parameters that the file has for it.
 
     Raises:
-        UnknownNameError: there is no such smoother.
+        UnknownNameError: it has another name.
     """
-    if name not in SMOOTHER_NAMES:
-        raise UnknownNameError("smoother", name, SMOOTHER_NAMES)
-    kind = SMOOTHER_NAMES[name]
-    given = [plugin.params for plugin in read_smoothers(nav2) if plugin.type == kind]
-    return SMOOTHERS[kind](given[0] if given else PLUGINS["smoothers"][kind]())
+    if name != SMOOTHER:
+        raise UnknownNameError("smoother", name, (SMOOTHER,))
+    given = [plugin.params for plugin in read_smoothers(nav2)]
+    return SimpleSmoother(given[0] if given else SimpleSmootherParams())
 
 
 def ask(
-    name: str, planner: Planner, smoother: Smoother | None, ground: Ground, ends: Sequence[Pose2D], seed: int
+    name: str, planner: Planner, smoother: SimpleSmoother | None, ground: Ground, ends: Sequence[Pose2D], seed: int
 ) -> Answer:
     """Let a planner answer a question, smooth its path and measure it."""
     start, goal = ends
@@ -151,7 +155,6 @@ def ask(
         path = planner.plan(start, goal, ground.costmap)
         if smoother is not None:
             path = smoother.smooth(path, ground.costmap)
-            why = smoother.refusal
     except PlanningError as error:
         why = str(error)
     seconds = time.perf_counter() - begin

@@ -45,7 +45,7 @@ def _rounded(value: float | None) -> float | None:
 
 
 def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None, console: Console) -> None:
-    """Print a table, and below it why a planner found nothing or a smoother refused."""
+    """Print a table, and below it why a planner found nothing."""
     start, goal = ends
     title = f"From ({start.x:.2f}, {start.y:.2f}) m to ({goal.x:.2f}, {goal.y:.2f}) m"
     table = report_table(title if smoother is None else f"{title}, paths smoothed by {smoother}")

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from harness.world.motion_kernels import rotate
+from harness.world.motion_kernels import Quaternion, Vector, rotate
 from harness.world.robot import RobotParams
 from navstack.jit import njit
 from navstack.types import FloatArray
@@ -13,7 +13,7 @@ LEVEL = -1.0  # [N] wheel load that says: standing on level ground, the driven w
 
 
 def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray:
-    """The constants (15,) of :func:`drive_wrench`, in its order, SI units."""
+    """The constants (15,) of :func:`drive_forces`, in its order, SI units."""
     rolling = robot.mass * robot.center_of_mass_height**2 / robot.inertia[0]
     return np.array(
         (
@@ -37,7 +37,7 @@ def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray
 
 
 @njit(cache=True)
-def step_towards(now, target, dt, time_constant, up, down):
+def step_towards(now: float, target: float, dt: float, time_constant: float, up: float, down: float) -> float:
     """The next value of a first-order servo, its rate limited by ``up`` away from zero and ``down`` towards zero."""
     change = (target - now) * dt / time_constant
     limit = dt * (up if change * now >= 0.0 else down)
@@ -45,7 +45,9 @@ def step_towards(now, target, dt, time_constant, up, down):
 
 
 @njit(cache=True)
-def within_friction(left, right, sideways, left_load, right_load, friction):
+def within_friction(
+    left: float, right: float, sideways: float, left_load: float, right_load: float, friction: float
+) -> tuple[float, float, float, float]:
     """What friction lets through of the asked forces [N]: left forward, left sideways, right forward, right sideways.
 
     The axle's force sideways divides as the loads do; each wheel's force is scaled as a whole into the circle
@@ -62,14 +64,16 @@ def within_friction(left, right, sideways, left_load, right_load, friction):
 
 
 @njit(cache=True)
-def motor_forces(along, couple, half_track, limit):
+def motor_forces(along: float, couple: float, half_track: float, limit: float) -> tuple[float, float]:
     """Forces [N] of the left and the right motor for a force [N] and a couple [N m]; each gives at most ``limit``."""
     left, right = 0.5 * along - 0.5 * couple / half_track, 0.5 * along + 0.5 * couple / half_track
     return min(max(left, -limit), limit), min(max(right, -limit), limit)
 
 
 @njit(cache=True)
-def grip(left, right, sideways, left_load, right_load, constants):
+def grip(
+    left: float, right: float, sideways: float, left_load: float, right_load: float, constants: FloatArray
+) -> tuple[float, float, float, float]:
     """The forces of :func:`within_friction`, with loads [N] that may be ``LEVEL``: half the weight each."""
     weight, friction = constants[5], constants[7]
     if left_load == LEVEL:
@@ -78,7 +82,9 @@ def grip(left, right, sideways, left_load, right_load, constants):
 
 
 @njit(cache=True)
-def mechanical_power(left, right, forward, turn, along, constants):
+def mechanical_power(
+    left: float, right: float, forward: float, turn: float, along: float, constants: FloatArray
+) -> float:
     """Power [W] that the motors deliver to two wheels pushing with ``left`` and ``right`` [N].
 
     Each wheel works against its force and half the rolling resistance of the whole weight; braking gives nothing back.
@@ -89,25 +95,32 @@ def mechanical_power(left, right, forward, turn, along, constants):
     resistance = 0.5 * constants[9] * constants[5]
     speed = forward + 0.5 * dt * along / mass  # in the middle of the step
     left_speed, right_speed = speed - turn * constants[6], speed + turn * constants[6]
-    return max(left * left_speed + resistance * abs(left_speed), 0.0) + max(
-        right * right_speed + resistance * abs(right_speed), 0.0
-    )
+    left_power = max(left * left_speed + resistance * abs(left_speed), 0.0)
+    return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
 
 
 @njit(cache=True)
-def drive_wrench(
-    qx, qy, qz, qw, vx, vy, wx, wy, yaw_rate, left_load, right_load, speed_command, yaw_rate_command, constants
-):
+def drive_forces(
+    orientation: Quaternion,
+    velocity: Vector,
+    spin: Vector,
+    left_load: float,
+    right_load: float,
+    speed_command: float,
+    yaw_rate_command: float,
+    constants: FloatArray,
+) -> tuple[Vector, Vector, float]:
     """Force [N] and torque [N m] about the centre of mass, map frame, of drive and weight; power [W] of the motors.
 
     The wheels follow the command as a first-order servo with limited acceleration and hold the axle sideways (no slip).
     Their forces attack where they stand, so that braking pitches the body. Simplification: on level ground, touched by
     nothing, the driven wheels grip with the whole weight, as if the casters held sideways what they carry.
 
-    Takes the orientation (quaternion), the velocity of the centre of mass [m/s] and the spin [rad/s] in the map frame,
-    the loads [N] of the wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants
-    (15,) of :func:`drive_constants`.
+    Takes orientation, velocity of the centre of mass [m/s] and spin [rad/s] in the map frame, the loads [N] of the
+    wheels (or ``LEVEL``), the command (forward [m/s], yaw rate [rad/s]) and the constants (15,) of
+    :func:`drive_constants`.
     """
+    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, yaw_rate) = orientation, velocity, spin
     dt, mass, inertia, lever, height, weight = constants[:6]
     half_track, motor_limit = constants[6], constants[8]
     up, down, yaw_up, time_constant = constants[10:14]
@@ -143,20 +156,10 @@ def drive_wrench(
     )
     power = mechanical_power(left_along, right_along, forward, yaw_rate, left_along + right_along, constants)
 
-    lx, ly, lz = rotate(qx, qy, qz, qw, lever, half_track, -height)  # the wheels' treads from the centre of mass
-    rx, ry, rz = rotate(qx, qy, qz, qw, lever, -half_track, -height)
+    lx, ly, lz = rotate(orientation, lever, half_track, -height)  # the wheels' treads from the centre of mass
+    rx, ry, rz = rotate(orientation, lever, -half_track, -height)
     lfx, lfy = cos * left_along - sin * left_side, sin * left_along + cos * left_side
     rfx, rfy = cos * right_along - sin * right_side, sin * right_along + cos * right_side
     tx, ty = -lz * lfy - rz * rfy, lz * lfx + rz * rfx
     tz = lx * lfy - ly * lfx + rx * rfy - ry * rfx
-    return lfx + rfx, lfy + rfy, -weight, tx, ty, tz, power
-
-
-@njit(cache=True)
-def drive_forces(orientation, velocity, spin, left_load, right_load, speed_command, yaw_rate_command, constants):
-    """Force [N], torque [N m] and power [W] of :func:`drive_wrench`, from and to tuples as the physics has them."""
-    (qx, qy, qz, qw), (vx, vy, _), (wx, wy, wz) = orientation, velocity, spin
-    fx, fy, fz, tx, ty, tz, power = drive_wrench(
-        qx, qy, qz, qw, vx, vy, wx, wy, wz, left_load, right_load, speed_command, yaw_rate_command, constants
-    )
-    return (fx, fy, fz), (tx, ty, tz), power
+    return (lfx + rfx, lfy + rfy, -weight), (tx, ty, tz), power

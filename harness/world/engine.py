@@ -1,6 +1,7 @@
 """PyBullet without its talk: what it prints from C on standard output would spoil ``--json``."""
 
 import contextlib
+import importlib
 import os
 import sys
 import weakref
@@ -28,8 +29,7 @@ def quiet() -> Iterator[None]:
 
 def _import_quietly() -> ModuleType:
     with quiet():
-        import pybullet
-    return pybullet
+        return importlib.import_module("pybullet")
 
 
 bullet = _import_quietly()

@@ -50,7 +50,7 @@ def merge_rectangles(solid: BoolArray) -> IntArray:
 
 
 @njit(cache=True)
-def _grow(mask, row, column):
+def _grow(mask: BoolArray, row: int, column: int) -> tuple[int, int]:
     """End row and end column of the rectangle from a cell that is as wide as its row allows, then as high."""
     height, width = mask.shape
     end_column = column + 1

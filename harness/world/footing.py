@@ -25,7 +25,7 @@ class Scrape:
 class Footing:
     """How the robot stands after a physics step."""
 
-    left_load: float  # [N] that the left driven wheel grips with; LEVEL: as :func:`drive_wrench` assumes
+    left_load: float  # [N] that the left driven wheel grips with; LEVEL: as :func:`drive_forces` assumes
     right_load: float  # [N]
     scrapes: tuple[Scrape, ...] = ()  # of neither wheel nor caster
     is_whole: bool = True  # both driven wheels stand on the ground, and the body does not

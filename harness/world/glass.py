@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.world.lidar_kernels import cast_grid, clearance_field
+from harness.world.lidar_kernels import Field, cast_grid, clearance_field
 from harness.world.scene import Obstacle
 from harness.world.shapes import grow, window_of
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.geometry import relative_to, transform_points
 from navstack.jit import njit
-from navstack.types import FloatArray, Pose2D
+from navstack.types import FloatArray, IntArray, Pose2D
 
 KINDS = ("building_glass",)  # obstacles whose outside is of glass
 _INSIDE = 1e-6  # [cells] behind the border at which a ray entered a cell
@@ -97,7 +97,18 @@ def _edges(polygon: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def see_through(numbers, first, edges, behind, sensor, directions, ranges, limits, range_max, resolution):
+def see_through(
+    numbers: IntArray,
+    first: IntArray,
+    edges: FloatArray,
+    behind: Field,
+    sensor: tuple[float, float, float, float],
+    directions: FloatArray,
+    ranges: FloatArray,
+    limits: FloatArray,
+    range_max: float,
+    resolution: float,
+) -> None:
     """Lengthen the beams that meet glass at less than a cosine of incidence, in place.
 
     The edge that a beam met is the one whose line is nearest to where it met.
@@ -137,7 +148,7 @@ def see_through(numbers, first, edges, behind, sensor, directions, ranges, limit
 
 
 @njit(cache=True)
-def _incidence(x, y, dx, dy, start, end, edges):
+def _incidence(x: float, y: float, dx: float, dy: float, start: int, end: int, edges: FloatArray) -> float:
     """Cosine of incidence of a beam along (dx, dy) on that of the edges ``start`` to ``end`` that is nearest (x, y)."""
     nearest, incidence = -math.inf, 1.0
     for edge in range(start, end):

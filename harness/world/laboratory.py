@@ -17,6 +17,7 @@ from harness.world.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene, Zone
+from harness.world.sensors import SensorSuite
 from harness.world.shapes import box, octagon
 from harness.world.truth import Contact, Truth
 from harness.world.world_params import WorldParams
@@ -50,8 +51,11 @@ class Marchers(PedestrianModel):
         return self._states
 
 
-class NoSensors:
+class NoSensors(SensorSuite):
     """Delivers nothing."""
+
+    def __init__(self) -> None:
+        """Nothing to mount."""
 
     def reset(self, body: BodyState, generators: Mapping[str, np.random.Generator]) -> None:
         """Nothing to prepare."""
@@ -171,4 +175,4 @@ def mechanical_energy(world: PyBulletWorld, robot: RobotParams, gravity: float) 
     spin = rotation.T @ world._spin
     translation = robot.mass * float(np.dot(world._velocity, world._velocity))
     turning = float(spin @ (np.array(robot.inertia) * spin))
-    return 0.5 * (translation + turning) + robot.mass * gravity * world._position[2]
+    return float(0.5 * (translation + turning) + robot.mass * gravity * world._position[2])

@@ -1,15 +1,22 @@
 """Ray casting on an occupancy grid and against circles. Grid units are cells; row 0 is the lowest y."""
 
 import math
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from navstack.jit import njit
+from navstack.types import BoolArray, ByteArray, FloatArray
+
+Field = tuple[int, int, int, npt.NDArray[np.uint16], ByteArray]  # of clearance_field
+Index = TypeVar("Index", int, np.int32)  # vector instructions work on many of 32 bits
+Unsigned = TypeVar("Unsigned", np.uint8, np.uint16)
 
 _BITS = 2  # a block's side is 2 ** _BITS cells, so that shifts find the block of a cell
 _TILE_BITS = 3  # and a tile's 2 ** _TILE_BITS blocks
 _SIDE, _TILE = 1 << _BITS, 1 << _TILE_BITS
-_MAX_SQUARE = 255  # [blocks]
+_MAX_SQUARE = np.int64(255)  # [blocks]
 LANES = 32  # rays that are under way at a time; a constant, so that the loops over them use vector instructions
 # Where in the buffers of the rays their values stand: in that of floats
 X, Y, DX, DY, INVERSE_X, INVERSE_Y = (LANES * i for i in range(6))  # start, direction, one over it
@@ -23,14 +30,14 @@ _u, _i = np.uint64, np.int32  # unsigned indices spare the treatment of negative
 
 
 @njit(cache=True)
-def _place_of(row, column, tiles):
+def _place_of(row: Index, column: Index, tiles: int) -> Index:
     """Where a block stands in a table with ``tiles`` tiles per row."""
     tile = (row >> _TILE_BITS) * tiles + (column >> _TILE_BITS)
     return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
 @njit(cache=True)
-def clearance_field(occupied):
+def clearance_field(occupied: BoolArray) -> Field:
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
     Six bytes per block, tile by tile: what is near in the plane lies in one line of the processor's caches.
@@ -65,7 +72,7 @@ def clearance_field(occupied):
 
 
 @njit(cache=True)
-def _by_tiles(table, ordered):
+def _by_tiles(table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]) -> npt.NDArray[Unsigned]:
     """Put the blocks of a table (rows, columns) into their places; returns ``ordered`` (blocks,)."""
     rows, columns = table.shape
     for row in range(rows):
@@ -75,7 +82,9 @@ def _by_tiles(table, ordered):
 
 
 @njit(cache=True)
-def _find_squares(solid, rows, columns, ahead_x, ahead_y, squares):
+def _find_squares(
+    solid: npt.NDArray[np.uint16], rows: int, columns: int, ahead_x: int, ahead_y: int, squares: ByteArray
+) -> None:
     """The side of the largest free square that begins in each block and goes on along ``ahead_x`` and ``ahead_y``.
 
     It is one more than the least of the next blocks along x, along y and along both (textbook recursion). Works in
@@ -87,12 +96,23 @@ def _find_squares(solid, rows, columns, ahead_x, ahead_y, squares):
             column = columns - j if ahead_x > 0 else j + 1
             if solid[row, column] == 0:
                 beside = min(squares[row, column + ahead_x], squares[row + ahead_y, column])
-                least = min(beside, squares[row + ahead_y, column + ahead_x])
-                squares[row, column] = min(np.int64(least) + 1, _MAX_SQUARE)
+                least = np.int64(min(beside, squares[row + ahead_y, column + ahead_x]))
+                squares[row, column] = min(least + 1, _MAX_SQUARE)
 
 
 @njit(cache=True)
-def _start(lane, beam, x0, y0, cos, sin, directions, field, b, n):
+def _start(
+    lane: int,
+    beam: int,
+    x0: float,
+    y0: float,
+    cos: float,
+    sin: float,
+    directions: FloatArray,
+    field: Field,
+    b: FloatArray,
+    n: npt.NDArray[np.int32],
+) -> None:
     """Begin to cast a beam in a lane of the buffers; other arguments are those of :func:`cast_grid`.
 
     Coordinates are mirrored where needed, so that every ray goes to higher x and y.
@@ -115,7 +135,7 @@ def _start(lane, beam, x0, y0, cos, sin, directions, field, b, n):
 
 
 @njit(cache=True)
-def _look(solid, squares, n):
+def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.int32]) -> None:
     """Read of every lane the blocks of the free square ahead, and the cells of the block where there is none.
 
     All at once, so that the processor waits for many places of memory at a time.
@@ -127,7 +147,7 @@ def _look(solid, squares, n):
 
 
 @njit(cache=True)
-def _go(reach, tiles, b, n):
+def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> None:
     """Take every ray out of the free square ahead of it, or into the next cell.
 
     Those in occupied cells or beyond ``reach`` stop. A ray through a corner passes the neighbour along x. Without
@@ -160,7 +180,9 @@ def _go(reach, tiles, b, n):
 
 
 @njit(cache=True)
-def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
+def cast_grid(
+    field: Field, x0: float, y0: float, cos: float, sin: float, directions: FloatArray, reach: float, ranges: FloatArray
+) -> None:
     """Cast all beams on the grid.
 
     A ray leaps over the free square ahead of it; in a block with occupied cells it goes from cell to cell (Amanatides &
@@ -204,7 +226,18 @@ def cast_grid(field, x0, y0, cos, sin, directions, reach, ranges):
 
 
 @njit(cache=True)
-def cast_circles(circles, radius, x0, y0, yaw, directions, angle_min, increment, reach, ranges):
+def cast_circles(
+    circles: FloatArray,
+    radius: float,
+    x0: float,
+    y0: float,
+    yaw: float,
+    directions: FloatArray,
+    angle_min: float,
+    increment: float,
+    reach: float,
+    ranges: FloatArray,
+) -> None:
     """Shorten the beams that meet a circle, looking only at the beams within each circle's bearing.
 
     Args:
@@ -243,7 +276,9 @@ def cast_circles(circles, radius, x0, y0, yaw, directions, angle_min, increment,
 
 
 @njit(cache=True)
-def _meet(i, px, py, squared, radius, directions, ranges):
+def _meet(
+    i: int, px: float, py: float, squared: float, radius: float, directions: FloatArray, ranges: FloatArray
+) -> None:
     """Shorten beam ``i`` to the near intersection with a circle about (px, py), if it meets it."""
     along = px * directions[i, 0] + py * directions[i, 1]
     discriminant = along * along - squared + radius * radius
@@ -252,7 +287,16 @@ def _meet(i, px, py, squared, radius, directions, ranges):
 
 
 @njit(cache=True)
-def finish_scan(ranges, noise, range_min, range_max, directions_base, mount_x, mount_y, box):
+def finish_scan(
+    ranges: FloatArray,
+    noise: FloatArray,
+    range_min: float,
+    range_max: float,
+    directions_base: FloatArray,
+    mount_x: float,
+    mount_y: float,
+    box: FloatArray,
+) -> None:
     """Add noise and drop what the sensor does not report.
 
     Args:

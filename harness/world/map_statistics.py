@@ -119,7 +119,8 @@ def medial_widths(free: BoolArray) -> FloatArray:
         axis[y[side >= 0], x[side >= 0]] = True
         axis[y[side <= 0] + dy, x[side <= 0] + dx] = True
     y, x = np.nonzero(axis)
-    return 2.0 * np.hypot(near_y[y, x] - y, near_x[y, x] - x)
+    widths: FloatArray = 2.0 * np.hypot(near_y[y, x] - y, near_x[y, x] - x)
+    return widths
 
 
 def _percentiles(values: FloatArray, at: tuple[int, ...]) -> tuple[float, ...]:

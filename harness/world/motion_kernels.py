@@ -3,24 +3,30 @@
 import math
 
 from navstack.jit import njit
+from navstack.types import FloatArray
+
+Vector = tuple[float, float, float]  # x, y, z
+Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
 @njit(cache=True)
-def rotate(qx, qy, qz, qw, x, y, z):
+def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     """A vector turned by a unit quaternion (textbook: v + 2 q x (q x v + w v))."""
+    qx, qy, qz, qw = orientation
     cx, cy, cz = qy * z - qz * y + qw * x, qz * x - qx * z + qw * y, qx * y - qy * x + qw * z
     return x + 2.0 * (qy * cz - qz * cy), y + 2.0 * (qz * cx - qx * cz), z + 2.0 * (qx * cy - qy * cx)
 
 
 @njit(cache=True)
-def point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
+def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float) -> Vector:
     """Map-frame velocity [m/s] of the body's point (x, y, z) [m], given in the body frame from the centre of mass."""
-    rx, ry, rz = rotate(qx, qy, qz, qw, x, y, z)
+    (vx, vy, vz), (wx, wy, wz) = velocity, spin
+    rx, ry, rz = rotate(orientation, x, y, z)
     return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
 
 
 @njit(cache=True)
-def is_shaken(orientation, velocity, spin, bucket):
+def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatArray) -> bool:
     """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
 
     Takes the motion as :func:`base_state` does, and of the bucket (12,), changed in place: its place (x, y, z) [m] in
@@ -28,48 +34,38 @@ def is_shaken(orientation, velocity, spin, bucket):
     the rate of the steps [Hz], gravity [m/s2] and the threshold [m/s2]; its mean acceleration [m/s2] during the step,
     which is found here.
     """
-    qx, qy, qz, qw = orientation
-    (vx, vy, vz), (wx, wy, wz) = velocity, spin
-    ux, uy, uz = point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, bucket[0], bucket[1], bucket[2])
+    ux, uy, uz = point_velocity(orientation, velocity, spin, bucket[0], bucket[1], bucket[2])
     rate = bucket[6]
     ax, ay, az = (ux - bucket[3]) * rate, (uy - bucket[4]) * rate, (uz - bucket[5]) * rate
     bucket[3], bucket[4], bucket[5] = ux, uy, uz
     bucket[9], bucket[10], bucket[11] = ax, ay, az
-    return lean_and_shake(ax, ay, az, qx, qy, bucket[7]) > bucket[8]
+    return bool(lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[7]) > bucket[8])
 
 
 @njit(cache=True)
-def lean_and_shake(ax, ay, az, qx, qy, gravity):
+def lean_and_shake(ax: float, ay: float, az: float, qx: float, qy: float, gravity: float) -> float:
     """Acceleration [m/s2] of the bucket and, for small angles, that of gravity along its floor."""
     lean = 2.0 * gravity * math.sqrt(qx * qx + qy * qy)
     return math.sqrt(ax * ax + ay * ay + az * az) + lean
 
 
 @njit(cache=True)
-def base_motion(px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z):
-    """How the base origin moves in the plane.
-
-    Takes position [m], orientation (quaternion), velocity [m/s] and spin [rad/s] of the centre of mass in the map
-    frame, and the base origin (x, y, z) [m] in the body frame from the centre of mass.
-
-    Returns:
-        Position x, y [m] and yaw [rad] in the map frame; velocity forward and to the left [m/s]; tilt [rad].
-    """
-    rx, ry, _ = rotate(qx, qy, qz, qw, x, y, z)
-    ux, uy, _ = point_velocity(qx, qy, qz, qw, vx, vy, vz, wx, wy, wz, x, y, z)
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    tilt = math.acos(min(max(1.0 - 2.0 * (qx * qx + qy * qy), -1.0), 1.0))
-    return px + rx, py + ry, yaw, cos * ux + sin * uy, -sin * ux + cos * uy, tilt
-
-
-@njit(cache=True)
-def base_state(position, orientation, velocity, spin, offset, yaw_before, vx_before, vy_before, tick):
+def base_state(
+    position: Vector,
+    orientation: Quaternion,
+    velocity: Vector,
+    spin: Vector,
+    offset: Vector,
+    yaw_before: float,
+    vx_before: float,
+    vy_before: float,
+    tick: float,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
     """The fields of :class:`~harness.world.body_state.BodyState`, as tuples come from the physics.
 
     Args:
-        position: [m] of the centre of mass, map frame, and so the next three: see :func:`base_motion`.
-        orientation: quaternion x, y, z, w.
+        position: [m] of the centre of mass, map frame, and so the next three.
+        orientation: of the body.
         velocity: [m/s].
         spin: [rad/s].
         offset: [m] of the base origin from the centre of mass, body frame.
@@ -78,13 +74,15 @@ def base_state(position, orientation, velocity, spin, offset, yaw_before, vx_bef
         vy_before: [m/s] to the left.
         tick: [s] that time.
     """
-    (px, py, pz), (qx, qy, qz, qw) = position, orientation
-    (ux, uy, uz), (wx, wy, wz) = velocity, spin
-    x, y, yaw, vx, vy, tilt = base_motion(
-        px, py, pz, qx, qy, qz, qw, ux, uy, uz, wx, wy, wz, offset[0], offset[1], offset[2]
-    )
+    qx, qy, qz, qw = orientation
+    rx, ry, _ = rotate(orientation, offset[0], offset[1], offset[2])
+    ux, uy, _ = point_velocity(orientation, velocity, spin, offset[0], offset[1], offset[2])
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    vx, vy = cos * ux + sin * uy, -sin * ux + cos * uy
+    tilt = math.acos(min(max(1.0 - 2.0 * (qx * qx + qy * qy), -1.0), 1.0))
     turn = yaw - yaw_before
     cos, sin = math.cos(turn), math.sin(turn)
     ax = (vx - (cos * vx_before + sin * vy_before)) / tick
     ay = (vy - (-sin * vx_before + cos * vy_before)) / tick
-    return x, y, yaw, vx, vy, wz, ax, ay, tilt
+    return position[0] + rx, position[1] + ry, yaw, vx, vy, spin[2], ax, ay, tilt

@@ -16,7 +16,9 @@ class Edges(NamedTuple):
 
 
 @njit(cache=True)
-def keep_inside(x, y, vx, vy, dt, least, edges):
+def keep_inside(
+    x: float, y: float, vx: float, vy: float, dt: float, least: float, edges: Edges
+) -> tuple[float, float, float, float]:
     """The state after ``dt`` [s] of somebody who cannot go nearer than ``least`` [m] to the edge of the walkable area.
 
     Who runs into the edge slides along it; who is beyond it (pushed by the robot) only gets back.
@@ -37,7 +39,7 @@ def keep_inside(x, y, vx, vy, dt, least, edges):
 
 
 @njit(cache=True)
-def away_from_edge(x, y, edges):
+def away_from_edge(x: float, y: float, edges: Edges) -> tuple[float, float]:
     """Direction (x, y), at most a unit vector, in which the distance to the edge grows; shorter between two edges."""
     half = 0.5 * edges.frame[4]
     gx = edge_distance(x + half, y, edges) - edge_distance(x - half, y, edges)
@@ -47,7 +49,7 @@ def away_from_edge(x, y, edges):
 
 
 @njit(cache=True)
-def edge_distance(x, y, edges):
+def edge_distance(x: float, y: float, edges: Edges) -> float:
     """Distance [m] of a point to the edge of the walkable area, between cell centres bilinearly; negative outside."""
     column, row = _grid(x, y, edges.frame)
     distances = edges.distances
@@ -57,17 +59,17 @@ def edge_distance(x, y, edges):
     u, v = row - i, column - j
     low = (1.0 - v) * distances[i, j] + v * distances[i, j + 1]
     high = (1.0 - v) * distances[i + 1, j] + v * distances[i + 1, j + 1]
-    return (1.0 - u) * low + u * high
+    return float((1.0 - u) * low + u * high)
 
 
 @njit(cache=True)
-def _grid(x, y, frame):
+def _grid(x: float, y: float, frame: FloatArray) -> tuple[float, float]:
     dx, dy = x - frame[0], y - frame[1]
     return (frame[2] * dx + frame[3] * dy) / frame[4], (-frame[3] * dx + frame[2] * dy) / frame[4]
 
 
 @njit(cache=True)
-def cell_of(x, y, edges):
+def cell_of(x: float, y: float, edges: Edges) -> tuple[int, int]:
     """The cell (row, column) of a point, the nearest one of the grid where it is outside."""
     column, row = _grid(x, y, edges.frame)
     return (

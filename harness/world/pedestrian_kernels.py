@@ -1,18 +1,32 @@
 """Walking along polylines, and the search for them. Cells are (row, column)."""
 
 import math
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
 from navstack.jit import njit
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+
+Number = TypeVar("Number", np.int64, np.float64)
 
 CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, or may never enter
 _WEIGHT = 1.01  # [-] of the heuristic
 
 
 @njit(cache=True)
-def find_path(numbers, width, landmarks, start, goal, length, ahead, arrival):
+def find_path(
+    numbers: npt.NDArray[np.int32],
+    width: int,
+    landmarks: Float32Array,
+    start: int,
+    goal: int,
+    length: FloatArray,
+    ahead: FloatArray,
+    arrival: ByteArray,
+) -> IntArray:
     """The cells of a path at most 1 % longer than the shortest: weighted A* with the landmark heuristic.
 
     By the triangle inequality |d(l, cell) - d(l, goal)| <= d(cell, goal) for every landmark l (Goldberg & Harrelson
@@ -78,7 +92,7 @@ def find_path(numbers, width, landmarks, start, goal, length, ahead, arrival):
 
 
 @njit(cache=True)
-def _longer(values):
+def _longer(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
     """The same values with room for as many more; a loop compiles in a fraction of what concatenating takes."""
     longer = np.empty(2 * len(values), values.dtype)
     for k in range(len(values)):
@@ -87,7 +101,7 @@ def _longer(values):
 
 
 @njit(cache=True)
-def _sift_up(costs, cells, hole, cost, cell):
+def _sift_up(costs: FloatArray, cells: IntArray, hole: int, cost: float, cell: int) -> None:
     """Put a cell into the heap, whose order is by cost and then by cell, at its end ``hole``."""
     while hole > 0:
         parent = (hole - 1) >> 1
@@ -99,7 +113,7 @@ def _sift_up(costs, cells, hole, cost, cell):
 
 
 @njit(cache=True)
-def _sift_down(costs, cells, size):
+def _sift_down(costs: FloatArray, cells: IntArray, size: int) -> None:
     """Fill the top of the heap, which was taken, so that ``size`` cells are left; the last one stands behind them."""
     cost, cell = costs[size], cells[size]
     hole, child = 0, 1
@@ -116,7 +130,7 @@ def _sift_down(costs, cells, size):
 
 
 @njit(cache=True)
-def _trace(moves, width, start, goal, arrival):
+def _trace(moves: IntArray, width: int, start: int, goal: int, arrival: ByteArray) -> IntArray:
     """The cells (M, 2) from ``start`` to ``goal``, found by undoing the move that led to each."""
     number, cell = 1, goal
     while cell != start:
@@ -132,7 +146,7 @@ def _trace(moves, width, start, goal, arrival):
 
 
 @njit(cache=True)
-def _least_length(a, b):
+def _least_length(a: Float32Array, b: Float32Array) -> float:
     """Lower bound on the length between two cells from their landmark lengths (L,), L even, in cells."""
     even, odd = 0.0, 0.0
     for i in range(0, len(a), 2):
@@ -142,7 +156,7 @@ def _least_length(a, b):
 
 
 @njit(cache=True)
-def count_near(states, x, y, radius):
+def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
     """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
     number = 0
     for i in range(len(states)):
@@ -152,7 +166,18 @@ def count_near(states, x, y, radius):
 
 
 @njit(cache=True)
-def walk(dt, times, points, counts, next_point, pauses, speeds, positions, states, restless):
+def walk(
+    dt: float,
+    times: int,
+    points: FloatArray,
+    counts: IntArray,
+    next_point: IntArray,
+    pauses: FloatArray,
+    speeds: FloatArray,
+    positions: FloatArray,
+    states: FloatArray,
+    restless: BoolArray,
+) -> tuple[int, int]:
     """Move everybody by ``dt``, at most ``times`` times: no more after a step in which somebody becomes restless.
 
     Args:
@@ -178,7 +203,17 @@ def walk(dt, times, points, counts, next_point, pauses, speeds, positions, state
 
 
 @njit(cache=True)
-def _walk_once(dt, points, counts, next_point, pauses, speeds, positions, states, restless):
+def _walk_once(
+    dt: float,
+    points: FloatArray,
+    counts: IntArray,
+    next_point: IntArray,
+    pauses: FloatArray,
+    speeds: FloatArray,
+    positions: FloatArray,
+    states: FloatArray,
+    restless: BoolArray,
+) -> int:
     """One step of :func:`walk`; returns how many are restless."""
     number = 0
     for i in range(len(speeds)):
@@ -208,7 +243,18 @@ def _walk_once(dt, points, counts, next_point, pauses, speeds, positions, states
 
 
 @njit(cache=True)
-def replay(time, firsts, times, positions, robot_x, robot_y, clearance, absent, hidden, states):
+def replay(
+    time: float,
+    firsts: IntArray,
+    times: FloatArray,
+    positions: FloatArray,
+    robot_x: float,
+    robot_y: float,
+    clearance: float,
+    absent: BoolArray,
+    hidden: BoolArray,
+    states: FloatArray,
+) -> None:
     """Everybody at one moment of a recording.
 
     Args:

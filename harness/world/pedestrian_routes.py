@@ -4,6 +4,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt, label
 
 from harness.task.shortest_paths import distance_field, string_pull
@@ -53,7 +54,7 @@ class WalkingNetwork:
             if self._free.sum() >= _ENOUGH * free.sum():
                 break
         self.cells: IntArray = np.argwhere(self._free)  # (N, 2) all cells, row by row
-        self._numbers = np.full(self._free.shape, -1, dtype=np.int32)  # of the cells
+        self._numbers: npt.NDArray[np.int32] = np.full(self._free.shape, -1, dtype=np.int32)  # of the cells
         self._numbers[self._free] = np.arange(len(self.cells))
         key = content_key("landmarks 1", np.packbits(self._free), self._free.shape[1])
         self._landmarks = cached_array(key, lambda: _landmark_lengths(self._free, self.cells))
@@ -87,7 +88,8 @@ class WalkingNetwork:
 
     def positions(self, cells: IntArray) -> FloatArray:
         """Centres (N, 2) of cells (N, 2), in [m] in the map frame."""
-        return transform_points(self._origin, (cells[:, ::-1] - _BORDER + 0.5) * self._cell)
+        points: FloatArray = ((cells[:, ::-1] - _BORDER).astype(np.float64) + 0.5) * self._cell
+        return transform_points(self._origin, points)
 
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
         """Corners (M, 2) of a shortest path (within 1 %) from one of :attr:`cells` to another, in [m], map frame."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from harness.world.replay_file import Recording
-from navstack.types import FloatArray, IntArray
+from navstack.types import BoolArray, FloatArray, IntArray
 
 COMPANY_DISTANCE = 2.13  # [m] 7 feet, within which people count as together (McPhail & Wohlstein 1983)
 COMPANY_SHARE = 0.8  # of their common time that companions spend within it
@@ -64,10 +64,11 @@ def separations(recording: Recording, period: float) -> FloatArray:
             distances[together[np.ix_(owners[now], owners[now])]] = np.inf
             found.append(distances.min(axis=1))
     nearest = np.concatenate(found)
-    return nearest[np.isfinite(nearest)]
+    apart: FloatArray = nearest[np.isfinite(nearest)]
+    return apart
 
 
-def companions(recording: Recording, period: float) -> FloatArray:
+def companions(recording: Recording, period: float) -> BoolArray:
     """Who walks in company, (n, n) bool: near each other for most of their common time; everybody with himself."""
     together = np.eye(recording.count, dtype=np.bool_)
     ticks = [np.rint(times / period).astype(np.int64) for times, _ in _people(recording)]

@@ -40,7 +40,7 @@ class PyBulletWorld(World):
     """Steps rigid bodies at the physics rate; a tick is a fixed number of physics steps.
 
     Simplifications: the ground is level but for vertical steps (:class:`Ground`); robot and furniture are rigid and
-    collide without rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_wrench`. The robot
+    collide without rebound; people are upright capsules (:class:`Crowd`); the drive is :func:`drive_forces`. The robot
     is driven by forces, so that impacts push it about and can tip it.
     """
 
@@ -103,7 +103,7 @@ class PyBulletWorld(World):
         self._work = 0.0  # [J] of the motors
         self._footing = ON_LEVEL_GROUND
         self._read_robot()
-        self._bucket[3:6] = point_velocity(*self._orientation, *self._velocity, *self._spin, *self._bucket[:3])
+        self._bucket[3:6] = point_velocity(self._orientation, self._velocity, self._spin, *self._bucket[:3])
         self._clear_around, self._clear_squared = self._position[:2], 0.0  # [m], [m2] where nothing is within reach
         self._state = self._base_state(BodyState())._replace(ax=0.0, ay=0.0)
         self._truth = self._make_truth()

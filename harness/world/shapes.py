@@ -49,7 +49,8 @@ def box(x: float, y: float, yaw: float, length: float, width: float) -> FloatArr
     """A rectangle (4, 2) centred at (x, y), ``length`` along ``yaw``; counter-clockwise."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     local = 0.5 * np.array(((-length, -width), (length, -width), (length, width), (-length, width)))
-    return local @ np.array(((cos, sin), (-sin, cos))) + (x, y)
+    corners: FloatArray = local @ np.array(((cos, sin), (-sin, cos))) + (x, y)
+    return corners
 
 
 def octagon(x: float, y: float, radius: float) -> FloatArray:

@@ -103,7 +103,8 @@ def _walkable_ground(zones: tuple[Zone, ...]) -> BoolArray:
 def _largest_part(mask: BoolArray) -> BoolArray:
     """Its largest 4-connected part: corners of the map that nobody can walk to are not walkable."""
     labels, _ = ndimage.label(mask)
-    return labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    largest: BoolArray = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    return largest
 
 
 def _empty() -> BoolArray:

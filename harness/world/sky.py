@@ -8,6 +8,7 @@ import numpy as np
 from harness.world.scene import Obstacle
 from harness.world.shapes import Rect, window_of
 from navstack.jit import njit
+from navstack.types import Float32Array, FloatArray
 
 CELL = 0.5  # [m] of the heights
 MOST_CELLS = 4_000_000  # beyond which they are coarser: 1 km x 1 km
@@ -60,7 +61,9 @@ class Sky:
 
 
 @njit(cache=True)
-def hidden_share(heights, x, y, directions, highest, cell, mask):
+def hidden_share(
+    heights: Float32Array, x: float, y: float, directions: FloatArray, highest: float, cell: float, mask: float
+) -> float:
     """The share of the sky above ``mask`` that heights hide, by rays in steps of one cell.
 
     Args:

@@ -8,9 +8,10 @@ import math
 from typing import NamedTuple
 
 from harness.task.shortest_paths import line_of_sight
-from harness.world.pedestrian_edges import away_from_edge, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_params import PedestrianParams
 from navstack.jit import njit
+from navstack.types import FloatArray, IntArray
 
 BUSY, RESTLESS, LOST = 0, 1, 2  # what somebody needs: nothing, a new goal, a new path to the same goal
 
@@ -62,20 +63,20 @@ def force_constants(people: PedestrianParams, robot_half_size: tuple[float, floa
 
 @njit(cache=True)
 def walk_among_others(
-    dt,
-    forces,
-    robot,
-    points,
-    counts,
-    next_point,
-    pauses,
-    looks,
-    speeds,
-    before,
-    edges,
-    after,
-    needs,
-):
+    dt: float,
+    forces: Forces,
+    robot: FloatArray,
+    points: FloatArray,
+    counts: IntArray,
+    next_point: IntArray,
+    pauses: FloatArray,
+    looks: FloatArray,
+    speeds: FloatArray,
+    before: FloatArray,
+    edges: Edges,
+    after: FloatArray,
+    needs: IntArray,
+) -> int:
     """Move everybody by ``dt``, all from the same instant (semi-implicit Euler).
 
     Args:
@@ -117,7 +118,17 @@ def walk_among_others(
 
 
 @njit(cache=True)
-def _acceleration(i, forces, robot, ex, ey, speed, states, farthest, edges):
+def _acceleration(
+    i: int,
+    forces: Forces,
+    robot: FloatArray,
+    ex: float,
+    ey: float,
+    speed: float,
+    states: FloatArray,
+    farthest: float,
+    edges: Edges,
+) -> tuple[float, float]:
     """Of person ``i``, heading for (ex, ey) at ``speed`` [m/s], in [m/s2]; nobody beyond ``farthest`` [m] matters."""
     x, y, vx, vy = states[i, 0], states[i, 1], states[i, 2], states[i, 3]
     ax = (speed * ex - vx) / forces.relaxation_time  # eq. 2
@@ -132,7 +143,9 @@ def _acceleration(i, forces, robot, ex, ey, speed, states, farthest, edges):
 
 
 @njit(cache=True)
-def _heading(i, points, counts, next_point, states):
+def _heading(
+    i: int, points: FloatArray, counts: IntArray, next_point: IntArray, states: FloatArray
+) -> tuple[float, float]:
     """Unit vector towards the next corner of the path, (0, 0) when standing; counts off corners that are reached."""
     while next_point[i] < counts[i]:
         k = next_point[i]
@@ -145,7 +158,17 @@ def _heading(i, points, counts, next_point, states):
 
 
 @njit(cache=True)
-def _need(i, dt, points, counts, next_point, pauses, looks, states, edges):
+def _need(
+    i: int,
+    dt: float,
+    points: FloatArray,
+    counts: IntArray,
+    next_point: IntArray,
+    pauses: FloatArray,
+    looks: FloatArray,
+    states: FloatArray,
+    edges: Edges,
+) -> int:
     """What person ``i`` needs; see :func:`walk_among_others`."""
     if next_point[i] >= counts[i]:
         pauses[i] -= dt
@@ -160,14 +183,16 @@ def _need(i, dt, points, counts, next_point, pauses, looks, states, edges):
 
 
 @njit(cache=True)
-def _is_felt(forces, rx, ry, ovx, ovy):
+def _is_felt(forces: Forces, rx: float, ry: float, ovx: float, ovy: float) -> bool:
     """Whether another who is (rx, ry) [m] away and walks at (ovx, ovy) [m/s] can matter."""
     reach = forces.look_ahead * (abs(ovx) + abs(ovy)) + _FAR * (forces.person_range + forces.radius)
     return abs(rx) < reach and abs(ry) < reach
 
 
 @njit(cache=True)
-def from_person(forces, x, y, ex, ey, ox, oy, ovx, ovy):
+def from_person(
+    forces: Forces, x: float, y: float, ex: float, ey: float, ox: float, oy: float, ovx: float, ovy: float
+) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y) heading for (ex, ey) by another at (ox, oy) with velocity (ovx, ovy).
 
     The ellipse of equations 3 and 4 covers where the other walks during ``look_ahead``. Bodies that overlap are pressed
@@ -186,7 +211,7 @@ def from_person(forces, x, y, ex, ey, ox, oy, ovx, ovy):
 
 
 @njit(cache=True)
-def _elliptical(forces, rx, ry, ovx, ovy, excess):
+def _elliptical(forces: Forces, rx: float, ry: float, ovx: float, ovy: float, excess: float) -> tuple[float, float]:
     """Minus the gradient of V(b) at (rx, ry) [m] from the other, who is thicker than a person by ``excess`` [m].
 
     Exactly ahead of the other, where the gradient jumps, it points to the other's left: two who meet keep right.
@@ -205,7 +230,9 @@ def _elliptical(forces, rx, ry, ovx, ovy, excess):
 
 
 @njit(cache=True)
-def from_robot(forces, x, y, vx, vy, ex, ey, robot):
+def from_robot(
+    forces: Forces, x: float, y: float, vx: float, vy: float, ex: float, ey: float, robot: FloatArray
+) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y), velocity (vx, vy), by the robot.
 
     It counts as a person of its size with a rectangular body. The ellipse covers where it goes relative to the person
@@ -236,7 +263,7 @@ def from_robot(forces, x, y, vx, vy, ex, ey, robot):
 
 
 @njit(cache=True)
-def from_edge(forces, x, y, edges):
+def from_edge(forces: Forces, x: float, y: float, edges: Edges) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y) away from the nearest edge of the walkable area (eq. 5)."""
     distance = edge_distance(x, y, edges)
     if distance > 20.0 * forces.wall_range:

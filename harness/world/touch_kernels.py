@@ -3,10 +3,21 @@
 import math
 
 from navstack.jit import njit
+from navstack.types import FloatArray, IntArray
 
 
 @njit(cache=True)
-def may_touch(x, y, cos, sin, half_length, half_width, margin, corners, first):
+def may_touch(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    half_length: float,
+    half_width: float,
+    margin: float,
+    corners: FloatArray,
+    first: IntArray,
+) -> bool:
     """Whether a rectangle may be nearer than ``margin`` [m] to one of some convex polygons.
 
     It is not where their shadows on a side's normal, of either, lie farther apart: the axes of the separating axis
@@ -30,7 +41,18 @@ def may_touch(x, y, cos, sin, half_length, half_width, margin, corners, first):
 
 
 @njit(cache=True)
-def _are_apart(x, y, cos, sin, half_length, half_width, margin, corners, begin, end):
+def _are_apart(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    half_length: float,
+    half_width: float,
+    margin: float,
+    corners: FloatArray,
+    begin: int,
+    end: int,
+) -> bool:
     """Whether an axis shows that the rectangle keeps ``margin`` to the polygon of corners ``begin`` to ``end``."""
     low_along, high_along, low_across, high_across = math.inf, -math.inf, math.inf, -math.inf
     for k in range(begin, end):
@@ -54,7 +76,9 @@ def _are_apart(x, y, cos, sin, half_length, half_width, margin, corners, begin, 
 
 
 @njit(cache=True)
-def find_near(x, y, radius, corners, first, boxes, found):
+def find_near(
+    x: float, y: float, radius: float, corners: FloatArray, first: IntArray, boxes: FloatArray, found: IntArray
+) -> tuple[int, float]:
     """Convex polygons within ``radius`` [m] of a point.
 
     Args:
@@ -84,7 +108,7 @@ def find_near(x, y, radius, corners, first, boxes, found):
 
 
 @njit(cache=True)
-def _distance(x, y, corners, begin, end):
+def _distance(x: float, y: float, corners: FloatArray, begin: int, end: int) -> float:
     """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``; 0 inside it."""
     squared, is_inside = math.inf, True
     px, py = corners[end - 1, 0], corners[end - 1, 1]

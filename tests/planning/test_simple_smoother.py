@@ -8,8 +8,8 @@ import pytest
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
 from navstack.params.smoothers import SimpleSmootherParams
-from navstack.planning.smoothers.simple_smoother import SimpleSmoother
-from navstack.planning.smoothers.simple_smoother_kernels import relax
+from navstack.planning.simple_smoother import SimpleSmoother
+from navstack.planning.simple_smoother_kernels import relax
 from navstack.types import Path
 
 

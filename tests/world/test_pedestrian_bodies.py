@@ -7,24 +7,17 @@ import pytest
 
 from harness.task.mission import Mission
 from harness.world.crowd import Crowd
+from harness.world.laboratory import NoSensors
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pedestrian_params import ReplayParams
 from harness.world.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.scene import Scene
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.types import Observation, Pose2D, Twist2D
+from navstack.types import Pose2D, Twist2D
 
 WALKABLE = OccupancyGrid(np.zeros((80, 300), dtype=np.int8), 0.1, Pose2D())
 START = Pose2D(5.0, 4.0)
-
-
-class NoSensors:
-    def reset(self, body, generators):
-        pass
-
-    def measure(self, body, pedestrians, stamp):
-        return Observation(stamp)
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 
 from harness.storage import shipped as resources
 from harness.world.body_state import BodyState
-from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, drive_wrench, grip, motor_forces
-from harness.world.motion_kernels import base_motion, base_state, point_velocity
+from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, grip, motor_forces
+from harness.world.motion_kernels import base_state, point_velocity
 from harness.world.robot import RobotParams
 from navstack.params.strict import load_dataclass
 
@@ -33,8 +33,9 @@ def matrix(q):
 
 def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0), loads=(LEVEL, LEVEL)):
     """Force, torque and power."""
-    result = drive_wrench(*q, *v, 0.0, 0.0, w, *loads, *command, drive_constants(robot, GRAVITY, DT))
-    return np.array(result[:3]), np.array(result[3:6]), result[6]
+    constants = drive_constants(robot, GRAVITY, DT)
+    force, torque, power = drive_forces(q, (*v, 0.0), (0.0, 0.0, w), *loads, *command, constants)
+    return np.array(force), np.array(torque), power
 
 
 def sticky(robot):
@@ -145,35 +146,20 @@ def test_motion_kernels_equal_matrix_algebra():
     for _ in range(50):
         axis = rng.normal(size=3)
         q = quaternion(axis / np.linalg.norm(axis), rng.uniform(-1.0, 1.0))
-        position, velocity, spin, offset = rng.normal(size=(4, 3))
+        position, velocity, spin, offset = (tuple(row) for row in rng.normal(size=(4, 3)).tolist())
+        before = BodyState(0.0, 0.0, *rng.normal(size=3).tolist())
         rotation = matrix(q)
         expected = velocity + np.cross(spin, rotation @ offset)
-        assert point_velocity(*q, *velocity, *spin, *offset) == pytest.approx(expected)
-        x, y, yaw, forward, left, tilt = base_motion(*position, *q, *velocity, *spin, *offset)
-        assert (x, y) == pytest.approx((position + rotation @ offset)[:2])
-        assert yaw == pytest.approx(math.atan2(rotation[1, 0], rotation[0, 0]))
-        assert forward == pytest.approx(math.cos(yaw) * expected[0] + math.sin(yaw) * expected[1])
-        assert left == pytest.approx(-math.sin(yaw) * expected[0] + math.cos(yaw) * expected[1])
-        assert tilt == pytest.approx(math.acos(rotation[2, 2]))
-
-
-def test_kernels_for_tuples_equal_those_for_numbers(robot):
-    rng = np.random.default_rng(3)
-    constants = drive_constants(robot, GRAVITY, DT)
-    for _ in range(50):
-        q = tuple((rng.normal(size=4) * (0.05, 0.05, 1.0, 1.0)).tolist())
-        position, velocity, spin, offset = (tuple(row) for row in rng.normal(size=(4, 3)).tolist())
-        loads, command = rng.uniform(100.0, 300.0, 2).tolist(), rng.normal(size=2).tolist()
-        *wrench_, power = drive_wrench(*q, *velocity[:2], *spin, *loads, *command, constants)
-        force, torque, same = drive_forces(q, velocity, spin, *loads, *command, constants)
-        assert (*force, *torque, same) == (*wrench_, power)
-
-        before = BodyState(0.0, 0.0, *rng.normal(size=3).tolist())
+        assert point_velocity(q, velocity, spin, *offset) == pytest.approx(expected)
         state = BodyState(*base_state(position, q, velocity, spin, offset, before.yaw, before.vx, before.vy, 0.02))
-        motion = base_motion(*position, *q, *velocity, *spin, *offset)
-        assert (state.x, state.y, state.yaw, state.vx, state.vy, state.tilt) == motion
+        yaw = state.yaw
+        assert (state.x, state.y) == pytest.approx((position + rotation @ offset)[:2])
+        assert yaw == pytest.approx(math.atan2(rotation[1, 0], rotation[0, 0]))
+        assert state.vx == pytest.approx(math.cos(yaw) * expected[0] + math.sin(yaw) * expected[1])
+        assert state.vy == pytest.approx(-math.sin(yaw) * expected[0] + math.cos(yaw) * expected[1])
+        assert state.tilt == pytest.approx(math.acos(rotation[2, 2]))
         assert state.yaw_rate == spin[2]
-        turn = state.yaw - before.yaw
+        turn = yaw - before.yaw
         backwards = np.array(((math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))))
         change = np.array((state.vx, state.vy)) - backwards @ (before.vx, before.vy)
         assert (state.ax, state.ay) == pytest.approx(tuple(change / 0.02))

@@ -32,7 +32,7 @@ from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
-from navstack.params.smoothers import ConstrainedSmootherParams, SavitzkyGolayParams, SimpleSmootherParams
+from navstack.params.smoothers import SimpleSmootherParams
 from navstack.params.tracker import TrackerParams
 
 Params = type[Any]  # a dataclass whose fields are named like the parameters
@@ -72,11 +72,7 @@ PLUGINS: Mapping[str, Mapping[str, Params | None]] = {
         "navstack::IncrementalNavfn": IncrementalNavfnParams,
         "navstack::OmplPlanner": OmplParams,
     },
-    "smoothers": {
-        "nav2_smoother::SimpleSmoother": SimpleSmootherParams,
-        "nav2_smoother::SavitzkyGolaySmoother": SavitzkyGolayParams,
-        "nav2_constrained_smoother::ConstrainedSmoother": ConstrainedSmootherParams,
-    },
+    "smoothers": {"nav2_smoother::SimpleSmoother": SimpleSmootherParams},
     "layers": LAYER_PARAMS,
     "goal_checkers": {
         "nav2_controller::SimpleGoalChecker": SimpleGoalCheckerParams,

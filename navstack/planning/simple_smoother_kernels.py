@@ -1,4 +1,4 @@
-"""The inner loops of :mod:`navstack.planning.smoothers.simple_smoother`."""
+"""The inner loops of :mod:`navstack.planning.simple_smoother`."""
 
 import math
 

@@ -4,14 +4,13 @@ import math
 
 from navstack.costmap.costmap import Costmap
 from navstack.params.smoothers import SimpleSmootherParams
-from navstack.planning.smoother import Smoother
-from navstack.planning.smoothers.simple_smoother_kernels import face_along, relax, stretch_ends
+from navstack.planning.simple_smoother_kernels import face_along, relax, stretch_ends
 from navstack.types import FloatArray, Path
 
 FEWEST_POSES = 5  # of a stretch that is smoothed
 
 
-class SimpleSmoother(Smoother):
+class SimpleSmoother:
     """Gauss-Seidel relaxation between the given path and the straightest one.
 
     Where an iteration would put a pose into an obstacle (cost 253 or 254), or the iterations run out, the poses before
