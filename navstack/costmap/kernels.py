@@ -1,7 +1,8 @@
 """Numba kernels of the obstacle layer on a dense grid, cell for cell as nav2_costmap_2d's ``obstacle_layer.cpp``.
 
 World coordinates are in [m]; a grid is given by the ``origin`` (x, y) [m] of its lower left corner and its
-``resolution`` [m/cell]. ``limits`` are the least and the greatest range [m] that counts.
+``resolution`` [m/cell]. ``limits`` are the least and the greatest range [m] that counts. ``bounds`` (4,) collects what
+was touched: min x, max x, min y, max y [m].
 """
 
 import math
@@ -78,6 +79,15 @@ def ray(x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float
 
 
 @njit(cache=True)
+def touch(bounds: FloatArray, x: float, y: float) -> None:
+    """Grow the bounds to hold a point."""
+    bounds[0] = min(bounds[0], x)
+    bounds[1] = max(bounds[1], x)
+    bounds[2] = min(bounds[2], y)
+    bounds[3] = max(bounds[3], y)
+
+
+@njit(cache=True)
 def clear_rays(
     grid: ByteArray,
     points: FloatArray,
@@ -86,21 +96,31 @@ def clear_rays(
     origin: FloatArray,
     resolution: float,
     limits: tuple[float, float],
+    bounds: FloatArray,
 ) -> None:
-    """Free the cells from the sensor (ox, oy) through each point's cell, within the raytrace ranges ``limits``."""
+    """Free the cells from the sensor (ox, oy) through each point's cell, within the raytrace ranges ``limits``.
+
+    The bounds grow to the ends of the beams, not to all of their cells.
+    """
     size_y, size_x = grid.shape
     origin_x, origin_y = origin[0], origin[1]
     x0, y0 = to_cell(ox, oy, origin_x, origin_y, resolution, size_x, size_y)
     if x0 < 0:
         return
+    touch(bounds, ox, oy)
     end_x, end_y = origin_x + size_x * resolution, origin_y + size_y * resolution
     min_cells, max_cells = float(math.ceil(limits[0] / resolution)), float(math.ceil(limits[1] / resolution))
     for i in range(points.shape[0]):
         wx, wy = clip_to_grid(ox, oy, points[i, 0], points[i, 1], origin_x, origin_y, end_x, end_y)
         x1, y1 = to_cell(wx, wy, origin_x, origin_y, resolution, size_x, size_y)
-        if x1 >= 0:
-            x, y, dx, dy, steps = ray(x0, y0, x1, y1, max_cells, min_cells)
-            free_line(grid, x, y, dx, dy, steps)
+        if x1 < 0:
+            continue
+        x, y, dx, dy, steps = ray(x0, y0, x1, y1, max_cells, min_cells)
+        free_line(grid, x, y, dx, dy, steps)
+        distance = math.hypot(wx - ox, wy - oy)
+        if distance >= limits[0]:
+            scale = min(1.0, limits[1] / distance) if distance > 0.0 else 1.0
+            touch(bounds, ox + (wx - ox) * scale, oy + (wy - oy) * scale)
 
 
 @njit(cache=True)
@@ -136,33 +156,6 @@ def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float,
 
 
 @njit(cache=True)
-def marked_cell(
-    px: float,
-    py: float,
-    ox: float,
-    oy: float,
-    origin: FloatArray,
-    resolution: float,
-    size: tuple[int, int],
-    limits: tuple[float, float],
-) -> tuple[int, int]:
-    """The cell that a point marks on a grid of ``size`` (width, height) cells, or (-1, -1).
-
-    It does if it lies within the obstacle ranges ``limits`` of the sensor (ox, oy), in [m] and in whole cells.
-    """
-    if not is_in_range(px, py, ox, oy, limits):
-        return -1, -1
-    mx, my = to_cell(px, py, origin[0], origin[1], resolution, size[0], size[1])
-    if mx < 0:
-        return -1, -1
-    x0, y0 = math.floor((ox - origin[0]) / resolution), math.floor((oy - origin[1]) / resolution)
-    cells = int(math.hypot(mx - x0, my - y0))
-    if math.ceil(limits[0] / resolution) <= cells <= math.ceil(limits[1] / resolution):
-        return mx, my
-    return -1, -1
-
-
-@njit(cache=True)
 def mark_points(
     grid: ByteArray,
     points: FloatArray,
@@ -171,13 +164,23 @@ def mark_points(
     origin: FloatArray,
     resolution: float,
     limits: tuple[float, float],
+    bounds: FloatArray,
 ) -> None:
-    """Make the cells of points lethal that mark; see :func:`marked_cell`."""
-    size = (grid.shape[1], grid.shape[0])
+    """Make the cells lethal of the points that lie within the obstacle ranges ``limits`` of the sensor (ox, oy).
+
+    They must lie so in [m] and in whole cells. The bounds grow to these points.
+    """
+    size_y, size_x = grid.shape
+    x0, y0 = math.floor((ox - origin[0]) / resolution), math.floor((oy - origin[1]) / resolution)
+    least, most = math.ceil(limits[0] / resolution), math.ceil(limits[1] / resolution)
     for i in range(points.shape[0]):
-        mx, my = marked_cell(points[i, 0], points[i, 1], ox, oy, origin, resolution, size, limits)
-        if mx >= 0:
+        px, py = points[i, 0], points[i, 1]
+        if not is_in_range(px, py, ox, oy, limits):
+            continue
+        mx, my = to_cell(px, py, origin[0], origin[1], resolution, size_x, size_y)
+        if mx >= 0 and least <= int(math.hypot(mx - x0, my - y0)) <= most:
             grid[my, mx] = _LETHAL
+            touch(bounds, px, py)
 
 
 @njit(cache=True)

@@ -64,18 +64,6 @@ class LayerList:
         inflation = last if isinstance(last, InflationLayerParams) else InflationLayerParams(inflation_radius=0.0)
         return FastParts(before, inflation, after)
 
-    def bare_inflation(self) -> InflationLayerParams | None:
-        """The inflation for :class:`~navstack.costmap.sparse_update.SparseUpdate`; None: these layers are not for it.
-
-        They are if they are obstacles by maximum and then one inflation.
-        """
-        rest, last = self.plugins[:-1], self.plugins[-1] if self.plugins else None
-        obstacles = [layer for layer in rest if isinstance(layer, ObstacleLayerParams)]
-        is_maximum = all(layer.combination_method != OVERWRITE for layer in obstacles)
-        if self.filters or len(obstacles) < len(rest) or not is_maximum:
-            return None
-        return last if isinstance(last, InflationLayerParams) else None
-
 
 def join_layers(params: CostmapParams, masks: Mapping[str, FilterMask], window: Window) -> LayerList:
     """The layers of a costmap whose lattice is the window's; ``masks`` by the names of the filters.

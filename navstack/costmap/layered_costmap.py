@@ -29,7 +29,6 @@ from navstack.costmap.layers import (
 from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.costmap.sparse_update import SparseUpdate
 from navstack.costmap.window import make_window
 from navstack.errors import MapError
 from navstack.geometry import footprint_radii, pad_footprint
@@ -98,7 +97,8 @@ class LayeredCostmap:
             if isinstance(layer, ObstacleLayerParams)
         ]
         self._projector = ScanProjector()
-        self._updater = self._make_updater(prefer_fast)
+        parts = self._fast_parts() if prefer_fast else None
+        self._updater = self._full_update() if parts is None else self._fast_update(parts)
 
     @property
     def is_fast(self) -> bool:
@@ -197,17 +197,6 @@ class LayeredCostmap:
                 raise MapError("the costmap has a static layer, but no map was given; give one or remove the layer")
             return None
         return resampled(static_costs(static, self.params, keepout), static.resolution, self._window.resolution)
-
-    def _make_updater(self, prefer_fast: bool) -> FastUpdate | SparseUpdate | FullUpdate:
-        """The quickest way that leads to the same costmap."""
-        parts = self._fast_parts() if prefer_fast else None
-        if parts is not None:
-            return self._fast_update(parts)
-        inflation = self._layers.bare_inflation() if prefer_fast else None
-        if inflation is not None and self._fill == FREE_SPACE:
-            obstacles = [ObstacleCells(layer, sources, self._window) for layer, sources in self._buffers]
-            return SparseUpdate(obstacles, self._inflation(inflation), self.master, self._window)
-        return self._full_update()
 
     def _fast_parts(self) -> FastParts | None:
         """What the quick way needs, if it leads to the same costmap: no unknown cells, no mask beyond the map."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navstack.costmap import bounds_kernels, kernels
+from navstack.costmap import kernels
 from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
@@ -170,18 +170,19 @@ class ObstacleLayer(Layer):
         """Clear along all beams, then mark all returns."""
         bounds.join(self._extra.values)
         self._extra = Bounds.empty()
-        touch_observations(self._sources, window, bounds.values)
-        origin, resolution = window.origin, window.resolution
+        place = (window.origin, window.resolution)
         for source, seen in each_observation(self._sources, clearing=True):
             limits = (source.raytrace_min_range, source.raytrace_max_range)
-            kernels.clear_rays(self.grid, seen.points, seen.origin_x, seen.origin_y, origin, resolution, limits)
+            beams = (seen.points, seen.origin_x, seen.origin_y, *place)
+            kernels.clear_rays(self.grid, *beams, limits, bounds.values)
         for source, seen in each_observation(self._sources, clearing=False):
             limits = (source.obstacle_min_range, source.obstacle_max_range)
-            kernels.mark_points(self.grid, seen.marking, seen.origin_x, seen.origin_y, origin, resolution, limits)
+            returns = (seen.marking, seen.origin_x, seen.origin_y, *place)
+            kernels.mark_points(self.grid, *returns, limits, bounds.values)
         if self._params.footprint_clearing_enabled:
-            bounds_kernels.touch_all(bounds.values, footprint)
+            bounds.join(np.stack((footprint.min(axis=0), footprint.max(axis=0)), axis=1).ravel())
             self._columns = kernels.polygon_columns(
-                footprint, origin, resolution, window.size_x, window.size_y, self._lowest, self._highest
+                footprint, *place, window.size_x, window.size_y, self._lowest, self._highest
             )
 
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
@@ -267,14 +268,3 @@ def each_observation(
         if (source.params.clearing if clearing else source.params.marking)
         for observation in source.observations
     ]
-
-
-def touch_observations(sources: Sequence[ObservationBuffer], window: Window, bounds: FloatArray) -> None:
-    """Grow bounds (4,) [m] to the ends of the beams that clear and to the returns that mark."""
-    given = (window.origin, window.resolution, (window.size_x, window.size_y))
-    for source, seen in each_observation(sources, clearing=True):
-        limits = (source.raytrace_min_range, source.raytrace_max_range)
-        bounds_kernels.touch_rays(seen.points, seen.origin_x, seen.origin_y, *given, limits, bounds)
-    for source, seen in each_observation(sources, clearing=False):
-        limits = (source.obstacle_min_range, source.obstacle_max_range)
-        bounds_kernels.touch_marks(seen.marking, seen.origin_x, seen.origin_y, *given, limits, bounds)

@@ -10,10 +10,9 @@ import numpy as np
 
 from navstack.costmap import cell_kernels
 from navstack.costmap.beam_kernels import LineArray
-from navstack.costmap.bounds_kernels import touch_all
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import LETHAL_OBSTACLE
-from navstack.costmap.layers import each_observation, touch_observations
+from navstack.costmap.layers import each_observation
 from navstack.costmap.observations import ObservationBuffer
 from navstack.costmap.window import Box, Window
 from navstack.params.costmap import ObstacleLayerParams
@@ -81,12 +80,6 @@ class ObstacleCells:
             )
         else:
             self.count = cell_kernels.drop_doubted(self.cells, self.count, self._present, window.box, self._changed)
-
-    def touch(self, window: Window, footprint: FloatArray, bounds: FloatArray) -> None:
-        """Grow bounds (4,) [m] to what the next update touches, as Nav2 sees it."""
-        touch_observations(self._sources, window, bounds)
-        if self._params.footprint_clearing_enabled:
-            touch_all(bounds, footprint)
 
     def take_changed(self) -> Box | None:
         """The box of cells that came or went since the last call, if any did."""

@@ -143,32 +143,3 @@ def _fill_tile(
             for j in range(_u(BLOCK)):
                 tile[into + j] = max(tile[into + j], costs[source + j])
     return first, end
-
-
-@njit(cache=True)
-def keep_cells(cells: CellArray, count: int, box: tuple[int, int, int, int], inside: bool) -> int:
-    """Keep those of the first ``count`` cells (n, 2) that lie in a box x0, xn, y0, yn, or not; returns how many."""
-    kept = 0
-    for i in range(count):
-        x, y = cells[i, 0], cells[i, 1]
-        if (box[0] <= x < box[1] and box[2] <= y < box[3]) == inside:
-            cells[kept, 0], cells[kept, 1] = x, y
-            kept += 1
-    return kept
-
-
-@njit(cache=True)
-def append_cells(
-    cells: CellArray, count: int, box: tuple[int, int, int, int], others: CellArray, other_count: int
-) -> int:
-    """Append those of the first ``other_count`` cells ``others`` that lie in a box to ``cells``, which has the room.
-
-    Returns:
-        How many there are then; there were ``count``.
-    """
-    for i in range(other_count):
-        x, y = others[i, 0], others[i, 1]
-        if box[0] <= x < box[1] and box[2] <= y < box[3]:
-            cells[count, 0], cells[count, 1] = x, y
-            count += 1
-    return count

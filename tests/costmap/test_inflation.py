@@ -18,10 +18,10 @@ def slow_inflation(costs: ByteArray, inflation: Inflation, resolution: float, in
         sources |= costs == NO_INFORMATION
     if not sources.any():
         return costs.copy()
-    distance = distance_transform_edt(~sources)
+    distance, reach = distance_transform_edt(~sources), -math.floor(-params.inflation_radius / resolution)  # rounded up
     result = costs.copy()
     for (y, x), cells in np.ndenumerate(distance):
-        if cells > inflation.kernel.radius:
+        if cells > reach:
             continue
         cost = inflation_cost(float(cells) * resolution, inscribed, params.cost_scaling_factor)
         if costs[y, x] == NO_INFORMATION:

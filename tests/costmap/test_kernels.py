@@ -59,6 +59,33 @@ def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
     assert kernels.polygon_columns(square - (0.6, 0.0), np.zeros(2), 0.1, 40, 40, lowest, highest) == (0, -1)
 
 
+@pytest.mark.parametrize("limits", [(0.0, 1.42), (0.31, 0.88), (0.52, 1.26)])
+def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(limits: tuple[float, float]) -> None:
+    """Nav2's rule: least <= metres < most, and ceil(least) <= whole cells between both cells <= ceil(most)."""
+    rng = np.random.default_rng(7)
+    resolution, window, origin = 0.05, np.array((300, -200, 60, 50)), np.array((-0.4, 0.7))
+    ox, oy = 1.03, 1.92
+    radii, bearings = rng.uniform(0.0, 1.7, 4000), rng.uniform(-math.pi, math.pi, 4000)
+    points = np.column_stack((ox + radii * np.cos(bearings), oy + radii * np.sin(bearings)))
+    expected = np.zeros((50, 60), dtype=np.uint8)
+    for (x, y), radius in zip(points, radii, strict=True):
+        column, row = math.floor((x - origin[0]) / resolution), math.floor((y - origin[1]) / resolution)
+        apart = math.floor(math.hypot(column - 28, row - 24))
+        near, far = (-math.floor(-limit / resolution) for limit in limits)
+        if 0 <= column < 60 and 0 <= row < 50 and limits[0] <= radius < limits[1] and near <= apart <= far:
+            expected[row, column] = 254
+    grid, bounds = np.zeros_like(expected), np.array((math.inf, -math.inf, math.inf, -math.inf))
+    kernels.mark_points(grid, points, ox, oy, origin, resolution, limits, bounds)
+    np.testing.assert_array_equal(grid, expected)
+    cells, present = np.empty((len(points), 2), dtype=np.int32), np.zeros_like(expected)
+    changed, nothing = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40))), np.zeros((1, 1), dtype=np.uint8)
+    given = (points, (ox, oy), origin, resolution, limits, nothing, 0, changed)
+    count = cell_kernels.mark_cells(cells, 0, present, window, *given)
+    listed = np.zeros_like(expected)
+    listed[cells[:count, 1] + 200, cells[:count, 0] - 300] = 254
+    np.testing.assert_array_equal(listed, expected)
+
+
 @pytest.mark.parametrize(("keep_unknown", "expected"), [(False, [9, 9, 3, 7, 255]), (True, [9, 9, 3, 255, 255])])
 def test_combining_by_maximum(keep_unknown: bool, expected: list[int]) -> None:
     master = np.array([[9, 3, 3, 255, 255]], dtype=np.uint8)
@@ -174,7 +201,7 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     beam_kernels.sort_by_bearing(points, ox, oy, starts, ordered)
     assert sorted(map(tuple, ordered)) == sorted(map(tuple, points))
     dense = np.full((50, 60), 254, dtype=np.uint8)
-    kernels.clear_rays(dense, points, ox, oy, origin, resolution, limits)
+    kernels.clear_rays(dense, points, ox, oy, origin, resolution, limits, np.zeros(4))
     cells = np.array([(300 + x, -200 + y) for y in range(50) for x in range(60)], dtype=np.int32)
     present = np.ones((50, 60), dtype=np.uint8)
     lines = np.empty((40, 8), dtype=np.int32)

@@ -10,7 +10,6 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.layers import resampled, static_costs
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.costmap.sparse_update import SparseUpdate
 from navstack.errors import MapError, ParameterError
 from navstack.params.costmap import (
     CostmapParams,
@@ -119,37 +118,6 @@ def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: Obs
         np.testing.assert_array_equal(seen, seen_by_full & ~left_out)
         np.testing.assert_array_equal(fast.master.data, full.master.data)
     assert (fast.obstacle_costs[0] == LETHAL_OBSTACLE).sum() > 50
-
-
-@pytest.mark.parametrize("rolling", [True, False])
-@pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES.keys())
-def test_without_a_map_lists_of_cells_equal_the_grids_within_the_same_bounds(
-    rolling: bool, source: ObservationSourceParams
-) -> None:
-    rng = np.random.default_rng(13)
-    params = make_params(source=source, rolling_window=rolling, size=4.0)
-    params = dataclasses.replace(params, plugins=("obstacle_layer", "inflation_layer"), origin_x=-2.0, origin_y=-2.0)
-    sparse, full = LayeredCostmap(params), LayeredCostmap(params, prefer_fast=False)
-    assert isinstance(sparse._updater, SparseUpdate)
-    marked = 0
-    for _ in range(2):
-        for step, (pose, scan, stamp) in enumerate(drive(rng)):
-            for costmap in (sparse, full):
-                costmap.update(pose, scan, stamp)
-                if step in (12, 14):
-                    costmap.clear_around(pose, 1.0 if step == 12 else 5.0)
-                    costmap.update(pose, None, stamp)
-                if step == 18:
-                    costmap.clear_entirely()
-                    assert not costmap.master.data.any()
-            seen, seen_by_full = (costmap.obstacle_costs[0] == LETHAL_OBSTACLE for costmap in (sparse, full))
-            np.testing.assert_array_equal(seen, seen_by_full)
-            np.testing.assert_array_equal(sparse.master.data, full.master.data)
-            assert sparse.region == full.region
-            marked += int(seen.sum())
-        for costmap in (sparse, full):
-            costmap.reset()
-    assert marked > 1000
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.23), (0.31, -0.27), (-0.6, 0.05)])
