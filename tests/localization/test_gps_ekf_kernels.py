@@ -1,15 +1,17 @@
 """The filter's formulas: derivatives against finite differences, kernels against plain NumPy and filterpy."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
 from navstack.localization import gps_ekf_filter, gps_ekf_kernels
 from navstack.localization.gps_ekf import GpsEkfLocalizer
+from navstack.localization.gps_ekf_filter import GpsEkfFilter, KernelEngine
 from navstack.localization.gps_ekf_kernels import OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.types import Belief, GpsFix, Pose2D
+from navstack.types import Belief, GpsFix, Imu, Pose2D
 
 DENSITIES = np.array((0.02, 0.3, 0.01, 1e-4, 1e-5, 1e-3))
 
@@ -85,6 +87,45 @@ def test_the_noise_of_one_step_is_that_of_many():
     np.testing.assert_allclose(many[there], one[there], rtol=0.02)
     assert np.abs(many[~there]).max() < 1e-5
     assert np.linalg.eigvalsh(one).min() > -1e-15
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.4, -1.7])
+def test_noise_grows_with_the_distance_driven(speed):
+    """Position noise is a random walk per metre; the other densities are the squares of what the parameters say."""
+    params = dataclasses.replace(GpsEkfParams(), position_noise=0.3, yaw_noise=0.07, acceleration_noise=0.9)
+    ekf = GpsEkfFilter(params, KernelEngine(), True)
+    state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.03)), 10.0)
+    state.mean[SPEED], state.acceleration_stamp, state.rate_stamp, state.rate_density = speed, 10.0, 10.0, 0.02
+    walks = (params.imu0_yaw_rate_bias_walk, params.odom0_scale_walk, params.imu0_yaw_offset_walk)
+    densities = np.array((0.02 + 0.07**2, 0.9**2, 0.3**2 * abs(speed), *np.square(walks)))
+    given = (0.06, state.yaw_rate, state.gyro)
+    jacobian = gps_ekf_kernels.motion_jacobian(state.mean, *given, state.acceleration)
+    noise = gps_ekf_kernels.process_noise(state.mean, *given, densities)
+    expected = jacobian @ state.covariance @ jacobian.T + noise
+    ekf.advance(state, 10.06)
+    np.testing.assert_allclose(state.covariance, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("shared", [-0.04, 0.0, 0.05])
+@pytest.mark.parametrize("deviations", [-3.3, -2.7, 2.7, 3.3])
+def test_an_orientation_beyond_the_gate_makes_its_offset_uncertain(shared, deviations):
+    """The gate is in standard deviations of heading plus offset, their covariance included."""
+    params = dataclasses.replace(GpsEkfParams(), imu0_pose_rejection_threshold=3.0, imu0_yaw_std=0.1)
+    ekf = GpsEkfFilter(params, KernelEngine(), True)
+    state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.06)), 10.0)
+    state.mean[OFFSET], state.covariance[OFFSET, OFFSET] = 0.2, 0.05
+    state.covariance[YAW, OFFSET] = state.covariance[OFFSET, YAW] = shared
+    row, variance = gps_ekf_filter.YAW_ROW, 0.1**2
+    innovation = deviations * math.sqrt(row @ state.covariance @ row + variance)
+    covariance = state.covariance.copy()
+    covariance[OFFSET, OFFSET] += innovation**2 if abs(deviations) > 3.0 else 0.0
+    gain = covariance @ row / (row @ covariance @ row + variance)
+    mean = state.mean + gain * innovation
+    yaw = 0.6 + innovation - params.magnetic_declination_radians - params.yaw_offset
+    message = Imu(10.0, yaw, 0.0, 0.0, 0.0, yaw_std=0.1)
+    ekf.take_imu(state, message, with_yaw=True)
+    np.testing.assert_allclose(state.covariance, covariance - np.outer(gain, row @ covariance), atol=1e-12)
+    np.testing.assert_allclose(state.mean, mean, atol=1e-12)
 
 
 def test_an_error_that_fixes_share_keeps_its_variance():

@@ -10,7 +10,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
-from navstack.planning.navfn_descent import FAILED, descend, take_corners
+from navstack.planning.navfn_descent import FAILED, descend, lowest_neighbour, take_corners
 from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
 from navstack.types import Pose2D
 
@@ -84,6 +84,18 @@ def test_wave_equals_slow_twin(seed):
     except NoPathFoundError:
         pass
     np.testing.assert_array_equal(planner.potential, SlowWave(costs).run(20 * 50 + 5, 30 * 50 + 45))
+
+
+def test_the_lowest_neighbour_is_compared_with_whole_numbers():
+    """The loop of calcPath: ``int minp = potarr[stc]``, then ``if (potarr[st] < minp) minp = potarr[st]``."""
+    rng = np.random.default_rng(0)
+    for _ in range(500):
+        potential = rng.uniform(98.0, 103.0, 25).astype(np.float32)
+        least, lowest = int(potential[12]), 12
+        for n in (6, 7, 8, 11, 13, 16, 17, 18):
+            if potential[n] < least:
+                least, lowest = int(potential[n]), n
+        assert lowest_neighbour(potential, 5, 12) == lowest
 
 
 def room(width=80, height=60):

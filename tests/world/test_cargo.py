@@ -80,6 +80,18 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
         assert shake(cargo, braking(deceleration)).pieces_outside == 0
 
 
+@pytest.mark.parametrize("faster", [3.0, 8.0])
+def test_a_bucket_that_falls_faster_than_its_pieces_leaves_them_behind(cargo, faster):
+    """They rise in it as free bodies: a dt^2 n (n + 1) / 2 after n steps."""
+    cargo.reset(np.random.default_rng(0))
+    before, steps = cargo.positions, 12
+    for _ in range(steps):
+        cargo.step((0.0, 0.0, -GRAVITY - faster), LEVEL, STILL)
+    rise = cargo.positions - before
+    assert np.median(rise[:, 2]) == pytest.approx(0.5 * faster * DT**2 * steps * (steps + 1), rel=0.02)
+    assert np.abs(rise[:, :2]).max() < 0.01
+
+
 @pytest.fixture(scope="module")
 def fuller():
     made = Cargo(dataclasses.replace(PARAMS, fill=0.8), GRAVITY, DT)
