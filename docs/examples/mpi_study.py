@@ -12,7 +12,8 @@ import sys
 from concurrent.futures import Executor
 from pathlib import Path
 
-from harness.cli.run import finish, say
+from harness.cli.progress import say
+from harness.cli.run import finish
 from harness.execution.workers import Place, Workers, give_memory_back
 from harness.storage.run_folder import MANIFEST, RunFolder, create_run
 from harness.study.drive import TABLES, run_study

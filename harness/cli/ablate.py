@@ -84,7 +84,7 @@ def start_ablation(
 ) -> int:
     """Drive a new ablation, show progress on stderr, print the report on stdout; returns the exit status."""
     from harness.ablation.analysis import Declaration
-    from harness.cli.run import say
+    from harness.cli.progress import say
     from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
     from harness.study.manifest import about, load_study, parameters
     from harness.study.preflight import check
@@ -105,7 +105,7 @@ def start_ablation(
 def resume_ablation(path: Path, against: str | None, where: "Where", as_json: bool) -> int:
     """Go on with the ablation of a run folder; otherwise as :func:`start_ablation`."""
     from harness.ablation.analysis import Declaration
-    from harness.cli.run import say
+    from harness.cli.progress import say
     from harness.storage.run_folder import ABLATION
     from harness.study.manifest import load_study, version_notes
     from navstack.params.strict import load_dataclass

@@ -39,6 +39,7 @@ from harness.cli.options import JSON, Finite
 # fmt: on
 def localize(**choices: Any) -> None:
     """Run a localizer over a log; see ``LOCALIZE_HELP``."""
+    from harness.cli.progress import share_shown
     from harness.recorded.command import Request, localize
 
-    sys.exit(localize(Request(**choices)))
+    sys.exit(localize(Request(**choices), lambda: share_shown("messages")))

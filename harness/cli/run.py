@@ -1,18 +1,13 @@
 """``navbench run``: progress while it drives, tables when it is done."""
 
-import contextlib
 import json
 import statistics
 import sys
-import threading
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
+from harness.cli.progress import Bar, say, shown
 from harness.episode.episode import Delivery
 from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
@@ -34,93 +29,36 @@ from harness.study.preflight import check
 from harness.task.study import EpisodeTask, Study
 from navstack.errors import InputError
 
-LINE_PERIOD = 10.0  # [s] between progress lines where there is no terminal
 INTERRUPTED, SOME_ERRORS = 130, 3
 
 OnFinished = Callable[[Finished[EpisodeTask, Delivery], Row], None]
 
 
-class Tally:
-    """Counts outcomes and speed of the finished episodes."""
+class Tally(Bar):
+    """Finished episodes, their outcomes and their speed."""
 
     def __init__(self, total: int, done: int) -> None:
-        self.total, self.done = total, done
-        self.done_before = done
+        super().__init__("{done} of {total} deliveries", total, done)
         self._outcomes: Counter[str] = Counter()
         self._factors: list[float] = []  # real-time factor of each delivery
 
-    def add(self, record: Row) -> None:
+    def add(self, finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
         """Take in one finished episode."""
-        self.done += 1
         row = record["row"]
         self._outcomes["error" if row.get("error") else row["outcome"]] += 1
         if not row.get("error"):
             self._factors.append(record["timing"]["real_time_factor"])
+        self.done += 1
+        if finished.lost and finished.error is None:
+            say(f"repeated {finished.task.stack.name} episode {finished.task.episode}: {finished.lost[0]}")
 
     @property
-    def text(self) -> str:
+    def note(self) -> str:
         """Outcomes so far and the median real-time factor per core."""
         outcomes = "  ".join(f"{name} {count}" for name, count in sorted(self._outcomes.items()))
         if not self._factors:
-            return "starting; the first delivery ever also compiles"
+            return outcomes or "starting; the first delivery ever also compiles"
         return f"{outcomes}  {statistics.median(self._factors):.0f} x real time per core"
-
-
-class BarDisplay:
-    """A live bar on a terminal."""
-
-    def __init__(self, console: Console, tally: Tally) -> None:
-        self._tally = tally
-        columns = (TextColumn("deliveries"), BarColumn(), MofNCompleteColumn(), TextColumn("ETA"))
-        self._progress = Progress(*columns, TimeRemainingColumn(), TextColumn("{task.fields[text]}"), console=console)
-        self._task = self._progress.add_task("run", total=tally.total, completed=tally.done, text=tally.text)
-
-    def start(self) -> None:
-        """Show the bar."""
-        self._progress.start()
-
-    def stop(self) -> None:
-        """Leave the bar as it is."""
-        self._progress.stop()
-
-    def update(self) -> None:
-        """One more episode is done."""
-        self._progress.update(self._task, advance=1, text=self._tally.text)
-
-
-class LineDisplay:
-    """A plain line every ten seconds, where standard error is not a terminal."""
-
-    def __init__(self, tally: Tally) -> None:
-        self._tally = tally
-        self._stopped = threading.Event()
-        self._start = time.monotonic()
-        self._said = tally.done  # deliveries in the last line
-
-    def start(self) -> None:
-        """Begin to tell."""
-        threading.Thread(target=self._tell, daemon=True).start()
-
-    def stop(self) -> None:
-        """Say where it ended."""
-        self._stopped.set()
-        if self._tally.done != self._said:
-            self._say()
-
-    def update(self) -> None:
-        """Nothing to do: the next line shows it."""
-
-    def _tell(self) -> None:
-        while not self._stopped.wait(LINE_PERIOD):
-            self._say()
-
-    def _say(self) -> None:
-        self._said = done = self._tally.done
-        total, driven = self._tally.total, done - self._tally.done_before
-        left = (time.monotonic() - self._start) / driven * (total - done) if driven else 0.0  # [s]
-        eta = f", about {left:.0f} s left" if left else ""
-        sys.stderr.write(f"{done} of {total} deliveries{eta}: {self._tally.text}\n")
-        sys.stderr.flush()
 
 
 def run_command(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
@@ -166,8 +104,8 @@ def drive_run(study: Study, path: Path, where: Where) -> tuple[list[StackResult]
         say_what_is_done(folder, study)
         tally = Tally(study.total, len(folder.records))
         if not folder.is_closed:
-            with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally) as on_finished:
-                interrupted = drive(study, folder, workers, on_finished)
+            with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
+                interrupted = drive(study, folder, workers, tally.add)
         results = finish(study, folder)
     say_what_failed(folder.records)
     if interrupted:
@@ -200,31 +138,6 @@ def finish(study: Study, folder: RunFolder) -> list[StackResult]:
     if not folder.is_closed:
         folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
     return results
-
-
-@contextlib.contextmanager
-def shown(tally: Tally) -> Iterator[OnFinished]:
-    """Show progress meanwhile; yields what has to hear of each finished delivery."""
-    console = Console(stderr=True, highlight=False)
-    display = BarDisplay(console, tally) if console.is_terminal else LineDisplay(tally)
-
-    def on_finished(finished: Finished[EpisodeTask, Delivery], record: Row) -> None:
-        tally.add(record)
-        display.update()
-        if finished.lost and finished.error is None:
-            where = f"{finished.task.stack.name} episode {finished.task.episode}"
-            console.print(f"repeated {where}: {finished.lost[0]}", markup=False, soft_wrap=True)
-
-    display.start()
-    try:
-        yield on_finished
-    finally:
-        display.stop()
-
-
-def say(line: str) -> None:
-    """Write a line on standard error."""
-    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)
 
 
 def say_what_is_done(folder: RunFolder, study: Study) -> None:

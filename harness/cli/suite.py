@@ -10,6 +10,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from harness.cli.progress import say, shown
 from harness.cli.run import (
     INTERRUPTED,
     SOME_ERRORS,
@@ -17,10 +18,8 @@ from harness.cli.run import (
     Tally,
     drive,
     finish,
-    say,
     say_interrupted,
     say_what_failed,
-    shown,
 )
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
@@ -104,13 +103,13 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     interrupted = False
     tally = _tally(path, studies)
     before = {cell: count_finished(path / cell.name) for cell in studies}
-    count = usable_workers(where.workers, tally.total)
+    count = usable_workers(where.workers, sum(study.total for study in studies.values()))
     where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
     runs = {path / cell.name: study for cell, study in studies.items()}
     try:
-        with open_workers(where, count, path, runs) as workers, shown(tally) as on_finished:
+        with open_workers(where, count, path, runs) as workers, shown(tally):
             for cell, study in studies.items():
-                own, interrupted = _drive_cell(path / cell.name, study, workers, on_finished)
+                own, interrupted = _drive_cell(path / cell.name, study, workers, tally.add)
                 records += own
                 if interrupted:
                     break

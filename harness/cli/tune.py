@@ -95,7 +95,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     Raises:
         InputError: a value that ``navbench run`` would refuse too, or a search space that does not fit the file.
     """
-    from harness.cli.run import say
+    from harness.cli.progress import say
     from harness.episode.factory import nav2_parameters
     from harness.storage.run_folder import TUNING, create_run, default_folder, require_usable
     from harness.storage.shipped import resolve, shipped
@@ -144,10 +144,10 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
 
 def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> int:
     """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
-    from harness.cli.run import INTERRUPTED, SOME_ERRORS, say
+    from harness.cli.progress import say, shown
+    from harness.cli.run import INTERRUPTED, SOME_ERRORS
     from harness.study.manifest import load_study, version_notes
     from harness.study.places import open_workers
-    from harness.tuning.display import shown
     from harness.tuning.journal import Journal
     from harness.tuning.progress import Progress
     from harness.tuning.stack_evaluator import StackEvaluator
@@ -187,7 +187,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
 def _search_and_test(
     study: "TuningStudy", evaluator: "StackEvaluator", journal: "Journal", progress: "Progress"
 ) -> "StudyResult":
-    from harness.cli.run import say
+    from harness.cli.progress import say
     from harness.tuning.notes import notes_after_search
     from harness.tuning.study import finish, run_search
 

@@ -2,6 +2,8 @@
 
 import json
 import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,6 @@ from rich.console import Console
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.mountings import Mountings, frame_name
-from harness.recorded.progress import shown
 from harness.recorded.receiver import Receiver
 from harness.recorded.replay import Replay
 from harness.recorded.ros_messages import FIX, ODOMETRY, TYPES
@@ -39,6 +40,8 @@ from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Pose2D
 
 INTERRUPTED = 130
+
+Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +75,12 @@ class Comparison:
     rpe: Errors | None
 
 
-def localize(request: Request) -> int:
+def localize(request: Request, show: Show) -> int:
     """Replay, write the trajectory, print the result; returns the exit status.
+
+    Args:
+        request: of the user.
+        show: shows progress meanwhile; yields what hears of the share that is done.
 
     Raises:
         InputError: something given cannot be used, or the log breaks off; what was computed is written before.
@@ -103,7 +110,7 @@ def localize(request: Request) -> int:
         localizer = _localizer(request, nav2)
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
-        trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()))
+        trouble, status = _run(replay, request, localizer, start or Belief(Pose2D()), show)
         trouble = trouble or bag.damage
     return _finish(replay, request, reference, trouble, status)
 
@@ -153,7 +160,7 @@ def _doubt_start(request: Request, start: Belief | None, is_anchor: bool) -> Non
         _warn(f"nobody says where the robot starts: taken to be at 0,0,0{fixes}; give --initial-pose{instead}")
 
 
-def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief) -> tuple[str | None, int]:
+def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief, show: Show) -> tuple[str | None, int]:
     """Replay to the end, the first damage or an interrupt; returns what went wrong and the exit status."""
 
     def begin(belief: Belief) -> None:
@@ -163,7 +170,7 @@ def _run(replay: Replay, request: Request, localizer: Localizer, start: Belief) 
 
     share = 0.0
     try:
-        with shown() as update:
+        with show() as update:
             for share in replay.run(start, begin, _warn):
                 update(share)
     except KeyboardInterrupt:

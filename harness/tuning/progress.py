@@ -1,5 +1,7 @@
 """How far a study is."""
 
+from rich.table import Table
+
 from harness.metrics import Row
 from harness.statistics import Interval
 from harness.tuning.evaluation import Candidate, Evaluator
@@ -9,6 +11,8 @@ from harness.tuning.journal import Journal
 from harness.tuning.objective import score_text
 from harness.tuning.result import Trial
 from harness.tuning.search import Plan
+
+SHOWN = 8  # trials of the live table
 
 
 class Progress:
@@ -119,6 +123,18 @@ class Progress:
         if self.gain is not None:
             parts.append(f"expected further gain {self.text_of(self.gain)}")
         return ", ".join(parts)
+
+    def __rich__(self) -> Table:
+        """The last trials, below everything in a line."""
+        table = Table(title=self.text, title_justify="left", title_style="")
+        for column in ("trial", "state", "episodes", "objective", "p"):
+            table.add_column(column, justify="left" if column == "state" else "right")
+        for trial in self.trials[-SHOWN:]:
+            value = self.text_of(trial.told[0]) if trial.told else ""
+            p = "" if trial.p is None else f"{trial.p:.3f}"
+            mark = "*" if self.best is trial else ""
+            table.add_row(f"{mark}{trial.number}", trial.state, str(len(trial.missions)), value, p)
+        return table
 
     @property
     def best_text(self) -> str:

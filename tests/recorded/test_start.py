@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from harness.recorded import progress
 from harness.recorded.start import local_frame, start_belief, static_map
 from harness.storage.shipped import shipped
 from navstack.costmap.occupancy_grid import UNKNOWN
@@ -54,14 +53,3 @@ def test_localizers_without_scans_need_no_map():
     assert (static_map(None, "gps-ekf").data == UNKNOWN).all()
     with pytest.raises(InputError, match="localizer amcl-gps needs a map"):
         static_map(None, "amcl-gps")
-
-
-def test_lines_tell_how_far_it_is_where_there_is_no_terminal(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "LINE_PERIOD", 0.0)
-    with progress.shown() as update:
-        update(0.25)
-        update(0.5)
-    assert [line.split(",")[0] for line in capsys.readouterr().err.splitlines()] == [
-        "25% of the messages",
-        "50% of the messages",
-    ]

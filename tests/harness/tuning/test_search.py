@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from harness.tuning.display import LiveTable
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
@@ -212,7 +211,7 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
         )  # fmt: skip
         found.run(lambda candidate, missions: candidate.name != "trial-21")
         console = Console(file=StringIO(), width=200)
-        console.print(LiveTable(progress))
+        console.print(progress)
         assert isinstance(console.file, StringIO)
         shown = console.file.getvalue()
     driven = sum(len(trial.missions) for trial in found.trials)

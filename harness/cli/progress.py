@@ -1,0 +1,121 @@
+"""Progress on standard error: live on a terminal, else a line every ten seconds."""
+
+import contextlib
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from rich.console import Console, RenderableType
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+
+LINE_PERIOD = 10.0  # [s] between lines where there is no terminal
+
+
+class Progress(Protocol):
+    """How far something is."""
+
+    @property
+    def text(self) -> str:
+        """In one line."""
+
+    def __rich__(self) -> RenderableType:
+        """As a terminal shows it."""
+
+
+class Bar:
+    """So much of so much, and the time left if it goes on like this.
+
+    Args:
+        form: of its text, e.g. ``{done} of {total} deliveries``.
+        total: when it is over.
+        done: before it began.
+    """
+
+    def __init__(self, form: str, total: float, done: float = 0) -> None:
+        self.total, self.done = total, done
+        self._form, self._done_before, self._began = form, done, time.monotonic()
+
+    @property
+    def note(self) -> str:
+        """What else there is to say."""
+        return ""
+
+    @property
+    def _amount(self) -> str:
+        driven = self.done - self._done_before
+        left = (time.monotonic() - self._began) / driven * (self.total - self.done) if driven else 0.0  # [s]
+        return self._form.format(done=self.done, total=self.total) + (f", about {left:.0f} s left" if left else "")
+
+    @property
+    def text(self) -> str:
+        """Amount, time left, and the note."""
+        return f"{self._amount}: {self.note}" if self.note else self._amount
+
+    def __rich__(self) -> Table:
+        """A bar before the same words."""
+        row = Table.grid(padding=(0, 1))
+        row.add_row(ProgressBar(self.total, self.done, width=40), self._amount, self.note)
+        return row
+
+    def move(self, done: float) -> None:
+        """Take in how much is done."""
+        self.done = done
+
+
+@contextlib.contextmanager
+def shown(progress: Progress) -> Iterator[None]:
+    """Show progress meanwhile."""
+    console = Console(stderr=True, highlight=False)
+    if console.is_terminal:
+        with Live(progress, console=console, refresh_per_second=2.0):
+            yield
+        return
+    teller = _Teller(progress)
+    teller.start()
+    try:
+        yield
+    finally:
+        teller.stop()
+
+
+class _Teller(threading.Thread):
+    """Writes a line every ten seconds, and where it ended."""
+
+    def __init__(self, progress: Progress) -> None:
+        super().__init__(daemon=True)
+        self._progress, self._stopped = progress, threading.Event()
+        self._said = progress.text
+
+    def run(self) -> None:
+        """Until it is stopped."""
+        while not self._stopped.wait(LINE_PERIOD):
+            self._tell()
+
+    def stop(self) -> None:
+        """Tell the last of it."""
+        self._stopped.set()
+        self.join()
+        self._tell()
+
+    def _tell(self) -> None:
+        if (text := self._progress.text) != self._said:
+            sys.stderr.write(f"{text}\n")
+            sys.stderr.flush()
+        self._said = text
+
+
+@contextlib.contextmanager
+def share_shown(what: str) -> Iterator[Callable[[float], None]]:
+    """Show meanwhile how large a share of something is done; yields what has to hear of it."""
+    bar = Bar(f"{{done:.0%}} of the {what}", 1.0)
+    with shown(bar):
+        yield bar.move
+
+
+def say(line: str) -> None:
+    """Write a line on standard error."""
+    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)

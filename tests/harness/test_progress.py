@@ -1,0 +1,25 @@
+"""One line after the other where there is no terminal."""
+
+import time
+
+import pytest
+
+from harness.cli import progress
+
+
+def test_lines_tell_how_far_it_is_where_there_is_no_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "LINE_PERIOD", 0.01)
+    with progress.share_shown("messages") as update:
+        for share in (0.25, 0.5, 1.0):
+            update(share)
+            time.sleep(0.1)
+    amounts = [line.split(",")[0] for line in capsys.readouterr().err.splitlines()]
+    assert list(dict.fromkeys(amounts)) == ["25% of the messages", "50% of the messages", "100% of the messages"]
+
+
+def test_nothing_is_said_of_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress.share_shown("messages"):
+        pass
+    assert capsys.readouterr().err == ""
