@@ -12,10 +12,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-
-from harness.episode.factory import robot_of, world_params
-from harness.storage import shipped as resources
-from harness.world.laboratory import (
+from laboratory import (
     bollard,
     collide,
     drive,
@@ -27,6 +24,9 @@ from harness.world.laboratory import (
     tipping_speed,
     wall,
 )
+
+from harness.episode.factory import robot_of, world_params
+from harness.storage import shipped as resources
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Zone
 from harness.world.shapes import Rect, box

@@ -14,11 +14,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
-from harness.storage.shipped import shipped
-from harness.world.pedestrian_models import make_pedestrians
-from harness.world.pedestrian_params import ReplayParams
-from harness.world.pedestrian_statistics import (
+from pedestrian_statistics import (
     companions,
     mean_presence,
     prediction_errors,
@@ -26,6 +22,10 @@ from harness.world.pedestrian_statistics import (
     separations,
     walking_speeds,
 )
+
+from harness.storage.shipped import shipped
+from harness.world.pedestrian_models import make_pedestrians
+from harness.world.pedestrian_params import ReplayParams
 from harness.world.replay_file import Recording, load_recording
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams

@@ -80,11 +80,11 @@ def motion_update(count: int) -> Prepared:
     alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4)
     draws = rng.standard_normal((count, 3))
     motion = (0.0, MOTION[1].x, MOTION[1].yaw)
-    model.move(poses, *MOTION, draws)
+    model(poses, *MOTION, draws)
     twins.move_differential(plain, motion, alphas, draws)
     require_agreement("AMCL motion update", poses, plain, 1e-12)
     return Prepared(
-        lambda: model.move(poses, *MOTION, rng.standard_normal((count, 3))),
+        lambda: model(poses, *MOTION, rng.standard_normal((count, 3))),
         lambda: twins.move_differential(plain, motion, alphas, rng.standard_normal((count, 3))),
     )
 

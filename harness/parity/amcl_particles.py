@@ -58,7 +58,7 @@ def check_motion(case: Case, comparison: Comparison) -> None:
     after, delta = (np.array([float(number) for number in given[i].split("_")]) for i in (3, 4))
     poses = case.file["motion_seq_start"].copy()
     draws = Drand48(int(given[1])).normals(poses.size).reshape(poses.shape)
-    _motion_model(_alpha_sets(case.file)[given[2]]).move(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
+    _motion_model(_alpha_sets(case.file)[given[2]])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
     comparison.near("poses", poses, case.file[case.name], EXACT)
 
 
@@ -75,7 +75,7 @@ def check_moments(case: Case, comparison: Comparison) -> None:
     before, delta = np.array(facts["odom_old"]), np.array(facts["odom_delta"])
     poses = np.tile(np.array(facts["particle_start"], dtype=np.float64), (BATCHES * BATCH, 1))
     draws = np.random.default_rng(number).standard_normal(poses.shape)
-    _motion_model(facts["alphas"]).move(poses, Pose2D(*before), Pose2D(*(before + delta)), draws)
+    _motion_model(facts["alphas"])(poses, Pose2D(*before), Pose2D(*(before + delta)), draws)
     poses -= facts["particle_start"]
     recorded = np.concatenate((facts["mean"], np.array(facts["cov"])[np.triu_indices(3)], facts["skew"]))
     comparison.near(

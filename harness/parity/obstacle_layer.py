@@ -75,7 +75,7 @@ def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> N
         pose = Pose2D(*case[f"s{k}_robot_pose"].tolist())
         if params.rolling_window:
             window.centre_on(pose.x, pose.y)
-            cells.drop_outside(window)
+            cells.follow(window)
         points = case[f"s{k}_points"].astype(np.float64)
         marking = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
         origin = case[f"s{k}_sensor_origin"]

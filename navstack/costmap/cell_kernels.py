@@ -165,23 +165,22 @@ def drop_doubted(cells: CellArray, count: int, present: ByteArray, window: IntAr
 
 
 @njit(cache=True)
-def drop_box(
+def drop_outside(
     cells: CellArray,
     count: int,
     present: ByteArray,
     window: IntArray,
     box: tuple[int, int, int, int],
-    drop_inside: bool,
     changed: IntArray,
 ) -> int:
-    """Drop the cells inside (or outside) the box x0, xn, y0, yn (ends exclusive); returns how many remain.
+    """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain.
 
     ``window`` is the one that they lie in.
     """
     flat = present.reshape(-1)
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
-        if (box[0] <= x < box[1] and box[2] <= y < box[3]) == drop_inside:
+        if not (box[0] <= x < box[1] and box[2] <= y < box[3]):
             flat[_u(place_of(x, y, window, present))] |= DOUBTED
     return drop_doubted(cells, count, present, window, changed)
 

@@ -76,7 +76,7 @@ class FastUpdate:
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
         for obstacles in self._obstacles:
-            obstacles.drop_outside(self._window)
+            obstacles.follow(self._window)
         window, size = self._window, self._master.data.size
         start = self._start + dy * window.size_x + dx
         if abs(dx) >= window.size_x or abs(dy) >= window.size_y or not 0 <= start <= len(self._strip) - size:
@@ -99,13 +99,6 @@ class FastUpdate:
         for obstacles in self._obstacles:
             obstacles.clear()
         self._all_is_stale = self._rolling
-        self._write()
-
-    def clear_box(self, x0: int, xn: int, y0: int, yn: int) -> None:
-        """Forget the obstacles in cells of the window (ends exclusive)."""
-        left, low = self._window.cell_x, self._window.cell_y
-        for obstacles in self._obstacles:
-            obstacles.drop_box((x0 + left, xn + left, y0 + low, yn + low))
         self._write()
 
     @property

@@ -59,11 +59,6 @@ class FullUpdate:
             layer.clear()
         self._write(0, self._window.size_x, 0, self._window.size_y)
 
-    def clear_box(self, x0: int, xn: int, y0: int, yn: int) -> None:
-        """Forget the obstacles in cells of the window (ends exclusive); the master shows it after the next update."""
-        for layer in (*self._layers, *self._filters):
-            layer.clear_box(x0, xn, y0, yn, self._window)
-
     @property
     def obstacle_costs(self) -> list[ByteArray]:
         """The grids of the obstacle layers."""

@@ -165,15 +165,6 @@ class LayeredCostmap:
         self._updater.clear()
         self.is_current = False
 
-    def clear_around(self, pose: Pose2D, distance: float) -> None:
-        """Forget the obstacles in the square of side ``distance`` [m] around a pose (``ClearAroundRobot``)."""
-        half, window = distance / 2.0, self._window
-        x0 = int((pose.x - half - window.origin_x) / window.resolution)
-        y0 = int((pose.y - half - window.origin_y) / window.resolution)
-        xn = int((pose.x + half - window.origin_x) / window.resolution)
-        yn = int((pose.y + half - window.origin_y) / window.resolution)
-        self._updater.clear_box(x0 + 1, xn, y0 + 1, yn)
-
     def reset(self) -> None:
         """Forget all obstacles and all scans, for a new episode."""
         for _, sources in self._buffers:

@@ -119,9 +119,6 @@ class Layer(ABC):
     def moved(self, dx: int, dy: int) -> None:  # noqa: B027 - most layers keep nothing
         """The window has moved by so many cells."""
 
-    def clear_box(self, x0: int, xn: int, y0: int, yn: int, window: Window) -> None:  # noqa: B027 - most layers keep nothing
-        """Forget what sensors saw in cells of the window (ends exclusive)."""
-
 
 class StaticLayer(Layer):
     """The map (``static_layer.cpp``)."""
@@ -160,7 +157,6 @@ class ObstacleLayer(Layer):
         self._lowest = np.empty(window.size_x, dtype=np.int64)
         self._highest = np.empty(window.size_x, dtype=np.int64)
         self._columns = (0, -1)  # of the footprint
-        self._extra = Bounds.empty()  # of what was cleared
 
     def moved(self, dx: int, dy: int) -> None:
         """Move the content with the window."""
@@ -168,8 +164,6 @@ class ObstacleLayer(Layer):
 
     def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """Clear along all beams, then mark all returns."""
-        bounds.join(self._extra.values)
-        self._extra = Bounds.empty()
         place = (window.origin, window.resolution)
         for source, seen in each_observation(self._sources, clearing=True):
             limits = (source.raytrace_min_range, source.raytrace_max_range)
@@ -199,13 +193,6 @@ class ObstacleLayer(Layer):
         """Back to what was never seen, below the robot too, which may stand elsewhere by the next update."""
         self.grid[:] = self._fill
         self._columns = (0, -1)
-        self._extra = Bounds.empty()
-
-    def clear_box(self, x0: int, xn: int, y0: int, yn: int, window: Window) -> None:
-        """Make the cells unknown (``CostmapLayer::clearArea``)."""
-        x0, y0 = max(x0, 0), max(y0, 0)
-        self.grid[y0 : max(yn, 0), x0 : max(xn, 0)] = NO_INFORMATION
-        self._extra.join(window.metric((x0, xn, y0, yn)))
 
 
 class DenoiseLayer(Layer):

@@ -23,7 +23,6 @@ from navstack.types import ByteArray, FloatArray, IntArray
 _LATERAL = 1.5
 _LATERAL_FROM_MIN_RANGE = 3.0
 _NOTHING = (1 << 40, -(1 << 40), 1 << 40, -(1 << 40))  # an empty box
-_EVERYTHING = (-(1 << 40), 1 << 40, -(1 << 40), 1 << 40)
 _NO_MAP: ByteArray = np.zeros((1, 1), dtype=np.uint8)
 
 
@@ -91,22 +90,17 @@ class ObstacleCells:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._drop(_EVERYTHING, True)
+        self._drop_outside(_NOTHING)
 
-    def drop_box(self, box: Box) -> None:
-        """Forget the cells in a box."""
-        self._drop(box, True)
-
-    def drop_outside(self, window: Window) -> None:
+    def follow(self, window: Window) -> None:
         """Forget the cells that the window has left behind."""
-        self._drop(window.bounds, False)
+        self._drop_outside(window.bounds)
         self._box = window.box
 
-    def _drop(self, box: Box, drop_inside: bool) -> None:
+    def _drop_outside(self, box: Box) -> None:
         if self.count > 0:
-            self.count = cell_kernels.drop_box(
-                self.cells, self.count, self._present, self._box, box, drop_inside, self._changed
-            )
+            given = (self.cells, self.count, self._present, self._box, box, self._changed)
+            self.count = cell_kernels.drop_outside(*given)
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""

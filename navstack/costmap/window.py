@@ -54,11 +54,6 @@ class Window:
         self.box: IntArray = np.array((x, y, self.size_x, self.size_y), dtype=np.int64)  # lattice x, y, width, height
         self.bounds = (x, x + self.size_x, y, y + self.size_y)  # lattice x0, xn, y0, yn; ends exclusive
 
-    def metric(self, box: Box) -> FloatArray:
-        """The edges (4,) [m] of a box of the window's cells."""
-        x, y, step = self.origin_x, self.origin_y, self.resolution
-        return np.array((x + box[0] * step, x + box[1] * step, y + box[2] * step, y + box[3] * step))
-
     def clamped_cell(self, x: float, y: float) -> tuple[int, int]:
         """The cell of a point, drawn onto the grid (``worldToMapEnforceBounds``); takes infinite coordinates."""
         return self._clamp(x, self.origin_x, self.size_x), self._clamp(y, self.origin_y, self.size_y)

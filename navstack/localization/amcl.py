@@ -57,7 +57,7 @@ class AmclLocalizer(Localizer):
         self._params = params
         self._field = LikelihoodField.of_map(static_map, params.laser_likelihood_max_dist)
         self._sensor_model = SENSOR_MODELS[params.laser_model_type](params, static_map, self._field)
-        self._motion_model = motion_model_of(params)
+        self._move = motion_model_of(params)
         self._free_space = FreeSpace(static_map)
         self._guide = ScanGuide(self._free_space, self._field, self._sensor_model, params.recovery_candidates)
         self.particles = ParticleFilter(params, self._free_space)
@@ -118,7 +118,7 @@ class AmclLocalizer(Localizer):
             return
         if self._last_pose is not None:
             draws = self._rng.standard_normal(self.particles.poses.shape)
-            self._motion_model.move(self.particles.poses, self._last_pose, in_odom, draws)
+            self._move(self.particles.poses, self._last_pose, in_odom, draws)
         estimate = self._estimate() if is_first else None  # Nav2 publishes the start as it was spread
         self._last_pose, self._last_stamp = in_odom, scan.stamp
         self._weigh(scan, in_odom)

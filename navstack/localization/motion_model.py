@@ -1,65 +1,16 @@
 """AMCL's motion models: where particles may be after the odometry reports a motion."""
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from navstack.jit import njit
-from navstack.params.amcl import MOTION_MODELS as SPELLINGS
-from navstack.params.amcl import AmclParams
+from navstack.params.amcl import MOTION_MODELS, AmclParams
 from navstack.types import FloatArray, Pose2D
 
 SHORTEST_BEARING = 0.01  # [m] of a motion that has a direction; below it the robot is taken to turn on the spot
 
 Alphas = tuple[float, float, float, float, float]
-
-
-class MotionModel(ABC):
-    """Moves particles as the odometry says, each with an error of its own."""
-
-    def __init__(self, alphas: Alphas) -> None:
-        """A model with ``alpha1`` to ``alpha5``."""
-        self._alphas = alphas
-
-    @abstractmethod
-    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
-        """Move particles in place.
-
-        Args:
-            poses: (N, 3) in the map frame; their yaw is not normalised.
-            before: of the robot in the odom frame.
-            after: the same, now.
-            draws: (N, 3) standard normal numbers.
-        """
-
-
-class DifferentialMotionModel(MotionModel):
-    """A rotation, a translation, a rotation, each with its error (Probabilistic Robotics, table 5.6)."""
-
-    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
-        """See :meth:`MotionModel.move`."""
-        move_differential(poses, before.yaw, after.x - before.x, after.y - before.y, after.yaw, self._alphas, draws)
-
-
-class OmniMotionModel(MotionModel):
-    """A translation with an error along and across it, and a rotation."""
-
-    def move(self, poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
-        """See :meth:`MotionModel.move`."""
-        move_omni(poses, before.yaw, after.x - before.x, after.y - before.y, after.yaw, self._alphas, draws)
-
-
-_MODELS: dict[str, Callable[[Alphas], MotionModel]] = {
-    "nav2_amcl::DifferentialMotionModel": DifferentialMotionModel,
-    "nav2_amcl::OmniMotionModel": OmniMotionModel,
-}
-MOTION_MODELS = {**_MODELS, **{older: _MODELS[name] for name, older in SPELLINGS.items()}}
-
-
-def motion_model_of(params: AmclParams) -> MotionModel:
-    """The motion model that the parameters name."""
-    alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4, params.alpha5)
-    return MOTION_MODELS[params.robot_model_type](alphas)
+MotionModel = Callable[[FloatArray, Pose2D, Pose2D, FloatArray], None]  # see motion_model_of
 
 
 @njit(cache=True, inline="always")
@@ -134,3 +85,22 @@ def move_omni(
         poses[j, 0] += along * cos + across * sin
         poses[j, 1] += along * sin - across * cos
         poses[j, 2] += turn + turn_std * draws[j, 1]
+
+
+_KERNELS = {"nav2_amcl::DifferentialMotionModel": move_differential, "nav2_amcl::OmniMotionModel": move_omni}
+_KERNELS |= {older: _KERNELS[name] for name, older in MOTION_MODELS.items()}
+
+
+def motion_model_of(params: AmclParams) -> MotionModel:
+    """The motion model that the parameters name.
+
+    It moves particles (N, 3) of the map frame in place, given the robot's pose in the odom frame before and now, and
+    standard normal numbers (N, 3); each particle has an error of its own.
+    """
+    alphas = (params.alpha1, params.alpha2, params.alpha3, params.alpha4, params.alpha5)
+    kernel = _KERNELS[params.robot_model_type]
+
+    def move(poses: FloatArray, before: Pose2D, after: Pose2D, draws: FloatArray) -> None:
+        kernel(poses, before.yaw, after.x - before.x, after.y - before.y, after.yaw, alphas, draws)
+
+    return move

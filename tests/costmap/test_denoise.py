@@ -104,7 +104,6 @@ def test_unknown_cells_are_obstacles_only_where_nothing_starts_unknown() -> None
     order = ("static_layer", "obstacle_layer", "denoise_layer")
     costmap = costmap_of(order, DenoiseLayerParams(minimal_group_size=2), track_unknown_space=True)
     costmap.update(Pose2D(), scan_of_a_speck_and_a_wall(), 0.0)
-    costmap.clear_around(Pose2D(2.0, -2.0, 0.0), 0.15)  # a few unknown cells
     costmap.update(Pose2D(), None, 0.1)
     assert costmap.master.cost_at(1.52, 0.01) == 0
 

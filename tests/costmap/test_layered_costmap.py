@@ -106,7 +106,6 @@ def test_the_fast_way_equals_the_full_way_bit_for_bit(rolling: bool, source: Obs
         for costmap in (fast, full):
             costmap.update(pose, scan, stamp)
             if step == 12:
-                costmap.clear_around(pose, 3.0)
                 costmap.update(pose, None, stamp)
             if step == 18:
                 costmap.clear_entirely()
@@ -261,7 +260,6 @@ def test_a_costmap_that_was_reset_equals_a_fresh_one_in_every_cell(rolling: bool
     used, fresh = (LayeredCostmap(params, static) for _ in range(2))
     for pose, scan, stamp in drive(np.random.default_rng(4), 6):
         used.update(pose, scan, stamp)
-    used.clear_around(Pose2D(1.0, 1.0), 3.0)
     used.reset()
     assert (used.obstacle_costs[0] == NO_INFORMATION).all()
     for pose, scan, stamp in drive(np.random.default_rng(5), 6):

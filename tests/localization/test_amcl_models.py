@@ -12,7 +12,7 @@ from navstack.localization.amcl_averages import LEAST_FALL
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS, BeamModel, LikelihoodFieldProbModel
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
-from navstack.localization.motion_model import DifferentialMotionModel, OmniMotionModel, motion_model_of
+from navstack.localization.motion_model import motion_model_of, move_differential, move_omni
 from navstack.localization.particle_filter import ParticleFilter, cluster_particles, stand_close
 from navstack.params.amcl import LASER_MODELS, AmclParams
 from navstack.types import LaserScan, Pose2D
@@ -129,20 +129,22 @@ def test_rotated_maps_are_refused(grid):
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"),
+    ("name", "kernel"),
     [
-        ("nav2_amcl::DifferentialMotionModel", DifferentialMotionModel),
-        ("differential", DifferentialMotionModel),
-        ("nav2_amcl::OmniMotionModel", OmniMotionModel),
-        ("omnidirectional", OmniMotionModel),
+        ("nav2_amcl::DifferentialMotionModel", move_differential),
+        ("differential", move_differential),
+        ("nav2_amcl::OmniMotionModel", move_omni),
+        ("omnidirectional", move_omni),
     ],
 )
-def test_motion_models_by_name(name, kind):
-    model = motion_model_of(AmclParams(robot_model_type=name))
-    assert isinstance(model, kind)
-    poses = np.array([[1.0, 2.0, math.pi / 2]])
-    model.move(poses, Pose2D(5.0, 5.0, 0.0), Pose2D(6.0, 5.0, 0.2), np.zeros((1, 3)))
-    np.testing.assert_allclose(poses, [[1.0, 3.0, math.pi / 2 + 0.2]], atol=1e-12)
+def test_motion_models_by_name(name, kernel):
+    params = AmclParams(robot_model_type=name, alpha1=0.1, alpha2=0.2, alpha3=0.3, alpha4=0.4, alpha5=0.5)
+    draws = np.random.default_rng(1).standard_normal((4, 3))
+    poses = np.tile((1.0, 2.0, math.pi / 2), (4, 1))
+    expected = poses.copy()
+    kernel(expected, 0.1, 1.0, -0.3, 0.2, (0.1, 0.2, 0.3, 0.4, 0.5), draws)
+    motion_model_of(params)(poses, Pose2D(5.0, 5.0, 0.1), Pose2D(6.0, 4.7, 0.2), draws)
+    np.testing.assert_allclose(poses, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,10 @@
 
 import dataclasses
 
+import laboratory
 import pytest
 
 from harness.storage import shipped as resources
-from harness.world import laboratory
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.params.strict import load_dataclass

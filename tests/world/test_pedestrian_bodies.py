@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from laboratory import NoSensors
 
 from harness.task.mission import Mission
 from harness.world.crowd import Crowd
-from harness.world.laboratory import NoSensors
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pedestrian_params import ReplayParams
 from harness.world.pedestrians import PedestrianModel

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pedestrian_statistics import companions, prediction_errors, record_states, separations
 
 from harness.episode.factory import with_recording
 from harness.world.body_state import BodyState
 from harness.world.lidar_kernels import cast_circles
 from harness.world.pedestrian_params import PedestrianParams, ReplayParams
-from harness.world.pedestrian_statistics import companions, prediction_errors, record_states, separations
 from harness.world.replay import ReplayPedestrians
 from harness.world.replay_file import MAX_BYTES, Recording, load_recording
 from harness.world.world_params import WorldParams

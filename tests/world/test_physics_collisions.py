@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
 
 from harness.world.engine import bullet
-from harness.world.laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
 from harness.world.scene import Obstacle
 from harness.world.shapes import box, octagon
 from harness.world.truth import Partner
