@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
-from harness.cli.run import resume_command, run_command
+from harness.cli.run import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.report.markdown import interval_text, table
 from harness.statistics import wilson_interval
@@ -109,7 +109,7 @@ def main() -> None:
     asked = parser.parse_args()
     try:
         if (asked.out / "run.json").exists():
-            status = resume_command(asked.out, Where(workers=asked.workers), as_json=False)
+            status = resume_run(asked.out, Where(workers=asked.workers), as_json=False)
         else:
             study = make_study(
                 stacks=asked.stack,
@@ -119,7 +119,7 @@ def main() -> None:
                 world=asked.world,
                 workers=asked.workers,
             )
-            status = run_command(study, asked.out, Where(), as_json=False)
+            status = begin_run(study, asked.out, Where(), as_json=False)
         if status:
             sys.exit(status)
         text = tables(asked.out)

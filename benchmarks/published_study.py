@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 from harness.cli.signals import run_script
-from harness.cli.suite import suite_command, write_overview
+from harness.cli.suite import begin_suite, write_overview
 from harness.report.markdown import wrapped
 from harness.report.suite.document import FIGURES, page
 from harness.report.suite.figures import FOLDER
@@ -96,7 +96,7 @@ def main() -> None:
             results = write_overview(asked.out)
         else:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
-            status = suite_command(SUITE, asked.world, portion, Where(workers=asked.workers), asked.out, as_json=False)
+            status = begin_suite(SUITE, asked.world, portion, Where(workers=asked.workers), asked.out, as_json=False)
             results = read_results(asked.out)
         if asked.out.resolve() == STUDY:
             publish(results, STUDY, ROOT)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.help import ABLATE_HELP
 from harness.cli.options import refuse_others, study_options
 from navstack.errors import InputError
 
@@ -17,10 +16,11 @@ if TYPE_CHECKING:
     from harness.study.places import Where
     from harness.task.study import Study
 
+
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
 
 
-@click.command(help=ABLATE_HELP, short_help="Compare localizers on the same deliveries; price their errors.")
+@click.command()
 @click.argument("more_errors", nargs=-1, metavar="[KIND=SIZE[,SIZE]]...")
 @click.option("--localizers", metavar="NAME[@MAP][,...]", help="Localizers, each on its own or another map of the "
               "stack (geometry, navigation_mesh); default: all, with --inject ground_truth.")  # fmt: skip
@@ -38,6 +38,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 @click.pass_context
 def ablate(
     context: click.Context,
+    /,
     more_errors: tuple[str, ...],
     localizers: str | None,
     stack: str,
@@ -50,7 +51,21 @@ def ablate(
     as_json: bool,
     **choices: Any,
 ) -> None:
-    """Drive an ablation; see ``ABLATE_HELP``."""
+    """Drive one stack with one localizer after the other on the same missions, people and noise.
+
+    The report tells what each knows of its position, what that earns, what its sensors cost, and which differences are
+    more than chance.
+
+    docs/ablation.md tells how to read the report and where its formulas are from.
+
+    \b
+    Examples:
+      navbench ablate --localizers ground_truth,gps,amcl --episodes 200
+      navbench ablate --localizers ground_truth,amcl,amcl@navigation_mesh --against amcl
+      navbench ablate --inject position=0.1,0.3,1.0 heading=2,5 --episodes 100
+      navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
+      navbench ablate --resume results/latest
+    """
     if resume is not None:
         refuse_others(context)
         sys.exit(resume_ablation(resume, against, where, as_json))

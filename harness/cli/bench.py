@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.help import BENCH_HELP
 from harness.cli.options import JSON
 from harness.storage.files import require_writable
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
     from harness.bench.measure import Effort
+
 
 Row = dict[str, Any]
 
@@ -25,7 +25,7 @@ FLAME_DELIVERIES = 3
 
 
 # fmt: off
-@click.command(help=BENCH_HELP, short_help="Measure how fast everything is, and against what.")
+@click.command()
 @click.option("--only", multiple=True, metavar="NAME", help="A name, a part of one, components or loops; "
               "several with commas between them, or repeated.")
 @click.option("--runs", type=click.IntRange(min=1), help="Readings per component and deliveries per closed loop; "
@@ -46,7 +46,21 @@ def bench(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Measure; see ``BENCH_HELP``."""
+    """Measure how fast everything is, and against what.
+
+    Components are held against plain numpy and against recorded times of Nav2's C++, whole deliveries against real
+    time; a flame graph shows where one simulated second goes.
+
+    Times are processor time of one core; ours and its reference are taken in turn. docs/speed.md tells how to read
+    them.
+
+    \b
+    Examples:
+      navbench bench
+      navbench bench --only "DWB cycle" --only paper-gps --json
+      navbench bench --quick --flame flame.svg
+      navbench bench --history benchmarks/history.md
+    """
     import dataclasses
 
     from harness.bench.history import append, read_history

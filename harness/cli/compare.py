@@ -2,27 +2,37 @@
 
 import json
 import sys
-from collections.abc import Sequence
 
-from rich.console import Console
+import click
 
-from harness.analysis.compare import compare, document, side_of
+from harness.analysis import compare as analysis
+from harness.cli.options import JSON
+from harness.cli.progress import say
 from harness.report.comparison import print_comparison
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
 
 
-def compare_command(first: str, second: str, metrics: Sequence[str], as_json: bool) -> None:
-    """Print B minus A, or one JSON document; what makes them incomparable goes to standard error.
+@click.command()
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@click.option("--metric", "metrics", multiple=True, help="Compare this one only; repeatable. Default: all.")
+@JSON
+def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
+    """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
 
-    Raises:
-        InputError: no readable run, several stacks to choose from, no mission in common, or an unknown metric.
+    A and B are run folders, or FOLDER:stack where a folder has several stacks.
+
+    \b
+    Examples:
+      navbench compare results/before results/after
+      navbench compare results/both:nav2-gps results/both:parked
+      navbench compare results/before results/after --metric sla --metric contribution_margin --json
     """
-    comparison = compare(side_of(load_run(first)), side_of(load_run(second)), metrics)
-    errors = Console(stderr=True, highlight=False)
+    comparison = analysis.compare(analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics)
     for warning in comparison.warnings:
-        errors.print(f"warning: not comparable: {warning}", markup=False, soft_wrap=True)
+        say(f"warning: not comparable: {warning}")
     if as_json:
-        sys.stdout.write(json.dumps(document(comparison), indent=2, allow_nan=False) + "\n")
+        sys.stdout.write(json.dumps(analysis.document(comparison), indent=2, allow_nan=False) + "\n")
         return
     print_comparison(comparison, report_console(sys.stdout))

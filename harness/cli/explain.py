@@ -19,21 +19,9 @@ if TYPE_CHECKING:
     from harness.study.stored_run import StoredRun
     from harness.world.scene import Scene
 
-HELP = """Tell why a delivery cost what it cost: the seconds before each event that had to be paid for.
-
-RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery. Where it was not recorded (--record full), it
-is driven again. With --rewind it is driven once more, with another parameter from some seconds before the event on.
-
-\b
-Examples:
-  navbench explain results/latest 7
-  navbench explain results/latest 7 --stack nav2-gps --event 2 --before 8 --plot event.png
-  navbench explain results/latest 7 --rewind controller_server.FollowPath.max_vel_x=1.5
-"""
-
 
 # fmt: off
-@click.command(help=HELP, short_help="Tell why a delivery cost what it cost, and what would have saved it.")
+@click.command()
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0))
 @click.option("--stack", help="Of a run of several.")
@@ -54,7 +42,18 @@ def explain(
     run: str, episode: int, stack: str | None, event: int | None, before: float, again: bool,
     settings: tuple[str, ...], plot: Path | None, out: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Explain a delivery; see ``HELP``."""
+    """Tell why a delivery cost what it cost: the seconds before each event that had to be paid for.
+
+    RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery. Where it was not recorded (--record full),
+    it is driven again. With --rewind it is driven once more, with another parameter from some seconds before the event
+    on.
+
+    \b
+    Examples:
+      navbench explain results/latest 7
+      navbench explain results/latest 7 --stack nav2-gps --event 2 --before 8 --plot event.png
+      navbench explain results/latest 7 --rewind controller_server.FollowPath.max_vel_x=1.5
+    """
     from harness.analysis.compare import side_of
     from harness.explain.document import document, explained
     from harness.explain.seconds import seconds_before

@@ -6,32 +6,40 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from harness.cli.options import JSON
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
 from harness.world.robot import RobotParams
 from navstack.errors import ParameterError
-from navstack.params.lint.rules import lint
+from navstack.params.lint import rules
 from navstack.params.lint.subject import RobotLimits
 from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.nav2_file.findings import Notice
 from navstack.params.strict import load_dataclass
 
 
-def lint_command(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> None:
-    """Check a file and print the findings.
+@click.command()
+@click.argument("file")
+@click.option("--robot", help="A name of params/robots or a file, to hold the file against.")
+@click.option("--allow-unknown", is_flag=True, help="Unknown keys are warnings, not errors.")
+@JSON
+def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> None:
+    """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
 
-    Args:
-        file: a path, or a name of ``params/nav2``.
-        robot: a name of ``params/robots`` or a file, to hold the file against; None: not asked for.
-        allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors.
-        as_json: print one JSON document instead of text.
+    FILE is a path or a name of params/nav2. What each finding means: docs/lint.md.
 
-    Raises:
-        InputError: no such file or robot, or the file has errors; the findings are printed before.
+    \b
+    Examples:
+      navbench lint my_robot_nav2.yaml
+      navbench lint my_robot_nav2.yaml --robot segway_e1
+      navbench lint tuned --json
+
+    Exit status: 0 no errors (there may be warnings); 1 errors.
     """
     limits = None if robot is None else robot_limits(robot)
     path = Path(file) if Path(file).is_file() else resolve(file, shipped("params") / "nav2", "Nav2")
@@ -74,7 +82,7 @@ def _findings(path: Path, limits: RobotLimits | None, allow_unknown: bool) -> tu
     except ParameterError as error:
         message = str(error).removeprefix(f"{path}: ")
         return [Notice("unreadable-file", "", message, "give a Nav2 parameter file", is_error=True)], ()
-    return lint(nav2, limits), nav2.ignored
+    return rules.lint(nav2, limits), nav2.ignored
 
 
 def _plain(notices: Sequence[Notice]) -> list[dict[str, Any]]:

@@ -6,12 +6,11 @@ from typing import Any
 
 import click
 
-from harness.cli.help import LOCALIZE_HELP
 from harness.cli.options import JSON, Finite
 
 
 # fmt: off
-@click.command(help=LOCALIZE_HELP, short_help="Run a localizer over a recorded ROS 1 or ROS 2 bag.")
+@click.command()
 @click.option("--bag", "bags", multiple=True, required=True, type=click.Path(path_type=Path),
               help="A .bag, .mcap or .db3 file or a folder of ROS 2; repeatable for a log in several files.")
 @click.option("--map", "map_name", help="A map_server YAML file or a built-in map; for amcl and amcl-gps.")
@@ -38,7 +37,21 @@ from harness.cli.options import JSON, Finite
 @JSON
 # fmt: on
 def localize(**choices: Any) -> None:
-    """Run a localizer over a log; see ``LOCALIZE_HELP``."""
+    """Run one of the robot's localizers over a recorded ROS 1 or ROS 2 bag, without ROS.
+
+    Reads LaserScan, Imu, NavSatFix, Odometry and the frames of tf_static; writes the believed poses; prints the errors
+    (APE, RPE) against a reference. docs/recorded_logs.md describes it.
+
+    \b
+    Examples:
+      navbench localize --bag drive.bag --params stock --localizer gps-ekf --out drive.tum \
+          --reference /fix --align start
+      navbench localize --bag rosbag2_drive --map office.yaml --params my_nav2.yaml --localizer amcl --out drive.tum
+      navbench localize --bag drive.mcap --params stock --localizer odom_imu --out drive.tum \\
+          --static-tf "base_link imu_link 0 0 0.5 1.5708 0 -1.5708" --remap /imu/data:=/xsens/imu
+
+    Exit status: 0 done; 1 bad input, or a log that breaks off (what was computed is kept); 130 interrupted (likewise).
+    """
     from harness.cli.progress import share_shown
     from harness.recorded.command import Request, localize
 

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from harness.cli.options import JSON
 from harness.report.map_picture import VIEWS, draw_map
 from harness.report.tables import report_console, report_table
 from harness.statistics import bootstrap_mean
@@ -37,7 +39,23 @@ PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}  # [m] of shorte
 Row = dict[str, Any]
 
 
-def new_command(seed: int, name: str, out: Path) -> None:
+@click.group()
+def map() -> None:
+    """Make a sidewalk world, or show any map beside what is known of the paper's.
+
+    \b
+    Examples:
+      navbench map new --seed 7 --name my_town --out my_maps
+      navbench map show my_maps/my_town.yaml --out town.png
+      navbench map show sidewalk --view navmesh --out mesh.png --json
+    """
+
+
+@map.command("new", help="Generate a sidewalk world like the paper's and save it as a map; print its path.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same world; 0 or more.")
+@click.option("--name", required=True, help="The map's name: NAME.yaml and the files beside it.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path(), help="Folder; default: the current one.")
+def new(seed: int, name: str, out: Path) -> None:
     """Generate a world and say which map it is.
 
     Raises:
@@ -56,7 +74,14 @@ def new_command(seed: int, name: str, out: Path) -> None:
     sys.stdout.write(f"{path}\n")
 
 
-def show_command(map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool) -> None:
+@map.command("show", help="Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw it.")
+@click.argument("map_name", metavar="MAP")
+@click.option("--out", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG).")
+@click.option("--view", default="zones", show_default=True, help="What the picture shows: zones, navmesh or keepout.")
+@click.option("--samples", type=int, default=200, show_default=True, help="Missions drawn to measure their paths.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of those missions.")
+@JSON
+def show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as_json: bool) -> None:
     """Measure a map, draw missions on it and, where a file is given, its picture.
 
     Raises:

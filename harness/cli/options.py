@@ -25,6 +25,12 @@ class Finite(click.FloatRange):
 
 PRICES = click.option("--prices", default="costnav", help="Prices: a name of params/prices or a YAML file.")
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output, nothing else.")
+OTHER_PRICES = click.option("--prices", help="Prices: a name of params/prices or a file; default: the run's own.")
+SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
+                        help="Another value of one price, e.g. delivery_fee=4.99; repeatable.")  # fmt: skip
+TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
+                     help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
+                     "on_site_assistance, battery_wear.")  # fmt: skip
 _WHERE = (
     click.option("--workers", type=int,
                  help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),

@@ -5,10 +5,12 @@ import json
 import sys
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from harness.cli.options import JSON, PRICES
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
@@ -16,12 +18,11 @@ from harness.report.published import PublishedMethod, load_published, published_
 from harness.report.tables import render_tables, report_console, report_table
 
 
-def run_paper(prices: str, as_json: bool) -> None:
-    """Print the paper's tables and thresholds on standard output, or the same as one JSON document.
-
-    Raises:
-        InputError: the price file cannot be used.
-    """
+@click.command()
+@PRICES
+@JSON
+def paper(prices: str, as_json: bool) -> None:
+    """Print the paper's two tables from its published measurements, and its thresholds."""
     loaded = load_prices(prices)
     if as_json:
         json.dump(paper_document(loaded), sys.stdout, indent=2)

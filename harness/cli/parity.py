@@ -6,22 +6,31 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import click
 from rich.console import Console
 from rich.text import Text
 
+from harness.cli.options import JSON
 from harness.parity.certificate import PartResult, certify, document, passes
 from harness.parity.golden import GoldenError, read_folder
 from harness.report.tables import report_console, report_table
 
 DEFAULT_FOLDER = Path("tests/golden")
-FAILED = 1
 
 
-def parity_command(folder: Path | None, as_json: bool) -> int:
-    """Print the certificate for a folder of golden vectors; returns the exit status.
+@click.command()
+@click.option("--golden", "folder", type=click.Path(path_type=Path),
+              help="Folder of golden vectors (.npz); default: $NAVSTACK_GOLDEN, else tests/golden.")  # fmt: skip
+@JSON
+def parity(folder: Path | None, as_json: bool) -> None:
+    """Run recorded inputs of Nav2's own C++ through navstack and compare: a certificate, part by part.
 
-    Raises:
-        GoldenError: the folder or one of its files cannot be used, or holds no case.
+    \b
+    Examples:
+      navbench parity
+      navbench parity --golden my_vectors --json
+
+    Exit status: 0 all cases are equal or their deviations explained; 1 otherwise.
     """
     folder = folder or golden_folder()
     results = certify(read_folder(folder))
@@ -32,10 +41,10 @@ def parity_command(folder: Path | None, as_json: bool) -> int:
     else:
         print_certificate(results, report_console(sys.stdout))
     if passes(results):
-        return 0
+        return
     unexplained = sum(not deviation.is_explained for result in results for deviation in result.deviations)
     sys.stderr.write(f"navbench: no parity: {unexplained} unexplained deviations; the certificate names them\n")
-    return FAILED
+    sys.exit(1)
 
 
 def golden_folder() -> Path:

@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from harness.cli.help import PLAN_HELP
 from harness.cli.options import JSON, Finite
 from harness.storage.files import require_writable
 from navstack.errors import InputError
@@ -18,7 +17,7 @@ PICTURES = (".png", ".pdf", ".svg")  # suffixes
 
 
 # fmt: off
-@click.command(help=PLAN_HELP, short_help="Compare planners on one query: lengths, clearances, times, a picture.")
+@click.command()
 @click.option("--map", "map_name", default="sidewalk", show_default=True,
               help="A built-in map or a map_server YAML file.")
 @click.option("--start", default=AUTO, show_default=True, metavar="x,y,yaw|auto", help="[m, m, rad]; auto: drawn.")
@@ -36,7 +35,19 @@ PICTURES = (".png", ".pdf", ".svg")  # suffixes
 @JSON
 # fmt: on
 def plan(**choices: Any) -> None:
-    """Compare planners; see ``PLAN_HELP``."""
+    """Ask several planners for a path from one pose to another, and compare what they find.
+
+    Clearance is the least distance between the robot's body, turns on the way included, and what it must not touch;
+    cost counts a path through costs as longer, as NavFn does. docs/planning.md describes the planners.
+
+    \b
+    Examples:
+      navbench plan --planner NavFn,RRTstar,InformedRRTstar --seed 3 --time 1 --picture plan.png
+      navbench plan --start=-67.9,-71.9,0 --goal=-89.7,-63.5,0 --planner NavFn --smoother SimpleSmoother
+      navbench plan --map my_map.yaml --params my_nav2.yaml --start 1,2,0 --goal 9,4,1.57 --planner PRMstar,FMT --json
+
+    Exit status: 0 a planner found a path; 1 none did, or bad input.
+    """
     sys.exit(plan_command(Request(**choices)))
 
 

@@ -2,18 +2,33 @@
 
 import json
 import sys
-from collections.abc import Sequence
+
+import click
 
 from harness.analysis.repricing import choose, document, reprice
+from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from harness.report.repriced import print_repriced
+from harness.report.tables import report_console
 from harness.study.stored_run import load_run
 from navstack.errors import InputError
 
 
-def price_command(run: str, prices: str | None, settings: Sequence[str], terms: Sequence[str], as_json: bool) -> None:
-    """Print the tables of a run at other prices, or one JSON document.
+@click.command()
+@click.argument("run")
+@OTHER_PRICES
+@SETTINGS
+@TERMS
+@JSON
+def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[str, ...], as_json: bool) -> None:
+    """Price a finished run again, without simulating: other prices, other ways to count contacts, more costs.
 
-    Raises:
-        InputError: no readable run, or prices, settings or terms that cannot be used.
+    RUN is a run folder, or FOLDER:stack.
+
+    \b
+    Examples:
+      navbench price results/latest --set delivery_fee_usd_per_run=4.99
+      navbench price results/latest --prices my_prices.yaml --json
+      navbench price results/latest --with operator,on_site_assistance,battery_wear --set on_site_time_h=0.5
     """
     stored = load_run(run)
     choices = choose(stored, prices, settings, terms)
@@ -23,7 +38,4 @@ def price_command(run: str, prices: str | None, settings: Sequence[str], terms: 
     if as_json:
         sys.stdout.write(json.dumps(document(stored, results, choices), indent=2, allow_nan=False) + "\n")
         return
-    from harness.report.repriced import print_repriced
-    from harness.report.tables import report_console
-
     print_repriced(stored, results, choices, report_console(sys.stdout))

@@ -13,17 +13,9 @@ if TYPE_CHECKING:
     from harness.study.stored_run import StoredRun
     from navstack.costmap.occupancy_grid import OccupancyGrid
 
-HELP = """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
-
-RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number of
-the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf, map,
-scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole delivery
-from above; the close-up drives it again and shows its strongest contact with the bucket beside it.
-"""
-
 
 # fmt: off
-@click.command(help=HELP, short_help="Show one recorded delivery: page, GIF, MCAP or Rerun.")
+@click.command()
 @click.argument("run", metavar="RUN")
 @click.argument("episode", type=click.IntRange(min=0))
 @click.option("--html", type=click.Path(path_type=Path), metavar="FILE.html", help="A page that plays it.")
@@ -35,7 +27,13 @@ from above; the close-up drives it again and shows its strongest contact with th
 def replay(
     run: str, episode: int, html: Path | None, gif: Path | None, close_up: Path | None, mcap: Path | None, rerun: bool
 ) -> None:
-    """Show a delivery; see ``HELP``."""
+    """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
+
+    RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number
+    of the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf,
+    map, scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole
+    delivery from above; the close-up drives it again and shows its strongest contact with the bucket beside it.
+    """
     from harness.analysis.compare import side_of
     from harness.study.stored_run import load_run
 

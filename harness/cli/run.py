@@ -6,7 +6,11 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
+import click
+
+from harness.cli.options import refuse_others, study_options
 from harness.cli.progress import Bar, say, shown
 from harness.episode.episode import Delivery
 from harness.episode.factory import prices_of
@@ -14,9 +18,9 @@ from harness.execution.workers import Finished, Workers
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
 from harness.storage.run_folder import RunFolder, create_run, default_folder, other_study, require_usable
+from harness.storage.tables import Row
 from harness.study.drive import (
     TABLES,
-    Row,
     StackResult,
     require_own,
     run_document,
@@ -26,12 +30,41 @@ from harness.study.drive import (
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
-from harness.task.study import EpisodeTask, Study
+from harness.task.study import EpisodeTask, Study, make_study
 from navstack.errors import InputError
 
 INTERRUPTED, SOME_ERRORS = 130, 3
 
 OnFinished = Callable[[Finished[EpisodeTask, Delivery], Row], None]
+
+
+@click.command()
+@click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
+              help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
+@click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
+@study_options
+@click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
+@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
+              help="Go on with a run that was cut off, from its folder alone.")  # fmt: skip
+@click.pass_context
+def run(
+    context: click.Context, /, out: Path | None, resume: Path | None, where: Where, as_json: bool, **choices: Any
+) -> None:
+    """Drive deliveries and print what they did and what they cost.
+
+    \b
+    Examples:
+      navbench run --stack nav2-gps --episodes 20
+      navbench run --stack nav2-gps --localizer ground_truth --pedestrians 0 --episodes 5
+      navbench run --world social --pedestrians 40 --episodes 5
+      navbench run --people recorded.csv --episodes 5
+      navbench run --start -67.9,-71.9,0 --goal -89.7,-63.5,0 --episodes 3
+      navbench run --resume results/latest
+    """
+    if resume is not None:
+        refuse_others(context)
+        sys.exit(resume_run(resume, where, as_json))
+    sys.exit(begin_run(make_study(workers=where.workers, **choices), out, where, as_json))
 
 
 class Tally(Bar):
@@ -61,7 +94,7 @@ class Tally(Bar):
         return f"{outcomes}  {statistics.median(self._factors):.0f} x real time per core"
 
 
-def run_command(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
+def begin_run(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
     """Drive a new study, show progress on stderr, print results on stdout; returns the exit status."""
     path = out or default_folder("-".join(stack.name for stack in study.stacks))
     require_usable(path)
@@ -71,8 +104,8 @@ def run_command(study: Study, out: Path | None, where: Where, as_json: bool) -> 
     return _drive(load_study(path, study.workers), path, where, as_json)
 
 
-def resume_command(path: Path, where: Where, as_json: bool) -> int:
-    """Go on with the study of a run folder; otherwise as :func:`run_command`."""
+def resume_run(path: Path, where: Where, as_json: bool) -> int:
+    """Go on with the study of a run folder; otherwise as :func:`begin_run`."""
     path = path.resolve()  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known

@@ -6,22 +6,33 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.text import Text
 
+from harness.cli.options import JSON
 from harness.report.tables import report_console, report_table
 from harness.scenarios.runner import Result, run_scenario
 from navstack.errors import InputError
 
 FOLDER = Path("tests/scenarios")
-FAILED = 1
 
 
-def scenario_command(files: Sequence[Path], everything: bool, as_json: bool) -> int:
-    """Drive scenarios and print what became of them; returns the exit status.
+@click.command()
+@click.argument("files", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--all", "everything", is_flag=True, help="Every file of tests/scenarios.")
+@JSON
+def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
+    """Drive short situations in the physical world and check what comes of them.
 
-    Raises:
-        InputError: no file is given, or one cannot be used.
+    A FILE says who stands where, what happens and what must come of it; docs/scenarios.md describes it.
+
+    \b
+    Examples:
+      navbench scenario tests/scenarios/kiosk.yaml
+      navbench scenario --all --json
+
+    Exit status: 0 everything came as the files expect; 1 something did not.
     """
     results = [run_scenario(path) for path in _chosen(files, everything)]
     if as_json:
@@ -31,8 +42,7 @@ def scenario_command(files: Sequence[Path], everything: bool, as_json: bool) -> 
     others = [result.path.stem for result in results if not result.as_expected]
     if others:
         sys.stderr.write(f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n")
-        return FAILED
-    return 0
+        sys.exit(1)
 
 
 def document(results: Sequence[Result]) -> dict[str, Any]:

@@ -2,27 +2,45 @@
 
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
+
+import click
 
 from harness.analysis.repricing import choose
 from harness.analysis.sensitivity import document, sensitivities
+from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from harness.report.sensitivity import print_sensitivity
+from harness.report.tables import report_console
 from harness.study.stored_run import load_run
 
 
-def sensitivity_command(
+@click.command()
+@click.argument("run")
+@OTHER_PRICES
+@SETTINGS
+@TERMS
+@click.option("--map", "maps", multiple=True, metavar="X,Y",
+              help="Two prices, or groups such as injury.costs, to vary together; repeatable.")  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the figures (PDF and PNG); default: none.")
+@JSON
+def sensitivity(
     run: str,
     prices: str | None,
-    settings: Sequence[str],
-    terms: Sequence[str],
-    maps: Sequence[str],
+    settings: tuple[str, ...],
+    terms: tuple[str, ...],
+    maps: tuple[str, ...],
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Print tornado and break-even, or one JSON document; draw the figures into ``out``.
+    """Show what the money of a finished run hangs on: every price, pairs of prices, chance.
 
-    Raises:
-        InputError: no readable run, prices, settings or terms that cannot be used, or figures that cannot be written.
+    RUN is a run folder, or FOLDER:stack.
+
+    \b
+    Examples:
+      navbench sensitivity results/latest
+      navbench sensitivity results/latest --out figures
+      navbench sensitivity results/latest --map delivery_fee,property_damage --out figures --json
     """
     stored = load_run(run)
     choices = choose(stored, prices, settings, terms)
@@ -35,7 +53,4 @@ def sensitivity_command(
     if as_json:
         sys.stdout.write(json.dumps(document(stored, results, choices, figures), indent=2, allow_nan=False) + "\n")
         return
-    from harness.report.sensitivity import print_sensitivity
-    from harness.report.tables import report_console
-
     print_sensitivity(results, figures, report_console(sys.stdout))

@@ -6,10 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import click
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
 from harness.cli.run import (
     INTERRUPTED,
@@ -50,9 +52,59 @@ from harness.study.suite import (
 )
 from harness.study.suite_log import note_piece, piece_of, pieces_of
 from harness.task.study import Study, usable_workers
+from navstack.errors import InputError
 
 
-def suite_command(file: str, world: str | None, portion: Portion, where: Where, out: Path | None, as_json: bool) -> int:
+@click.command()
+@click.argument("file", required=False)
+@click.option("--stack", "stacks", multiple=True, help="Drive this stack of the suite only; repeatable. Default: all.")
+@click.option("--map", "maps", multiple=True, help="Drive on this map of the suite only; repeatable. Default: all.")
+@click.option("--episodes", type=int, help="Drive the first so many deliveries of each cell only. Default: all.")
+@click.option("--world", help="A name of params/worlds or a YAML file, instead of the suite's own.")
+@where_options
+@click.option("--out", type=click.Path(path_type=Path),
+              help="Folder; one that holds the suite is added to. "
+              "Default: results/<time>-<name of the file>.")  # fmt: skip
+@click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
+              help="Go on with a suite from its folder alone.")  # fmt: skip
+@JSON
+@click.pass_context
+def suite(
+    context: click.Context,
+    /,
+    file: str | None,
+    stacks: tuple[str, ...],
+    maps: tuple[str, ...],
+    episodes: int | None,
+    world: str | None,
+    where: Where,
+    out: Path | None,
+    resume: Path | None,
+    as_json: bool,
+) -> None:
+    """Drive a declared study: every stack in every world, density of people and seed; and print the overview.
+
+    FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml does; it may be a
+    name of params/suites. --out may name a folder that holds part of the suite: what is there is kept and added to. The
+    folder's index.md shows what there is, with tables and figures.
+
+    \b
+    Examples:
+      navbench suite example
+      navbench suite my_suite.yaml --out results/my_suite
+      navbench suite my_suite.yaml --out results/my_suite --stack nav2-gps --episodes 100
+      navbench suite --resume results/my_suite
+    """
+    portion = Portion(stacks, maps, episodes)
+    if resume is not None:
+        refuse_others(context, "stacks", "maps", "episodes")
+        sys.exit(resume_suite(resume, portion, where, as_json))
+    if file is None:
+        raise InputError("no suite is given; give its file, or --resume DIR")
+    sys.exit(begin_suite(file, world, portion, where, out, as_json))
+
+
+def begin_suite(file: str, world: str | None, portion: Portion, where: Where, out: Path | None, as_json: bool) -> int:
     """Drive a suite, show progress on stderr, print the overview on stdout; returns the exit status.
 
     Args:
@@ -83,8 +135,8 @@ def suite_command(file: str, world: str | None, portion: Portion, where: Where, 
     return _drive(path, suite, portion, where, as_json)
 
 
-def resume_suite_command(path: Path, portion: Portion, where: Where, as_json: bool) -> int:
-    """Go on with a suite folder; otherwise as :func:`suite_command`."""
+def resume_suite(path: Path, portion: Portion, where: Where, as_json: bool) -> int:
+    """Go on with a suite folder; otherwise as :func:`begin_suite`."""
     path = path.resolve()  # a link may point elsewhere before the suite ends
     suite = stored_suite(path)
     begun = [cell for cell in portion.cells(suite) if is_begun(path, cell)]

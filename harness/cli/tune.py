@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.help import TUNE_HELP
 from harness.cli.options import condition_options, refuse_others
 from navstack.errors import InputError
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from harness.tuning.result import StudyResult
     from harness.tuning.stack_evaluator import StackEvaluator
     from harness.tuning.study import TuningStudy
+
 
 DEFAULT_STACK = "nav2-stock"
 OWN_OPTIONS = (
@@ -37,7 +37,7 @@ OWN_OPTIONS = (
 RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "start", "goal", "prices")
 
 
-@click.command(help=TUNE_HELP, short_help="Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.")
+@click.command()
 @click.option("--stack", default=DEFAULT_STACK, show_default=True,
               help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
 @click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
@@ -70,6 +70,7 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @click.pass_context
 def tune(
     context: click.Context,
+    /,
     budget: str | None,
     out: Path | None,
     resume: Path | None,
@@ -77,7 +78,24 @@ def tune(
     as_json: bool,
     **choices: Any,
 ) -> None:
-    """Tune a file; see ``TUNE_HELP``."""
+    """Tune a Nav2 parameter file for what its deliveries earn, and prove the result on missions it never saw.
+
+    Every trial drives the same training missions; one that is worse than the best so far is dropped early. The best few
+    meet again on further ones, and original and result are compared on test missions. The study folder has the tuned
+    file with your comments, its lint, every trial, and the line that drives the test again. Ctrl-C keeps what is
+    finished; --resume goes on.
+
+    \b
+    Examples:
+      navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
+      navbench tune --stack nav2-stock --space dwb_critics --space local_layers --objective shared_margin --budget 2h
+      navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
+      navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
+      navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s --sampler tpe
+      navbench tune --resume results/latest
+
+    Exit status: 0 finished; 1 bad input; 3 finished, but some deliveries ended in an error; 130 interrupted.
+    """
     from harness.tuning.declaration import parse_duration
 
     seconds = None if budget is None else parse_duration(budget)

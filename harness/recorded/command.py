@@ -46,7 +46,7 @@ Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What the user asked for; see ``LOCALIZE_HELP``."""
+    """What the user asked for; see ``navbench localize --help``."""
 
     bags: tuple[Path, ...]
     params: str

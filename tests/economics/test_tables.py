@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from harness.cli.paper import paper_document, print_paper, run_paper
+from harness.cli.paper import paper, paper_document, print_paper
 from harness.economics.cost_model import price
 from harness.economics.prices import load_prices
 from harness.report.published import load_published, published_columns
@@ -115,7 +115,7 @@ def test_an_ascii_stream_does_not_stop_the_report():
 
 
 def test_json_document(capsys):
-    run_paper("costnav", as_json=True)
+    paper.callback("costnav", as_json=True)
     document = json.loads(capsys.readouterr().out)
     assert document == paper_document(PRICES)
     assert list(document) == ["methods", "real_world_canvas", "thresholds"]

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import ttest_rel
 
 from harness.analysis.compare import compare, document, side_of
-from harness.cli.compare import compare_command
+from harness.cli import compare as command
 from harness.metrics import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.study.stored_run import load_run
@@ -129,7 +129,7 @@ def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> 
 
 def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     first, second = write_run("a", change=slower), write_run("b", change=faster, pedestrians=40)
-    compare_command(str(first), str(second), (), as_json=False)
+    command.compare.callback(str(first), str(second), (), as_json=False)
     printed = capsys.readouterr()
     assert "warning: not comparable: other world: people.count 20 and 40" in printed.err
     assert "B minus A over 40 common missions" in printed.out
@@ -137,7 +137,7 @@ def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[
     assert line.split()[-1] == "B"
     table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
     assert table and max(map(len, table)) <= 120
-    compare_command(str(first), str(second), (), as_json=True)
+    command.compare.callback(str(first), str(second), (), as_json=True)
     assert json.loads(capsys.readouterr().out)["pairs"] == 40
 
 

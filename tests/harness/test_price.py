@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, document, reprice
-from harness.cli.price import price_command
+from harness.cli.price import price
 from harness.economics.injury import injury_cost
 from harness.economics.prices import load_prices
 from harness.economics.valuation import Risk, valuation_document, value
@@ -211,7 +211,7 @@ def test_cargo_not_modelled_stays_undefined(write_run: WriteRun, capsys: pytest.
     assert entry["economics"]["opex"] is None
     assert entry["risk"]["opex_cvar95_usd_per_run"] is None
     assert entry["accountings"]["no_threshold"]["contribution_margin"] is None
-    price_command(str(run), None, (), (), as_json=False)
+    price.callback(str(run), None, (), (), as_json=False)
     assert "undefined" in capsys.readouterr().out
 
 
@@ -250,13 +250,13 @@ def test_deliveries_without_a_result_are_counted_in_the_print(
     def fail(row: dict[str, Any]) -> None:
         row["error"] = "it broke" if row["episode"] in (2, 5) else None
 
-    price_command(str(write_run("run", episodes=12, change=fail)), None, (), (), as_json=False)
+    price.callback(str(write_run("run", episodes=12, change=fail)), None, (), (), as_json=False)
     assert "mine: 2 deliveries ended in an error, left out" in capsys.readouterr().out
 
 
 def test_tables(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", ("one", "two"))
-    price_command(f"{run}:two", None, ("delivery_fee=4.99",), ("operator",), as_json=False)
+    price.callback(f"{run}:two", None, ("delivery_fee=4.99",), ("operator",), as_json=False)
     text = capsys.readouterr().out
     assert "two: the same contacts, accounted for in other ways" in text and "one" not in text.split()
     assert "all, robot at fault" in text
@@ -283,7 +283,7 @@ def test_a_damaged_folder_is_refused_in_one_line(
     run = write_run("run", episodes=2)
     damage(run)
     with pytest.raises(InputError, match=message) as caught:
-        price_command(str(run), None, (), (), as_json=True)
+        price.callback(str(run), None, (), (), as_json=True)
     assert "\n" not in str(caught.value)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, document, reprice
-from harness.cli.sensitivity import sensitivity_command
+from harness.cli.sensitivity import sensitivity
 from harness.economics.price import price_keys
 from harness.economics.sensitivity import break_even_spread
 from harness.study.stored_run import load_run
@@ -22,7 +22,7 @@ WriteRun = Callable[..., Path]
 def varied(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[Path, dict[str, Any]]]:
     def vary(*maps: str, settings: tuple[str, ...] = (), terms: tuple[str, ...] = ()) -> tuple[Path, dict[str, Any]]:
         run = write_run("run")
-        sensitivity_command(str(run), None, settings, terms, maps, None, as_json=True)
+        sensitivity.callback(str(run), None, settings, terms, maps, None, as_json=True)
         return run, json.loads(capsys.readouterr().out)
 
     return vary
@@ -109,7 +109,7 @@ def test_break_even_spread_of_known_means() -> None:
 def test_a_map_of_nothing_is_refused(write_run: WriteRun, maps: tuple[str, ...], message: str) -> None:
     run = write_run("run", episodes=2)
     with pytest.raises(InputError, match=message):
-        sensitivity_command(str(run), None, (), (), maps, None, as_json=True)
+        sensitivity.callback(str(run), None, (), (), maps, None, as_json=True)
 
 
 def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[..., Any]) -> None:
@@ -121,7 +121,7 @@ def test_a_group_is_varied_as_far_as_every_price_of_it_may_be(varied: Callable[.
 
 def test_a_refund_below_its_fee_is_no_price(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", episodes=2)
-    sensitivity_command(str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True)
+    sensitivity.callback(str(run), None, ("delivery_fee=30",), (), ("delivery_fee,refund",), None, as_json=True)
     result = json.loads(capsys.readouterr().out)["runs"][0]
     bars = {bar["price"]: bar for bar in result["tornado"]}
     assert bars["refund"]["low"] == 30.0 and bars["delivery_fee"]["high"] == bars["refund"]["value"]
@@ -139,10 +139,10 @@ def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
 
     for run in (write_run("one", episodes=1), write_run("alike", episodes=6, crowd=0.0, change=alike)):
         figures = tmp_path / f"{run.name}-figures"
-        sensitivity_command(str(run), None, (), (), (), figures, as_json=True)
+        sensitivity.callback(str(run), None, (), (), (), figures, as_json=True)
         assert json.loads(capsys.readouterr().out)["runs"][0]["break_even"] is None, run.name
         assert not list(figures.glob("*break-even*"))
-        sensitivity_command(str(run), None, (), (), (), None, as_json=False)
+        sensitivity.callback(str(run), None, (), (), (), None, as_json=False)
         assert "tell nothing of how sure break-even is" in capsys.readouterr().out
 
 
@@ -152,12 +152,12 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run: WriteRun) -> None:
 
     run = write_run("run", episodes=2, change=arrive)
     with pytest.raises(InputError, match="cargo was not simulated"):
-        sensitivity_command(str(run), None, (), (), (), None, as_json=True)
+        sensitivity.callback(str(run), None, (), (), (), None, as_json=True)
 
 
 def test_figures_and_tables(write_run: WriteRun, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = write_run("run", episodes=6)
-    sensitivity_command(str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False)
+    sensitivity.callback(str(run), None, (), (), ("delivery_fee,refund",), tmp_path / "figures", as_json=False)
     text = capsys.readouterr().out
     assert "mine: profit" in text and "in 100.0 % of the resamples of 6 deliveries never" in text
     names = {path.name for path in (tmp_path / "figures").iterdir()}
