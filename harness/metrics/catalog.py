@@ -47,18 +47,16 @@ RUN_METRICS = (
     Metric(
         "sla",
         "SLA Compliance",
-        "",
         HIGHER,
         "Share of deliveries that arrived with the food intact.",
         PAPER,
         undefined=NO_CARGO,
     ),
-    Metric("spoiled", "Spoiled", "", LOWER, "Share that arrived with too many pieces lost.", PAPER, undefined=NO_CARGO),
-    Metric("timeout", "Timeout", "", LOWER, "Share that ran out of time.", PAPER),
+    Metric("spoiled", "Spoiled", LOWER, "Share that arrived with too many pieces lost.", PAPER, undefined=NO_CARGO),
+    Metric("timeout", "Timeout", LOWER, "Share that ran out of time.", PAPER),
     Metric(
         "physical_assistance",
         "Physical Assistance",
-        "",
         LOWER,
         "Share that ended with the robot tipped over or hit too hard.",
         PAPER,
@@ -66,7 +64,6 @@ RUN_METRICS = (
     Metric(
         "avg_mechanical_power_kw",
         "Avg Mech. Power",
-        "kW",
         LOWER,
         "Rolling resistance force of the prices file times the mean of the deliveries' speeds.",
         PAPER,

@@ -46,46 +46,39 @@ def event_rows(truth: Truth, costs: Sequence[float]) -> list[Row]:
 
     Contact events show the same impacts whole and those that are not counted; they carry no cost of their own.
     """
-    rows: list[Row] = [
-        {
-            "type": "counted_contact",
-            "stamp_s": c.stamp,
-            "partner": c.partner.value,
-            "kind": c.kind,
-            "partner_id": c.partner_id,
-            "impulse_ns": c.impulse,
-            "closing_speed_mps": c.robot_speed + c.partner_speed,
-            "robot_speed_mps": c.robot_speed,
-            "partner_speed_mps": c.partner_speed,
-            "x_m": c.x,
-            "y_m": c.y,
-            "fault": fault(c),
-            "cost_usd": cost,
-        }
+    rows = [
+        _event_row("counted_contact", c) | {"cost_usd": cost}
         for c, cost in zip(truth.counted_contacts, costs, strict=True)
     ]
     rows += [
-        {
-            "type": "contact_event",
-            "stamp_s": c.stamp,
-            "partner": c.partner.value,
-            "kind": c.kind,
-            "partner_id": c.partner_id,
-            "impulse_ns": c.impulse,
+        _event_row("contact_event", c)
+        | {
             "impacts": c.impacts,
             "delta_v_mps": c.delta_v,
             "peak_step_impulse_ns": c.peak_step_impulse,
             "duration_s": c.duration,
-            "closing_speed_mps": c.closing_speed,
-            "robot_speed_mps": c.robot_speed,
-            "partner_speed_mps": c.partner_speed,
-            "x_m": c.x,
-            "y_m": c.y,
-            "fault": fault(c),
         }
         for c in truth.contacts
     ]
     return sorted(rows, key=lambda row: (row["stamp_s"], row["type"], row["partner_id"]))
+
+
+def _event_row(kind: str, contact: Contact | CountedContact) -> Row:
+    """What counted contacts and contact events have in common."""
+    return {
+        "type": kind,
+        "stamp_s": contact.stamp,
+        "partner": contact.partner.value,
+        "kind": contact.kind,
+        "partner_id": contact.partner_id,
+        "impulse_ns": contact.impulse,
+        "closing_speed_mps": contact.robot_speed + contact.partner_speed,
+        "robot_speed_mps": contact.robot_speed,
+        "partner_speed_mps": contact.partner_speed,
+        "x_m": contact.x,
+        "y_m": contact.y,
+        "fault": fault(contact),
+    }
 
 
 def fault(contact: Contact | CountedContact, standing: float = 0.05) -> str:

@@ -10,7 +10,6 @@ TASK = (
     Metric(
         "shortest_path_m",
         "Shortest path",
-        "m",
         NEITHER,
         "Length of the shortest path from start to goal on the navigation mesh.",
         PAPER,
@@ -19,7 +18,6 @@ TASK = (
     Metric(
         "duration_s",
         "Avg Runtime",
-        "s",
         LOWER,
         "Simulated time until the outcome.",
         PAPER,
@@ -30,7 +28,6 @@ TASK = (
     Metric(
         "distance_m",
         "Avg Distance",
-        "m",
         NEITHER,
         "Length of the true path.",
         PAPER,
@@ -41,18 +38,16 @@ TASK = (
     Metric(
         "average_speed_mps",
         "Avg Velocity",
-        "m/s",
         HIGHER,
         "Distance over duration.",
         PAPER,
         mean_key="avg_velocity_mps",
         is_published=True,
     ),
-    Metric("goal_distance_m", "Distance left", "m", LOWER, "Straight distance to the goal at the end.", OURS),
+    Metric("goal_distance_m", "Distance left", LOWER, "Straight distance to the goal at the end.", OURS),
     Metric(
         "spl",
         "SPL",
-        "",
         HIGHER,
         "Success weighted by path length: 0 if the robot did not arrive, else shortest path over the larger of "
         "distance and shortest path. The goal's radius counts as arrival, so a path may be shorter than the shortest; "
@@ -67,7 +62,6 @@ MOTION = (
     Metric(
         "path_irregularity_radpm",
         "Path irregularity",
-        "rad/m",
         LOWER,
         "Accumulated turning (sum of absolute changes of the true yaw from tick to tick) per metre driven. The "
         "definition there subtracts the turning of the most direct path; here nothing is subtracted.",
@@ -79,7 +73,6 @@ MOTION = (
     Metric(
         "jerk_p95_mps3",
         "Jerk, 95th percentile",
-        "m/s3",
         LOWER,
         "95th percentile of the magnitude of the second derivative of the true forward speed, from a cubic fitted to "
         "each 0.5 s of ticks (Savitzky and Golay 1964).",
@@ -91,7 +84,6 @@ MOTION = (
     Metric(
         "lateral_acceleration_p95_mps2",
         "Lateral acceleration, 95th percentile",
-        "m/s2",
         LOWER,
         "95th percentile of the magnitude of true forward speed times yaw rate, smoothed as the jerk is.",
         OURS,
@@ -99,11 +91,10 @@ MOTION = (
         mean_key="avg_lateral_acceleration_p95_mps2",
         decimals=2,
     ),
-    Metric("max_tilt_rad", "Largest tilt", "rad", LOWER, "Largest angle between robot and vertical.", PAPER),
+    Metric("max_tilt_rad", "Largest tilt", LOWER, "Largest angle between robot and vertical.", PAPER),
     Metric(
         "motion_energy_kwh",
         "Energy at the wheels",
-        "kWh",
         LOWER,
         "Mechanical work that the motors delivered to the wheels in the simulation; braking gives nothing back.",
         OURS,
@@ -113,7 +104,6 @@ MOTION = (
     Metric(
         "published_energy_kwh",
         "Energy, published formula",
-        "kWh",
         LOWER,
         "Rolling resistance force of the prices file times distance.",
         PAPER,
@@ -129,7 +119,6 @@ LOCALIZATION = tuple(
     Metric(
         f"{error}_{key}_{unit}",
         f"{title}, {name}",
-        unit,
         LOWER,
         f"{name.capitalize()} over the ticks of {meaning}.",
         OURS,

@@ -15,7 +15,6 @@ CONTACTS = (
     Metric(
         "collision_impulse_ns",
         "Avg Collision Impulse",
-        "N s",
         LOWER,
         "Sum of the impulses of all counted contacts (at least 50 N s with one partner in one physics step).",
         PAPER,
@@ -25,7 +24,6 @@ CONTACTS = (
     Metric(
         "collision_delta_v_mps",
         "Avg Collision Δv",
-        "m/s",
         LOWER,
         "Mean over the counted contacts with people of impulse over the robot's mass; 0 without any.",
         PAPER,
@@ -35,7 +33,6 @@ CONTACTS = (
     Metric(
         "pedestrian_injury_usd",
         "Pedestrian Injury Cost",
-        "USD",
         LOWER,
         "Expected cost of the injuries of all counted contacts with people.",
         PAPER,
@@ -47,7 +44,6 @@ CONTACTS = (
         Metric(
             f"{kind}_contacts",
             f"{kind.replace('_', ' ').title()} Contact",
-            "",
             LOWER,
             f"Counted contacts with {kind.replace('_', ' ')} of at least 100 N s.",
             PAPER,
@@ -67,7 +63,6 @@ CONTACTS = (
     Metric(
         "pieces_at_start",
         "Pieces at the start",
-        "",
         NEITHER,
         "Pieces of popcorn in the bucket at the start.",
         PAPER,
@@ -77,7 +72,6 @@ CONTACTS = (
     Metric(
         "pieces_lost",
         "Pieces lost",
-        "",
         LOWER,
         "Of these, outside the bucket at the end.",
         PAPER,
@@ -91,7 +85,6 @@ PEOPLE = (
     Metric(
         "min_pedestrian_distance_m",
         "Least distance to people",
-        "m",
         HIGHER,
         "Least distance between the robot's true rectangle and a person's disc; 0: they touched.",
         OURS,
@@ -102,7 +95,6 @@ PEOPLE = (
     Metric(
         "min_time_to_collision_s",
         "Least time to collision",
-        "s",
         HIGHER,
         "Least time, over all ticks and people within 20 m, after which robot and person would touch if both kept "
         "their true velocities, at most 60 s. The robot is a row of discs of half its width, moving and turning as it "
@@ -115,7 +107,6 @@ PEOPLE = (
     Metric(
         "intimate_intrusion_s",
         "Time in intimate zones",
-        "s",
         LOWER,
         "Time with somebody nearer than 0.45 m, from surface to surface.",
         HALL,
@@ -125,7 +116,6 @@ PEOPLE = (
     Metric(
         "personal_intrusion_s",
         "Time in personal zones",
-        "s",
         LOWER,
         "Time with somebody nearer than 1.2 m, from surface to surface, intimate zone included.",
         HALL,
@@ -135,7 +125,6 @@ PEOPLE = (
     Metric(
         "pedestrian_delay_s",
         "Delay of people",
-        "s",
         LOWER,
         "How much longer people take because of the robot, summed over all: each person's errands are compared with "
         "those of a twin crowd, with the same random numbers, that never meets the robot. What is compared is when "
@@ -149,7 +138,6 @@ PEOPLE = (
     Metric(
         "intimate_intrusion_percent",
         "Share of time in intimate zones",
-        "%",
         LOWER,
         "The same over the duration.",
         HALL,
@@ -160,7 +148,6 @@ PEOPLE = (
     Metric(
         "personal_intrusion_percent",
         "Share of time in personal zones",
-        "%",
         LOWER,
         "The same over the duration.",
         HALL,

@@ -3,6 +3,11 @@
 from dataclasses import dataclass
 from enum import Enum
 
+UNITS = {  # by the end of a key
+    **{"m": "m", "s": "s", "mps": "m/s", "mps2": "m/s2", "mps3": "m/s3", "rad": "rad", "radpm": "rad/m"},
+    **{"kwh": "kWh", "kw": "kW", "ns": "N s", "usd": "USD", "percent": "%"},
+}
+
 PAPER = "CostNav, arXiv:2511.20216"
 OURS = "ours"
 
@@ -21,7 +26,6 @@ class Metric:
 
     key: str  # column of episodes.parquet; the unit is at its end
     title: str  # in a table
-    unit: str  # empty: a number
     better: Better
     meaning: str  # one or two sentences, source of a formula included
     source: str  # section of the paper, literature with its year, or "ours"
@@ -33,6 +37,11 @@ class Metric:
     is_published: bool = False  # whether that mean is part of the paper's table
 
     @property
+    def unit(self) -> str:
+        """Of the column; empty: it is a number."""
+        return UNITS.get(self.key.rpartition("_")[2], "")
+
+    @property
     def arrow_type(self) -> str:
         """Type of the column."""
         return "int64" if self.is_count else "double"
@@ -41,4 +50,4 @@ class Metric:
 def count(key: str, title: str, meaning: str, source: str, better: Better = Better.LOWER, mean: bool = True) -> Metric:
     """A metric that counts something and is always defined."""
     mean_key, decimals = (f"avg_{key}", 2) if mean else (None, None)
-    return Metric(key, title, "", better, meaning, source, is_count=True, mean_key=mean_key, decimals=decimals)
+    return Metric(key, title, better, meaning, source, is_count=True, mean_key=mean_key, decimals=decimals)

@@ -7,7 +7,8 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import GaussMarkov, NoiseStore
-from harness.world.sensor import Sensor, check_not_negative, check_positive, check_shares, check_timing
+from harness.world.ranges import check_ranges, check_timing
+from harness.world.sensor import Sensor
 from harness.world.sky import Sky
 from navstack.errors import ParameterError
 from navstack.types import FloatArray, GpsFix
@@ -40,15 +41,13 @@ class GpsParams:
             ParameterError: a value out of range.
         """
         check_timing("gps", self.rate, self.latency)
-        check_positive("gps", drift_time=self.drift_time, multipath_time=self.multipath_time)
-        check_not_negative(
+        check_ranges(
             "gps",
-            position_std=self.position_std,
-            drift_std=self.drift_std,
-            multipath_std=self.multipath_std,
-            reacquisition_time=self.reacquisition_time,
+            self,
+            positive="drift_time multipath_time",
+            not_negative="position_std drift_std multipath_std reacquisition_time",
+            shares="stated_share lost_above found_below",
         )
-        check_shares("gps", stated_share=self.stated_share, lost_above=self.lost_above, found_below=self.found_below)
         if self.found_below > self.lost_above:
             raise ParameterError(
                 f"gps: found_below {self.found_below} is above lost_above {self.lost_above}; give at most the same"

@@ -7,7 +7,8 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import GaussMarkov, NoiseStore, RandomWalk
-from harness.world.sensor import Sensor, check_not_negative, check_positive, check_timing
+from harness.world.ranges import check_ranges, check_timing
+from harness.world.sensor import Sensor
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, Imu
 
@@ -36,15 +37,11 @@ class ImuParams:
             ParameterError: a value out of range.
         """
         check_timing("imu", self.rate, self.latency)
-        check_positive("imu", yaw_wander_time=self.yaw_wander_time)
-        check_not_negative(
+        check_ranges(
             "imu",
-            yaw_std=self.yaw_std,
-            yaw_rate_std=self.yaw_rate_std,
-            yaw_rate_bias_std=self.yaw_rate_bias_std,
-            acceleration_std=self.acceleration_std,
-            yaw_rate_bias_walk=self.yaw_rate_bias_walk,
-            yaw_wander_std=self.yaw_wander_std,
+            self,
+            positive="yaw_wander_time",
+            not_negative="yaw_std yaw_rate_std yaw_rate_bias_std acceleration_std yaw_rate_bias_walk yaw_wander_std",
         )
 
 

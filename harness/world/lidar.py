@@ -9,8 +9,9 @@ import numpy as np
 from harness.world.body_state import BodyState
 from harness.world.glass import Glass
 from harness.world.lidar_kernels import cast_circles, cast_grid, clearance_field, finish_scan
+from harness.world.ranges import check_ranges, check_timing
 from harness.world.scene import Obstacle
-from harness.world.sensor import Sensor, check_not_negative, check_shares, check_timing
+from harness.world.sensor import Sensor
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose, relative_to
@@ -56,8 +57,7 @@ class LidarParams:
             ParameterError: a value out of range.
         """
         check_timing("lidar", self.rate, self.latency)
-        check_not_negative("lidar", noise_std=self.noise_std, glass_visible_angle=self.glass_visible_angle)
-        check_shares("lidar", dropout=self.dropout, glass_transmission=self.glass_transmission)
+        check_ranges("lidar", self, not_negative="noise_std glass_visible_angle", shares="dropout glass_transmission")
         if not 1 <= self.beams <= MAX_BEAMS or not 0.0 < self.field_of_view <= _FULL_TURN:
             raise ParameterError(
                 f"lidar: beams {self.beams} over field_of_view {self.field_of_view} rad; "

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from harness.task.study import MAX_PEDESTRIANS
+from harness.world.ranges import check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
@@ -36,12 +37,12 @@ class SocialForceParams:
         Raises:
             ParameterError: a value out of range.
         """
-        for name in ("relaxation_time", "person_range", "wall_range", "top_speed"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"social_force: {name} {getattr(self, name)}; allowed is more than 0")
-        for name in ("person_strength", "look_ahead", "wall_strength", "sight_angle", "unseen_weight"):
-            if getattr(self, name) < 0.0:
-                raise ParameterError(f"social_force: {name} {getattr(self, name)}; allowed is 0 or more")
+        check_ranges(
+            "social_force",
+            self,
+            positive="relaxation_time person_range wall_range top_speed",
+            not_negative="person_strength look_ahead wall_strength sight_angle unseen_weight",
+        )
         if not 0.0 <= self.body_stiffness <= 1e4:
             raise ParameterError(
                 f"social_force: body_stiffness {self.body_stiffness} 1/s2; allowed is 0 to 10000, "
@@ -64,8 +65,7 @@ class ReplayParams:
         Raises:
             ParameterError: a value out of range.
         """
-        if not self.frame_rate > 0.0:
-            raise ParameterError(f"replay: frame_rate {self.frame_rate} Hz; allowed is more than 0")
+        check_ranges("replay", self, positive="frame_rate")
 
 
 @dataclass(frozen=True, slots=True)

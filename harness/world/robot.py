@@ -4,18 +4,18 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from harness.world.ranges import check_ranges
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.types import FloatArray
 
 _POSITIVE = (
-    *("mass", "height", "center_of_mass_height", "foot_radius", "ground_clearance", "wheel_radius", "track"),
-    *("wheelbase", "caster_track", "max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration"),
-    *("max_yaw_acceleration", "max_wheel_torque", "servo_time_constant"),
+    "mass height center_of_mass_height foot_radius ground_clearance wheel_radius track wheelbase caster_track "
+    "max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration max_wheel_torque servo_time_constant"
 )
+_NOT_NEGATIVE = "wheel_friction body_friction rolling_resistance compute_latency"
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
 MAX_VALUE = 1e5  # of a mass, length, speed, ...; what is larger is no robot
-_NOT_NEGATIVE = ("wheel_friction", "body_friction", "rolling_resistance", "compute_latency")
 
 
 @dataclass(frozen=True)
@@ -63,14 +63,10 @@ class RobotParams:
                 f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways "
                 f"from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
             )
-        for name in _POSITIVE:
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is more than 0")
+        check_ranges("robot", self, positive=_POSITIVE, not_negative=_NOT_NEGATIVE)
+        for name in _POSITIVE.split():
             if getattr(self, name) > MAX_VALUE:
                 raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is at most {MAX_VALUE:g}")
-        for name in _NOT_NEGATIVE:
-            if getattr(self, name) < 0.0:
-                raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is 0 or more")
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
                 f"robot: height {self.height} m must exceed center_of_mass_height {self.center_of_mass_height} m "

@@ -100,10 +100,10 @@ def save_scene(scene: Scene, folder: Path, name: str) -> None:
         path.with_suffix(".geojson").write_text(_objects_text(scene), encoding="utf-8")
     except OSError as error:
         raise MapError(f"map folder {folder}: cannot be written ({error.strerror})") from None
-    save_map(scene.geometry, path, image_format="png")
-    save_map(scene.walkable, path.with_name(f"{name}{_WALKABLE}.yaml"), image_format="png")
+    save_map(scene.geometry, path)
+    save_map(scene.walkable, path.with_name(f"{name}{_WALKABLE}.yaml"))
     if scene.drawn_mesh is not None:
-        save_map(scene.drawn_mesh, path.with_name(f"{name}{_MESH}.yaml"), image_format="png")
+        save_map(scene.drawn_mesh, path.with_name(f"{name}{_MESH}.yaml"))
 
 
 def align(grid: OccupancyGrid) -> OccupancyGrid:

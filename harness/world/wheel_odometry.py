@@ -7,7 +7,8 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import NoiseStore
-from harness.world.sensor import Sensor, check_not_negative, check_timing
+from harness.world.ranges import check_ranges, check_timing
+from harness.world.sensor import Sensor
 from navstack.geometry import compose, normalize_angle
 from navstack.types import FloatArray, Odometry, Pose2D, Twist2D
 
@@ -36,16 +37,11 @@ class OdometryParams:
             ParameterError: a value out of range.
         """
         check_timing("odometry", self.rate, self.latency)
-        check_not_negative(
+        check_ranges(
             "odometry",
-            linear_scale_std=self.linear_scale_std,
-            angular_scale_std=self.angular_scale_std,
-            linear_noise=self.linear_noise,
-            yaw_noise_per_distance=self.yaw_noise_per_distance,
-            yaw_noise_per_turn=self.yaw_noise_per_turn,
-            velocity_std=self.velocity_std,
-            yaw_rate_std=self.yaw_rate_std,
-            slip=self.slip,
+            self,
+            not_negative="linear_scale_std angular_scale_std linear_noise yaw_noise_per_distance yaw_noise_per_turn "
+            "velocity_std yaw_rate_std slip",
         )
 
 

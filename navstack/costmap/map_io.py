@@ -80,42 +80,21 @@ def load_metadata(path: Path) -> MapMetadata:
     return metadata
 
 
-def save_map(
-    grid: OccupancyGrid,
-    yaml_path: Path | str,
-    mode: str = "trinary",
-    image_format: str | None = None,
-    occupied_thresh: float = 0.65,
-    free_thresh: float = 0.196,
-) -> None:
-    """Write a map as nav2's map_saver does: the YAML file, and an image of the same name beside it.
+def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
+    """Write a map as nav2's map_saver does: the YAML file, and a PNG image of the same name beside it.
 
-    Differences from map_saver: numbers in the YAML keep all their digits (it keeps three), grey levels are rounded to
-    the nearest, and free_thresh is 0.196 as in ROS 1, because with map_saver's 0.25 its own grey for unknown (205,
-    occupancy 0.196) reads back as free.
-
-    Args:
-        grid: what to save.
-        yaml_path: where; the image gets the suffix of its format.
-        mode: 'trinary' (254 free, 205 unknown, 0 occupied), 'scale' (grey; unknown transparent) or 'raw' (the values).
-        image_format: 'pgm' or 'png'; None takes map_saver's default: png for scale, pgm otherwise.
-        occupied_thresh: share of 100 from which a cell is saved as occupied (trinary).
-        free_thresh: share of 100 up to which a cell is saved as free (trinary).
+    Cells are 254 where free, 205 where unknown and 0 where occupied. Differences from map_saver: numbers in the YAML
+    keep all their digits (it keeps three), and free_thresh is 0.196 as in ROS 1, because with map_saver's 0.25 its own
+    grey for unknown (205, occupancy 0.196) reads back as free.
 
     Raises:
-        MapError: an unknown mode or format, thresholds out of order, or the folder cannot be written.
+        MapError: resolution or origin are out of range, or the folder cannot be written.
     """
     path = Path(yaml_path)
-    form = image_format or ("png" if mode == "scale" else "pgm")
-    if form not in ("pgm", "png") or (mode == "scale" and form == "pgm"):
-        raise MapError(f"map format '{form}' for mode '{mode}'; allowed: pgm and png, for 'scale' only png")
-    metadata = MapMetadata(
-        path.with_suffix(f".{form}"), grid.resolution, grid.origin, occupied_thresh, free_thresh, False, mode
-    )
+    metadata = MapMetadata(path.with_suffix(".png"), grid.resolution, grid.origin, 0.65, 0.196, False, "trinary")
     _check(metadata, path)
-    pixels = _PAINTERS[mode](grid.data[::-1], metadata)
     try:
-        Image.fromarray(pixels).save(metadata.image, format="PNG" if form == "png" else "PPM", optimize=True)
+        Image.fromarray(_paint(grid.data[::-1], metadata)).save(metadata.image, format="PNG", optimize=True)
         with path.open("w", encoding="utf-8") as file:
             _writer().dump(_as_yaml(metadata), file)
     except OSError as error:
@@ -198,7 +177,7 @@ def _read_raw(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
     return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
 
 
-def _paint_trinary(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
+def _paint(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
     pixels = np.full(cells.shape, 205, dtype=np.uint8)
     known = (cells >= 0) & (cells <= OCCUPIED)
     free = known & (cells <= np.rint(metadata.free_thresh * 100.0))
@@ -207,25 +186,10 @@ def _paint_trinary(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.ui
     return pixels
 
 
-def _paint_scale(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
-    known = (cells >= 0) & (cells <= OCCUPIED)
-    grey = np.where(known, np.floor((100.0 - cells) * 2.55 + 0.5), 128).astype(np.uint8)
-    return np.stack((grey, grey, grey, np.where(known, 255, 0).astype(np.uint8)), axis=-1)
-
-
-def _paint_raw(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
-    return np.where((cells >= 0) & (cells <= OCCUPIED), cells, 255).astype(np.uint8)
-
-
 _MODES: dict[str, Callable[[FloatTable, MapMetadata], Int8Array]] = {
     "trinary": _read_trinary,
     "scale": _read_scale,
     "raw": _read_raw,
-}
-_PAINTERS: dict[str, Callable[[Int8Array, MapMetadata], npt.NDArray[np.uint8]]] = {
-    "trinary": _paint_trinary,
-    "scale": _paint_scale,
-    "raw": _paint_raw,
 }
 
 

@@ -41,7 +41,7 @@ def show(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
 
 
 def test_a_users_map_is_measured_and_drawn(hall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    picture = tmp_path / "hall.png"
+    picture = tmp_path / "picture.png"
     document = show(capsys, str(hall), "--samples", "20", "--out", str(picture), "--view", "navmesh")
     assert (document["schema"], document["map"], document["size_m"]) == (1, "hall", [20.0, 12.0])
     measured = document["measured"]

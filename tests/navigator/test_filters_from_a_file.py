@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from harness.storage.shipped import shipped
 from navstack.build import build_navigator
-from navstack.costmap.map_io import save_map
-from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Pose2D
 
@@ -27,14 +26,26 @@ SERVERS = """
 """
 
 
+MASK = """\
+image: {name}.png
+mode: raw
+resolution: 0.2
+origin: [0.0, 0.0, 0.0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.196
+"""
+
+
 @pytest.fixture
 def nav2_with_mask(tmp_path):
     """The shipped stock file with a mask of 0.2 m cells; its values stand at 0..16 m, 0..8 m."""
 
     def _make(name, values, insert="", type=0, base=0.0, multiplier=1.0):
         (tmp_path / "masks").mkdir()
-        mask = OccupancyGrid(values, 0.2, Pose2D())
-        save_map(mask, tmp_path / "masks" / f"{name}.yaml", mode="scale", occupied_thresh=1.0, free_thresh=0.0)
+        shades = np.where(values < 0, 255, values).astype(np.uint8)[::-1]  # 'raw': the values themselves
+        Image.fromarray(shades).save(tmp_path / "masks" / f"{name}.png")
+        (tmp_path / "masks" / f"{name}.yaml").write_text(MASK.format(name=name))
         text = (shipped("params") / "nav2" / "stock.yaml").read_text()
         head, anchor, tail = text.partition("\nmap_server:")
         text = head + insert + anchor + tail
