@@ -143,7 +143,9 @@ def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
     stack = from_mapping(Stack, content, f"{where}: stacks")
     if Path(stack.name).name != stack.name:
         raise InputError(f"{where}: stacks: '{stack.name}' is not the name of a stack")
-    return dataclasses.replace(stack, **{key: str(folder.absolute() / file) for key, file in _files(stack).items()})
+    files = {key: str(folder.absolute() / file) for key, file in _files(stack).items()}
+    nav2_file = files.get("nav2_file", "")
+    return dataclasses.replace(stack, sensors=files["sensors"], robot=files["robot"], nav2_file=nav2_file)
 
 
 def _files(stack: Stack) -> dict[str, str]:

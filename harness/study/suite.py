@@ -122,13 +122,19 @@ def load_suite(path: Path) -> Suite:
     for key in ("stacks", "seeds", "maps", "worlds"):
         if not getattr(suite, key):
             raise ParameterError(f"{path}: {key}: is empty; give at least one")
-    beside = {key: tuple(_beside(path, name) for name in getattr(suite, key)) for key in ("stacks", "maps", "worlds")}
-    single = {key: _beside(path, getattr(suite, key)) for key in ("rules", "prices")}
-    optional = {key: _beside(path, value) for key in ("people", "robot") if (value := getattr(suite, key)) is not None}
     number = len(suite.stacks) * len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
     if number > MOST_CELLS:
         raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
-    suite = dataclasses.replace(suite, **beside, **single, **optional)
+    suite = dataclasses.replace(
+        suite,
+        stacks=tuple(_beside(path, name) for name in suite.stacks),
+        maps=tuple(_beside(path, name) for name in suite.maps),
+        worlds=tuple(_beside(path, name) for name in suite.worlds),
+        rules=_beside(path, suite.rules),
+        prices=_beside(path, suite.prices),
+        people=None if suite.people is None else _beside(path, suite.people),
+        robot=None if suite.robot is None else _beside(path, suite.robot),
+    )
     names = [cell.name for cell in cells(suite)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:

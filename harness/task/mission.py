@@ -105,11 +105,13 @@ class MissionSampler:
         """Cells (N, 2) at random bearings and distances from others, wherever they fall."""
         bearings, distances = rng.uniform(-math.pi, math.pi, _BATCH), rng.uniform(*self._distances, _BATCH)
         offsets = distances * np.stack((np.sin(bearings), np.cos(bearings))) / self._cell_size
-        return np.rint(starts + offsets.T).astype(np.int64)
+        cells: IntArray = np.rint(starts + offsets.T).astype(np.int64)
+        return cells
 
     def _are_valid(self, starts: IntArray, goals: IntArray) -> BoolArray:
         """Which of the coarse cells (N, 2) are a start and a goal with a path between them."""
-        inside = ((goals >= 0) & (goals < self._roomy.shape)).all(axis=1)
+        within = (goals >= 0) & (goals < self._roomy.shape)
+        inside = within[:, 0] & within[:, 1]
         rows, columns = np.where(inside[:, None], goals, 0).T
         same_part = self._labels[rows, columns] == self._labels[starts[:, 0], starts[:, 1]]
         different = (starts != goals).any(axis=1)
@@ -239,7 +241,8 @@ def _clearance(mesh: OccupancyGrid, factor: int) -> Float32Array:
     def compute() -> Float32Array:
         distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
         coarse = distance[factor // 2 :: factor, factor // 2 :: factor]
-        return (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(np.float32)
+        clearance: Float32Array = (np.maximum(coarse - 0.5, 0.0) * mesh.resolution).astype(np.float32)
+        return clearance
 
     return cached_array(
         content_key("mission clearance 3", np.packbits(free), mesh.width, mesh.resolution, factor), compute

@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from navstack.jit import njit
-from navstack.types import BoolArray, Float32Array, IntArray
+from navstack.types import BoolArray, Float32Array, FloatArray, IntArray
 
 _SQRT2 = math.sqrt(2.0)
 _SQRT5 = math.sqrt(5.0)
@@ -111,7 +111,7 @@ def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bo
 
 
 @njit(cache=True)
-def _dijkstra(free, goals, last):
+def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
     """Label-setting with buckets as wide as the shortest move (Denardo & Fox 1979): exact, without a heap.
 
     ``free`` (H, W) has a border of two closed cells; goals are flat indices of free cells. Once the cell of flat index
@@ -153,7 +153,7 @@ def _dijkstra(free, goals, last):
 
 
 @njit(cache=True)
-def _push(queues, counts, slot, cell):
+def _push(queues: IntArray, counts: IntArray, slot: int, cell: int) -> IntArray:
     if counts[slot] == queues.shape[1]:
         larger = np.empty((queues.shape[0], 2 * queues.shape[1]), np.int64)
         for i in range(queues.shape[0]):
@@ -166,7 +166,7 @@ def _push(queues, counts, slot, cell):
 
 
 @njit(cache=True)
-def _descend(field, y, x):
+def _descend(field: Float32Array, y: int, x: int) -> IntArray:
     height, width = field.shape
     cells = np.empty((64, 2), np.int64)
     if not (0 <= y < height and 0 <= x < width) or not np.isfinite(field[y, x]):
@@ -196,7 +196,7 @@ def _descend(field, y, x):
 
 
 @njit(cache=True)
-def _shortcut(free, cells):
+def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
     corners = np.empty((len(cells), 2), np.int64)
     corners[0, 0], corners[0, 1] = cells[0, 0], cells[0, 1]
     number, anchor, last = 1, 0, len(cells) - 1
@@ -210,7 +210,7 @@ def _shortcut(free, cells):
 
 
 @njit(cache=True)
-def _trace(corners):
+def _trace(corners: IntArray) -> IntArray:
     """The cells (N, 2) that a polyline passes, one legal step apart; every leg is a line of sight."""
     total = 1
     for k in range(len(corners) - 1):

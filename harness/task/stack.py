@@ -87,10 +87,14 @@ def load_stack(
         stack = dataclasses.replace(stack, nav2_file=str(path.absolute()), title=f"Nav2 file {path.name}")
     else:
         stack = load_dataclass(Stack, path)
-    given = {"localizer": localizer, "robot": robot, "sensors": sensors}
-    changes = {key: value for key, value in given.items() if value is not None}
-    own = {key: _beside(path, getattr(stack, key)) for key in ("nav2_file", "sensors", "robot")}
-    stack = dataclasses.replace(stack, name=path.stem, **{**own, **changes})
+    stack = dataclasses.replace(
+        stack,
+        name=path.stem,
+        nav2_file=_beside(path, stack.nav2_file),
+        localizer=stack.localizer if localizer is None else localizer,
+        robot=_beside(path, stack.robot) if robot is None else robot,
+        sensors=_beside(path, stack.sensors) if sensors is None else sensors,
+    )
     return _with_paths(stack, path)
 
 
