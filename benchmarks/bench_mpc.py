@@ -1,7 +1,7 @@
 """The jerk-limited MPC: how long it takes, how near it is to the fastest, whether a limit is ever exceeded.
 
 python benchmarks/bench_mpc.py            time and rest to rest
-python benchmarks/bench_mpc.py limits     1000 random drives each with the numba twin and with CasADi (minutes)
+python benchmarks/bench_mpc.py limits     1000 random drives (minutes)
 """
 
 import math
@@ -29,7 +29,6 @@ COVARIANCE = np.diag((0.01, 0.01, 0.04, 0.04))
 VARIANTS = {
     "CasADi, generated C": PARAMS,
     "CasADi, its own machine": replace(PARAMS, generated_code=False),
-    "numba twin": replace(PARAMS, solver="numba"),
 }
 
 
@@ -110,11 +109,8 @@ def show_times() -> None:
 
 def show_rest_to_rest() -> None:
     """Durations against the analytic optimum; arrived: within 2 mm at less than 2 mm/s."""
-    print("\nrest to rest [m]      optimum [s]   CasADi [s]   numba [s]")
-    controllers = [
-        JerkLimitedMpcController(replace(PARAMS, solver=solver), FOOTPRINT, FREQUENCY, 0.01)
-        for solver in ("casadi", "numba")
-    ]
+    print("\nrest to rest [m]      optimum [s]   ours [s]")
+    controller = JerkLimitedMpcController(PARAMS, FOOTPRINT, FREQUENCY, 0.01)
     grid = costmap()
     for length in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0):
         given, trajectory = InputParameter(1), Trajectory(1)
@@ -123,8 +119,8 @@ def show_rest_to_rest() -> None:
         given.max_jerk = [PARAMS.max_jerk]
         Ruckig(1).calculate(given, trajectory)
         seconds = trajectory.duration + 3.0
-        ours = [drive(each, straight(length), grid, np.empty((0, 4)), seconds)[-1, 0] for each in controllers]
-        print(f"{length:16.1f} {trajectory.duration:16.3f} {ours[0]:12.3f} {ours[1]:11.3f}")
+        ours = drive(controller, straight(length), grid, np.empty((0, 4)), seconds)[-1, 0]
+        print(f"{length:16.1f} {trajectory.duration:16.3f} {ours:10.3f}")
 
 
 def random_plan(rng: np.random.Generator) -> Path:
@@ -152,17 +148,15 @@ def excess(v: FloatArray, omega: FloatArray) -> FloatArray:
 def show_limits() -> None:
     """The largest excess over random drives of 3 s among obstacles and people; negative: never reached."""
     print("\nlargest excess over the limits: v, a, jerk, omega, alpha, yaw jerk, v omega")
-    for solver in ("numba", "casadi"):
-        controller = JerkLimitedMpcController(replace(PARAMS, solver=solver), FOOTPRINT, FREQUENCY)
-        rng = np.random.default_rng(7)
-        worst = np.full(7, -math.inf)
-        for _ in range(DRIVES):
-            grid = costmap(*((x, x + 0.3, y, y + 0.3) for x, y in rng.uniform(-6.0, 6.0, size=(6, 2))))
-            people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
-            driven = drive(controller, random_plan(rng), grid, people, 3.0)
-            worst = np.maximum(worst, excess(driven[:, 4], driven[:, 5]))
-        print(f"{solver}, {DRIVES} drives: " + "  ".join(f"{value:.1e}" for value in worst)
-              + f"  failures {controller.failures}")  # fmt: skip
+    controller = JerkLimitedMpcController(PARAMS, FOOTPRINT, FREQUENCY)
+    rng = np.random.default_rng(7)
+    worst = np.full(7, -math.inf)
+    for _ in range(DRIVES):
+        grid = costmap(*((x, x + 0.3, y, y + 0.3) for x, y in rng.uniform(-6.0, 6.0, size=(6, 2))))
+        people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
+        driven = drive(controller, random_plan(rng), grid, people, 3.0)
+        worst = np.maximum(worst, excess(driven[:, 4], driven[:, 5]))
+    print(f"{DRIVES} drives: " + "  ".join(f"{value:.1e}" for value in worst) + f"  failures {controller.failures}")
 
 
 def main() -> None:

@@ -5,7 +5,7 @@ Usage: python benchmarks/tuning_study.py critics|weights [--space NAME ...] [--o
            [--budget TIME] [--beside NAME] [--seed S] [--workers N] [--world NAME] [--name NAME]
 
 ``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file, and holds the result
-against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC, solved by its numba twin. All
+against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC. All
 drive with ``navstack::IncrementalNavfn`` as planner. ``--unraced`` drives every trial to the end, under a name of its
 own; ``--beside critics`` then sets the tuned file of that study beside this one's, on the same test missions.
 
@@ -48,7 +48,6 @@ from navstack.params.strict import dump_dataclass, read_text
 from navstack.types import FloatArray
 
 EXACT, INCREMENTAL = "nav2_navfn_planner::NavfnPlanner", "navstack::IncrementalNavfn"
-CASADI, TWIN = "solver: casadi", "solver: numba"
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 KEPT, DRIVEN = Path("results/baseline/tuning"), Path("results/tuning")
 ARCHIVE, PERIOD = "study.tar.xz", 600.0  # [s] between writings
@@ -92,7 +91,7 @@ def incremental(name: str, localizer: str, folder: Path) -> Path:
         sensors=Path(stack.sensors).stem,
         robot=Path(stack.robot).stem,
     )
-    changed = text.replace(EXACT, INCREMENTAL).replace(CASADI, TWIN)
+    changed = text.replace(EXACT, INCREMENTAL)
     (folder / written.nav2_file).write_text(changed, encoding="utf-8")
     (folder / f"{name}.yaml").write_text(dump_dataclass(written), encoding="utf-8")
     return folder / f"{name}.yaml"

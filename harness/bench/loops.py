@@ -31,7 +31,6 @@ class Loop:
     stack: str  # of params/stacks
     incremental: bool  # with IncrementalNavfn in place of NavFn, all its parameters kept
     target: float  # x real time on one core, without cargo
-    twin: bool = False  # with the MPC's numba twin as solver
 
 
 LOOPS = {
@@ -43,7 +42,6 @@ LOOPS = {
         Loop("nav2-amcl incremental", "nav2-amcl", True, 80.0),
         Loop("nav2-stock incremental", "nav2-stock", True, 150.0),
         Loop("mpc-gps-ekf", "mpc-gps-ekf", False, 40.0),
-        Loop("mpc-gps-ekf twin incremental", "mpc-gps-ekf", True, 100.0, twin=True),
     )
 }
 
@@ -79,9 +77,6 @@ class Course:
         task = next(make_study(stacks=[loop.stack], episodes=1, workers=1).tasks())
         if loop.incremental:
             nav2 = _changed(folder, Path(task.stack.nav2_file), NAVFN, INCREMENTAL)
-            changes["stack"] = dataclasses.replace(task.stack, nav2_file=nav2)
-        if loop.twin:
-            nav2 = _changed(folder, Path(changes.get("stack", task.stack).nav2_file), "solver: casadi", "solver: numba")
             changes["stack"] = dataclasses.replace(task.stack, nav2_file=nav2)
         if not with_cargo:
             changes["world"] = _changed(folder, Path(task.world), "\n  pieces: 50", "\n  pieces: 0")

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from navstack.errors import ParameterError
 
-SOLVERS = ("casadi", "numba")
-
 _POSITIVE = (
     *("max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration", "max_yaw_acceleration", "max_jerk"),
     *("max_yaw_jerk", "max_lateral_acceleration", "step", "inflation_cost_scaling_factor"),
@@ -37,7 +35,7 @@ class MpcParams:
     max_yaw_jerk: float = 10.0  # [rad/s3] full yaw acceleration within 0.25 s
     max_lateral_acceleration: float = 1.3  # [m/s2] speed times yaw rate
 
-    solver: str = "casadi"  # casadi: Gauss-Newton SQP with HPIPM; numba: the iLQR twin, much faster
+    solver: str = "casadi"  # the only one: Gauss-Newton SQP with HPIPM
     generated_code: bool = True  # casadi: compile generated C where there is a compiler; False: CasADi's own machine
     horizon: int = 30  # steps; the first lasts one control period, each of the others ``step``
     step: float = 0.1  # [s]
@@ -72,7 +70,7 @@ class MpcParams:
             self._require(name, getattr(self, name) > 0.0, "more than 0")
         for name in _NOT_NEGATIVE:
             self._require(name, getattr(self, name) >= 0.0, "0 or more")
-        self._require("solver", self.solver in SOLVERS, " or ".join(SOLVERS))
+        self._require("solver", self.solver == "casadi", "casadi, the only solver; set it so, or leave it out")
         self._require("horizon", 2 <= self.horizon <= 100, "2 to 100")
         self._require("max_tracks", 1 <= self.max_tracks <= 50, "1 to 50")
         self._require("footprint_circles", 1 <= self.footprint_circles <= 10, "1 to 10")

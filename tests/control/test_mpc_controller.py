@@ -1,4 +1,4 @@
-"""The jerk-limited MPC as a whole: against the analytic optimum, its limits, its stops, its two solvers."""
+"""The jerk-limited MPC as a whole: against the analytic optimum, its limits, its stops."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.costmap import InflationLayerParams
-from navstack.params.mpc import SOLVERS, MpcParams
+from navstack.params.mpc import MpcParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.views import read_controller
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Track, Twist2D
@@ -85,9 +85,8 @@ def free() -> Surroundings:
     return Surroundings(costmap())
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_rest_to_rest_takes_the_least_time(solver: str, free: Surroundings) -> None:
-    controller = make(tolerance=0.01, solver=solver)
+def test_rest_to_rest_takes_the_least_time(free: Surroundings) -> None:
+    controller = make(tolerance=0.01)
     for length in (0.1, 0.3, 1.0, 3.0, 8.0, 20.0):
         given, trajectory = InputParameter(1), Trajectory(1)
         given.target_position, given.max_velocity = [length], [PARAMS.max_speed]
@@ -128,12 +127,11 @@ def random_plan(rng: np.random.Generator) -> Path:
     return Path(np.column_stack((x, y, yaw)))
 
 
-@pytest.mark.parametrize(("solver", "drives"), [("numba", 80), ("casadi", 15)])
-def test_no_limit_is_exceeded_whatever_happens(solver: str, drives: int) -> None:
-    controller = make(solver=solver)
+def test_no_limit_is_exceeded_whatever_happens() -> None:
+    controller = make()
     rng = np.random.default_rng(7)
     fastest = 0.0
-    for _ in range(drives):
+    for _ in range(15):
         boxes = [(x, x + 0.3, y, y + 0.3) for x, y in rng.uniform(-6.0, 6.0, size=(6, 2))]
         field = costmap(*boxes)
         people = rng.uniform((-6.0, -6.0, -1.5, -1.5), (6.0, 6.0, 1.5, 1.5), size=(4, 4))
@@ -150,9 +148,8 @@ def test_no_limit_is_exceeded_whatever_happens(solver: str, drives: int) -> None
     assert controller.failures == 0
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_person_stepping_out_is_met_with_the_hardest_stop(solver: str) -> None:
-    controller = make(solver=solver)
+def test_a_person_stepping_out_is_met_with_the_hardest_stop() -> None:
+    controller = make()
     steps_out = 5.0  # [m] where the robot is then
     clear, blocked = costmap(), costmap((steps_out + 1.1, steps_out + 1.7, -0.4, 0.4))
 
@@ -171,10 +168,9 @@ def test_a_person_stepping_out_is_met_with_the_hardest_stop(solver: str) -> None
     assert np.abs(driven[seen:, 2]).max() < 0.05
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize(("y", "vx", "vy"), [(0.0, -1.2, 0.0), (0.3, -1.2, 0.0), (-3.0, 0.0, 0.75), (0.0, 0.0, 0.0)])
-def test_tracked_people_are_passed_without_touching_them(solver: str, y: float, vx: float, vy: float) -> None:
-    controller = make(solver=solver)
+def test_tracked_people_are_passed_without_touching_them(y: float, vx: float, vy: float) -> None:
+    controller = make()
     x = 8.0 - 4.0 * vx
 
     def around(time: float, _: float) -> Surroundings:
@@ -188,22 +184,20 @@ def test_tracked_people_are_passed_without_touching_them(solver: str, y: float, 
         assert body.distance(Point(x + time * vx, y + time * vy)) > 0.3 + 0.1
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_it_passes_a_narrow_place_and_keeps_off_the_walls(solver: str) -> None:
+def test_it_passes_a_narrow_place_and_keeps_off_the_walls() -> None:
     around = Surroundings(costmap((2.0, 6.0, 0.75, 1.0), (2.0, 6.0, -1.0, -0.75), (8.0, 8.3, -0.1, 0.6)))
     plan = straight(12.0)
     plan = Path(plan.poses + np.column_stack((np.zeros(len(plan)), -0.8 * np.exp(-((plan.poses[:, 0] - 8.0) ** 2)),
                                               np.zeros(len(plan)))))  # fmt: skip
-    driven = drive(make(solver=solver), plan, around, 14.0)
+    driven = drive(make(), plan, around, 14.0)
     assert driven[-1, 1] == pytest.approx(12.0, abs=0.3)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_it_turns_on_the_spot_to_a_path_behind_it_and_to_the_goals_yaw(solver: str, free: Surroundings) -> None:
+def test_it_turns_on_the_spot_to_a_path_behind_it_and_to_the_goals_yaw(free: Surroundings) -> None:
     poses = straight(4.0).poses * (-1.0, 1.0, 1.0)
     poses[:, 2] = math.pi
     poses[-1, 2] = math.pi / 2.0
-    driven = drive(make(solver=solver, tolerance=0.5), Path(poses), free, 12.0, 0.0, 0.0, 0.3)
+    driven = drive(make(tolerance=0.5), Path(poses), free, 12.0, 0.0, 0.0, 0.3)
     turned = int(np.argmax(driven[:, 3] > 2.0))
     assert np.abs(driven[:turned, 1]).max() < 0.05
     check_limits(driven[:, 4], driven[:, 5])
@@ -243,7 +237,7 @@ def test_a_failing_solver_brakes_within_the_limits_and_is_counted(free: Surround
 
 
 def test_the_decision_tells_the_cost_terms(free: Surroundings) -> None:
-    controller = make(solver="numba")
+    controller = make()
     assert controller.decision is None
     command = controller.compute_velocity(RobotState(Pose2D(0.0, 0.2), Twist2D(), 4.0), straight(5.0), free)
     told = controller.decision
@@ -256,7 +250,7 @@ def test_the_decision_tells_the_cost_terms(free: Surroundings) -> None:
 
 
 def test_a_speed_limit_is_kept_and_lifted(free: Surroundings) -> None:
-    controller = make(solver="numba")
+    controller = make()
     controller.set_speed_limit(50.0, is_percentage=True)
     assert drive(controller, straight(8.0), free, 6.0)[:, 4].max() == pytest.approx(1.0, abs=0.02)
     controller.set_speed_limit(0.6, is_percentage=False)
@@ -266,14 +260,14 @@ def test_a_speed_limit_is_kept_and_lifted(free: Surroundings) -> None:
 
 
 def test_it_believes_the_odometry_where_that_is_far_off(free: Surroundings) -> None:
-    controller = make(solver="numba")
+    controller = make()
     drive(controller, straight(8.0), free, 2.0)
     held = RobotState(Pose2D(2.0), Twist2D(), 2.0)  # something else stopped it
     assert controller.compute_velocity(held, straight(8.0), free).linear_x < 0.1
 
 
 def test_it_goes_on_from_the_odometry_after_it_was_not_asked(free: Surroundings) -> None:
-    controller = make(solver="numba")
+    controller = make()
     drive(controller, straight(8.0), free, 2.0)
     slowed = RobotState(Pose2D(2.0), Twist2D(1.5), 2.2)  # less off than it takes to be believed otherwise
     controller.resume()
@@ -281,7 +275,7 @@ def test_it_goes_on_from_the_odometry_after_it_was_not_asked(free: Surroundings)
 
 
 def test_odometry_that_is_not_finite_counts_as_rest(free: Surroundings) -> None:
-    controller = make(solver="numba")
+    controller = make()
     blind = RobotState(Pose2D(), Twist2D(math.nan, 0.0, math.inf), 0.0)
     command = controller.compute_velocity(blind, straight(8.0), free)
     assert command == controller.decision.command and controller.decision.status == "solved"
@@ -294,7 +288,7 @@ def test_an_empty_plan_is_refused_in_one_line(free: Surroundings) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("max_jerk", 0.0), ("solver", "ipopt"), ("horizon", 1), ("lag_weight", -1.0), ("step", 0.0)]
+    ("key", "value"), [("max_jerk", 0.0), ("solver", "numba"), ("horizon", 1), ("lag_weight", -1.0), ("step", 0.0)]
 )
 def test_parameters_out_of_range_are_refused(key: str, value: object) -> None:
     with pytest.raises(ParameterError, match=key):

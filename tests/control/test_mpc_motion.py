@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 
 from navstack.control.mpc import robot_model
 from navstack.control.mpc.distance_field import distance_and_gradient, distance_table
-from navstack.control.mpc.ilqr_model import COLUMNS, ROWS, jacobians
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
@@ -94,24 +93,6 @@ def test_the_model_is_the_unicycles() -> None:
     symbols = ca.SX.sym("x", 7), ca.SX.sym("u", 2)
     model = ca.Function("model", symbols, [robot_model.step(*symbols, dt)])
     assert np.array(model(state, (j, ja))).ravel() == pytest.approx(after, abs=1e-14)
-
-
-def test_the_twins_jacobians_are_those_of_the_model() -> None:
-    state, jerk, dt = np.array((1.0, -2.0, 0.7, 1.8, -0.9, 1.0, 2.0)), np.array((-4.0, 8.0)), 0.1
-    sparse, by_jerk, by_state = np.zeros(len(ROWS)), np.zeros((7, 2)), np.zeros((7, 7))
-    jacobians(state, jerk, dt, sparse, by_jerk)
-    by_state[ROWS, COLUMNS] = sparse
-    given = np.concatenate((state, jerk))
-    for column in range(9):
-        ends = []
-        for shift in (-1e-6, 1e-6):
-            moved, end = given.copy(), np.empty(7)
-            moved[column] += shift
-            advance(moved[:7], moved[7], moved[8], dt, end)
-            ends.append(end)
-        expected = (ends[1] - ends[0]) / 2e-6
-        ours = by_state[:, column] if column < 7 else by_jerk[:, column - 7]
-        assert ours == pytest.approx(expected, abs=1e-8)
 
 
 def test_shifting_keeps_the_rates_gained() -> None:

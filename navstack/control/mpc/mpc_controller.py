@@ -1,7 +1,7 @@
 """Jerk-limited model predictive control: this project's own controller plugin."""
 
 import math
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import STRAIGHTEN, guarded, stopped
 from navstack.control.mpc.distance_field import distance_table
-from navstack.control.mpc.ilqr import IlqrSolver
 from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
@@ -31,6 +30,9 @@ from navstack.geometry import footprint_radii, shortest_angular_distance
 from navstack.params.mpc import MpcParams
 from navstack.types import FloatArray, Path, RobotState, Twist2D
 
+if TYPE_CHECKING:
+    from navstack.control.mpc.mpc_problem import MpcProblem
+
 NAME = "JerkLimitedMPC"
 _BOUND_SPEED = 2 + V  # place of the speed in the bounds: the jerks come first
 _BEHIND, _BEYOND = 10, 30  # segments of the line before and behind the robot's, in which it is looked for
@@ -38,21 +40,6 @@ _SIGHT = 0.5  # [m] ahead on the line, whose direction decides about a turn on t
 _AT_END = 0.02  # [m] left of the line, within which the robot has arrived
 _STALE = 0.5  # [s] after which the last solution is of no use
 _FIRST_STEPS = 5  # solver steps where there is no last solution
-
-
-class Solver(Protocol):
-    """Improves a trajectory by one Gauss-Newton step."""
-
-    def step(
-        self,
-        states: FloatArray,
-        jerks: FloatArray,
-        stages: FloatArray,
-        times: FloatArray,
-        shared: FloatArray,
-        limits: FloatArray,
-    ) -> FloatArray | None:
-        """The improved jerks (N, 2); None: it failed. See :class:`MpcProblem`."""
 
 
 class _Cycle(NamedTuple):
@@ -107,7 +94,7 @@ class JerkLimitedMpcController(Controller):
         self._times = np.full(sizes.steps, params.step)  # [s]
         self._times[0] = self._period
         self._stages = np.zeros((sizes.steps, sizes.stage))
-        self._solver = _make_solver(params, sizes)
+        self._solver = _make_problem(sizes, params.generated_code)
         self._speed = params.max_speed  # [m/s] within the speed limit
         self.failures = 0  # solves that failed since the controller was made
         self.reset()
@@ -274,10 +261,7 @@ class JerkLimitedMpcController(Controller):
         fill_people(self._stages, self._times, len(self._circles), people, self._params.max_tracks, self._keep)
 
 
-def _make_solver(params: MpcParams, sizes: Sizes) -> Solver:
-    """The solver that the parameters name."""
-    if params.solver == "numba":
-        return IlqrSolver(sizes)
+def _make_problem(sizes: Sizes, generated_code: bool) -> "MpcProblem":
     from navstack.control.mpc.mpc_problem import MpcProblem  # CasADi takes a quarter of a second to load
 
-    return MpcProblem(sizes, params.generated_code)
+    return MpcProblem(sizes, generated_code)

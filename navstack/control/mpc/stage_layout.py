@@ -1,4 +1,4 @@
-"""Where each number stands in what both solvers are given of a step of the horizon."""
+"""Where each number stands in what the solver is given of a step of the horizon."""
 
 from typing import NamedTuple
 
