@@ -42,7 +42,7 @@ import pyarrow.parquet as pq
 from harness.episode.episode import Delivery, run_episode
 from harness.execution.workers import Finished, Place, Workers
 from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, parameters
 from harness.task.study import EpisodeTask, make_study
 
@@ -108,7 +108,7 @@ def drive(folder: Path, tasks: int, workers: Workers) -> Cost:
     with Timed(folder, TABLES, tasks) as run:
         run.times = []
         began = time.process_time()
-        run_study(study, run, workers, lambda finished, record: None)
+        drive_missing(study, run, workers, lambda finished, record: None)
         driven = time.process_time()
         run.close()
         closed = time.process_time()

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from harness.execution.workers import Workers
 from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import make_study
 
@@ -58,7 +58,7 @@ def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple
             sizes[f"worker {number}"].append(memory(process.pid or 0))
 
     with RunFolder(folder / "run", TABLES, study.total) as run, Workers(study.workers) as workers:
-        run_study(study, run, workers, on_finished)
+        drive_missing(study, run, workers, on_finished)
     return sizes
 
 

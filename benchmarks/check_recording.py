@@ -15,7 +15,7 @@ from pathlib import Path
 
 from harness.execution.workers import InProcess, Workers
 from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, parameters
 from harness.task.study import RECORDS, make_study
 
@@ -30,7 +30,7 @@ def spent(stack: str, episodes: int, record: str) -> float:
         create_run(path, about(study, []), parameters(study))
         began = time.process_time()
         with RunFolder(path, TABLES, study.total) as run:
-            run_study(study, run, Workers(1, make_executor=InProcess), lambda finished, record: None)
+            drive_missing(study, run, Workers(1, make_executor=InProcess), lambda finished, record: None)
         return time.process_time() - began
 
 

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
-from harness.cli.run import begin_run, resume_run
+from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.report.markdown import interval_text, table
 from harness.statistics import wilson_interval

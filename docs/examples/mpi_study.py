@@ -13,10 +13,9 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from harness.cli.progress import say
-from harness.cli.run import finish
 from harness.execution.workers import Place, Workers, give_memory_back
 from harness.storage.run_folder import MANIFEST, RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 
@@ -36,7 +35,7 @@ def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
     with RunFolder(path, TABLES, study.total) as folder:
         if not folder.is_closed:
             with Workers(at_once, lambda: Place(executor.submit)) as workers:
-                run_study(study, folder, workers, lambda finished, record: None)
+                drive_missing(study, folder, workers, lambda finished, record: None)
         finish(study, folder)
         say(f"{len(folder.records)} of {study.total} deliveries are in {path}")
 

@@ -141,13 +141,13 @@ def resume_ablation(path: Path, against: str | None, where: "Where", as_json: bo
 def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where", as_json: bool) -> int:
     from harness.ablation.analysis import analyse
     from harness.ablation.document import document
-    from harness.cli.run import drive_run, exit_status
+    from harness.cli.driving import drive_folder, exit_status
     from harness.episode.factory import prices_of
     from harness.report.ablation_figure import draw_ablation
     from harness.study.stored_run import load_run
     from harness.study.suite import write_document
 
-    results, interrupted = drive_run(study, path, where)
+    results, interrupted = drive_folder(study, path, where)
     prices = prices_of(study.template.prices)
     ablation = analyse(declaration, results, load_run(str(path)), prices, study.episodes)
     figures = draw_ablation(ablation, path)

@@ -11,18 +11,16 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from harness.cli.options import JSON, refuse_others, where_options
-from harness.cli.progress import say, shown
-from harness.cli.run import (
+from harness.cli.driving import (
     INTERRUPTED,
     SOME_ERRORS,
-    OnFinished,
     Tally,
-    drive,
-    finish,
+    is_interrupted,
     say_interrupted,
     say_what_failed,
 )
+from harness.cli.options import JSON, refuse_others, where_options
+from harness.cli.progress import say, shown
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.suite.document import write_results
@@ -31,7 +29,7 @@ from harness.report.tables import report_console
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.storage.tables import Row
-from harness.study.drive import TABLES, require_own
+from harness.study.drive import TABLES, finish, require_own
 from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
@@ -161,7 +159,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     try:
         with open_workers(where, count, path, runs) as workers, shown(tally):
             for cell, study in studies.items():
-                own, interrupted = _drive_cell(path / cell.name, study, workers, tally.add)
+                own, interrupted = _drive_cell(path / cell.name, study, workers, tally)
                 records += own
                 if interrupted:
                     break
@@ -201,11 +199,11 @@ def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
     return Tally(total, done)
 
 
-def _drive_cell(path: Path, study: Study, workers: Workers, on_finished: OnFinished) -> tuple[list[Row], bool]:
+def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tuple[list[Row], bool]:
     """The records of a cell, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
         require_own(study, folder)
-        interrupted = drive(study, folder, workers, on_finished)
+        interrupted = is_interrupted(study, folder, workers, tally)
         finish(study, folder)
         return folder.records, interrupted
 

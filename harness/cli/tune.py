@@ -162,8 +162,8 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
 
 def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> int:
     """Drive what a study lacks, show progress on stderr, tell the result on stdout; returns the exit status."""
+    from harness.cli.driving import INTERRUPTED, SOME_ERRORS
     from harness.cli.progress import say, shown
-    from harness.cli.run import INTERRUPTED, SOME_ERRORS
     from harness.study.manifest import load_study, version_notes
     from harness.study.places import open_workers
     from harness.tuning.journal import Journal

@@ -57,8 +57,8 @@ def require_own(study: Study, folder: RunFolder) -> None:
             )
 
 
-def run_study(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
-    """Run every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
+def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
+    """Drive every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
     known = folder.finished
     runs = workers.run(run_episode, (task for task in study.tasks() if (task.stack_number, task.episode) not in known))
     try:
@@ -124,3 +124,11 @@ def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
         document["wall_s"] = result.wall_s
         document["folder"] = str(folder)
     return document
+
+
+def finish(study: Study, folder: RunFolder) -> list[StackResult]:
+    """The results of what is finished, which the folder keeps too."""
+    results = summarize_study(study, folder.records)
+    if not folder.is_closed:
+        folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
+    return results

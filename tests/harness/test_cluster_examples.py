@@ -15,7 +15,7 @@ import pytest
 
 from harness.execution.workers import InProcess, Workers
 from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 
@@ -57,7 +57,7 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     path = tmp_path_factory.mktemp("local") / "run"
     create_run(path, about(study, ["navbench"]), parameters(study))
     with RunFolder(path, TABLES, study.total) as folder:
-        run_study(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
+        drive_missing(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
     return same(path)
 
 

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from harness.cli.app import main
-from harness.cli.run import finish
 from harness.execution.workers import InProcess, NoExecutorError, Workers
 from harness.storage.run_folder import RunFolder, count_finished, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navstack.costmap.map_io import save_map
@@ -148,7 +147,7 @@ def expected(study: Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     """The files of a run in this process."""
     path = begin(tmp_path_factory.mktemp("local") / "run", study)
     with RunFolder(path, TABLES, study.total) as folder:
-        run_study(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
+        drive_missing(load_study(path), folder, Workers(1, InProcess), lambda finished, record: None)
         finish(study, folder)
     return same(path)
 
@@ -177,7 +176,7 @@ def test_rows_are_those_of_a_local_run_though_a_worker_is_killed(
         Workers(9, dask.place, room=dask.room) as workers,
         RunFolder(path, TABLES, study.total) as folder,
     ):
-        run_study(load_study(path), folder, workers, on_finished)
+        drive_missing(load_study(path), folder, workers, on_finished)
         finish(study, folder)
     assert killed and len(lost) == 1 and "was lost (killed" in lost[0]
     assert same(path) == expected

@@ -15,11 +15,10 @@ from typing import Any
 import pytest
 
 from harness.cli.app import main
-from harness.cli.run import finish
 from harness.execution.workers import Finished, InProcess, Workers
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, create_run
 from harness.storage.shipped import shipped
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navstack.errors import InputError
@@ -63,7 +62,7 @@ def go_on(path: Path, stop_after: int = EPISODES, workers: Workers | None = None
 
     with RunFolder(path, TABLES, study.total) as folder:
         try:
-            run_study(study, folder, workers or Workers(1, InProcess), on_finished)
+            drive_missing(study, folder, workers or Workers(1, InProcess), on_finished)
         except KeyboardInterrupt:
             assert len(folder.records) == stop_after
         finish(study, folder)

@@ -12,10 +12,9 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from harness.cli.run import finish
 from harness.execution.workers import InProcess, Workers
 from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, run_study
+from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import make_study
 
@@ -42,7 +41,7 @@ def valid_run(episodes: int) -> Path:
 
     with RunFolder(root / "run", TABLES, study.total) as folder, Workers(1, InProcess) as workers:
         with contextlib.suppress(KeyboardInterrupt):
-            run_study(study, folder, workers, on_finished)
+            drive_missing(study, folder, workers, on_finished)
         finish(study, folder)
     return root / "run"
 
