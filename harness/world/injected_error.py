@@ -5,19 +5,17 @@ import math
 import numpy as np
 
 from harness.task.stack import InjectedError
+from harness.world.noise import GaussMarkov
 from navstack.geometry import normalize_angle
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, Observation, Pose2D
-
-COORDINATES = 3  # x, y, yaw
 
 
 class InjectedErrorLocalizer(Localizer):
     """Adds a slowly varying error to what another localizer believes.
 
-    Each coordinate's error in the map frame is a first-order Gauss-Markov process (e.g. Gelb 1974, Applied Optimal
-    Estimation): stationary from the first update on, with correlation exp(-t / correlation time). The
-    process is drawn with unit variance and then scaled, so that all sizes of error meet the same drift. Two axes with a
+    Each coordinate's error in the map frame is a first-order Gauss-Markov process, stationary from the start. The process
+    is drawn with unit variance and then scaled, so that all sizes of error meet the same drift. Two axes with a
     standard deviation of position_rms / sqrt(2) each have the root mean square distance position_rms.
 
     The covariance of the belief is the other localizer's and that of the error; health is the other localizer's.
@@ -32,21 +30,11 @@ class InjectedErrorLocalizer(Localizer):
     def reset(self, belief: Belief, rng: np.random.Generator) -> None:
         """Start over; the drift of this delivery is drawn from ``rng``."""
         self._localizer.reset(belief, rng)
-        self._rng = rng
-        self._drift = rng.standard_normal(COORDINATES)  # of unit variance
-        self._stamp: float | None = None
+        self._drift = GaussMarkov(rng, len(self._deviations), self._correlation_time)
 
     def update(self, observation: Observation) -> Belief:
         """The other localizer's belief with the error of this moment."""
         belief = self._localizer.update(observation)
-        self._advance(belief.stamp)
-        x, y, yaw = self._deviations * self._drift
+        x, y, yaw = self._deviations * self._drift.at(belief.stamp)
         pose = Pose2D(belief.pose.x + x, belief.pose.y + y, normalize_angle(belief.pose.yaw + yaw))
         return Belief(pose, belief.covariance + np.diag(self._deviations**2), belief.health, belief.stamp)
-
-    def _advance(self, stamp: float) -> None:
-        """Let the drift go on to ``stamp`` [s]."""
-        if self._stamp is not None and stamp > self._stamp:
-            kept = math.exp(-(stamp - self._stamp) / self._correlation_time)
-            self._drift = kept * self._drift + math.sqrt(1.0 - kept * kept) * self._rng.standard_normal(COORDINATES)
-        self._stamp = stamp
