@@ -13,8 +13,7 @@ from harness.execution.process_cache import kept
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording
-from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.injected_error import InjectedErrorLocalizer
+from harness.world.ground_truth import GroundTruthLocalizer, InjectedErrorLocalizer
 from harness.world.outcome import Rules
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld

@@ -1,9 +1,16 @@
-"""A localizer that knows: the harness injects it, so that the truth never lives in the brain."""
+"""Localizers that know the truth, exactly or with a set error: the harness injects them, no brain has them.
 
+What a metre or a degree costs can only be asked of an error that one sets.
+"""
+
+import math
 from collections.abc import Callable
 
 import numpy as np
 
+from harness.task.stack import InjectedError
+from harness.world.noise import GaussMarkov
+from navstack.geometry import normalize_angle
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, FloatArray, Health, Observation, Pose2D
 
@@ -28,3 +35,32 @@ class GroundTruthLocalizer(Localizer):
     def update(self, observation: Observation) -> Belief:
         """The true pose, with zero covariance."""
         return Belief(self._true_pose(), _CERTAIN, Health.TRACKING, observation.stamp)
+
+
+class InjectedErrorLocalizer(Localizer):
+    """Adds a slowly varying error to what another localizer believes.
+
+    Each coordinate's error in the map frame is a first-order Gauss-Markov process, stationary from the start. It is
+    drawn with unit variance and then scaled, so that all sizes of error meet the same drift. Two axes with a standard
+    deviation of position_rms / sqrt(2) each have the root mean square distance position_rms.
+
+    The covariance of the belief is the other localizer's and that of the error; health is the other localizer's.
+    """
+
+    def __init__(self, localizer: Localizer, error: InjectedError) -> None:
+        axis = error.position_rms / math.sqrt(2.0)  # [m]
+        self._localizer = localizer
+        self._deviations = np.array([axis, axis, math.radians(error.heading_rms)])  # [m, m, rad]
+        self._correlation_time = error.correlation_time  # [s]
+
+    def reset(self, belief: Belief, rng: np.random.Generator) -> None:
+        """Start over; the drift of this delivery is drawn from ``rng``."""
+        self._localizer.reset(belief, rng)
+        self._drift = GaussMarkov(rng, len(self._deviations), self._correlation_time)
+
+    def update(self, observation: Observation) -> Belief:
+        """The other localizer's belief with the error of this moment."""
+        belief = self._localizer.update(observation)
+        x, y, yaw = self._deviations * self._drift.at(belief.stamp)
+        pose = Pose2D(belief.pose.x + x, belief.pose.y + y, normalize_angle(belief.pose.yaw + yaw))
+        return Belief(pose, belief.covariance + np.diag(self._deviations**2), belief.health, belief.stamp)

@@ -10,7 +10,7 @@ from harness.task.mission import Mission
 from harness.world.bodies import NearObstacles, add_robot, static_index
 from harness.world.body_state import BodyState
 from harness.world.cargo import Cargo
-from harness.world.command_line import CommandLine
+from harness.world.command_delay import CommandDelay
 from harness.world.contacts import ContactBook, ContactPoint, Motion
 from harness.world.crowd import Crowd
 from harness.world.drive_kernels import drive_constants, drive_forces
@@ -75,7 +75,7 @@ class PyBulletWorld(World):
         self._client = self._server.client
         self._dt = 1.0 / params.physics.rate  # [s]
         self._constants = drive_constants(robot, params.physics.gravity, self._dt)
-        self._commands = CommandLine(robot.compute_latency, self._dt)
+        self._commands = CommandDelay(robot.compute_latency, self._dt)
         x, y, z = robot.center_of_mass
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         self._feet = Feet(robot, params.physics.gravity)

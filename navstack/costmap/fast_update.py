@@ -11,9 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from navstack.costmap import inflation_kernels
-from navstack.costmap.cell_inflation import CellInflation
 from navstack.costmap.costmap import Costmap
-from navstack.costmap.inflation import InflationKernel
+from navstack.costmap.inflation import CellInflation, InflationKernel
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.window import Box, Window
 from navstack.types import ByteArray, FloatArray, IntArray, Pose2D

@@ -6,10 +6,10 @@ import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams
+from navstack.planning.endpoints import face_along_last_step, goal_occupied, require_on_map, single_pose
 from navstack.planning.incremental_kernels import crosses_costlier, take_in_changes
 from navstack.planning.navfn import NavfnPlanner, cell, end_at
 from navstack.planning.navfn_kernels import COST_NEUTRAL, COST_OBSTACLE, POT_HIGH, PRIORITY_STEP, cost_tables
-from navstack.planning.placement import face_along_last_step, goal_occupied, require_on_map, single_pose
 from navstack.planning.planner import Planner
 from navstack.planning.potential_field import PotentialField, flat_costs
 from navstack.types import ByteArray, FloatArray, Path, Pose2D

@@ -9,6 +9,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
 from navstack.planning.dubins import is_curve_free
+from navstack.planning.endpoints import goal_occupied, occupied, require_on_map, single_pose
 from navstack.planning.ompl_kernels import (
     Room,
     are_connected,
@@ -21,7 +22,6 @@ from navstack.planning.ompl_kernels import (
 )
 from navstack.planning.ompl_problem import Query
 from navstack.planning.ompl_search import Found, path_cost, search
-from navstack.planning.placement import goal_occupied, occupied, require_on_map, single_pose
 from navstack.planning.planner import Planner, RobotShape
 from navstack.types import FloatArray, Path, Pose2D
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from navstack.costmap import beam_kernels, cell_kernels, inflation_kernels, kernels
-from navstack.costmap.cell_inflation import CellInflation
-from navstack.costmap.inflation import make_kernel
+from navstack.costmap.inflation import CellInflation, make_kernel
 from navstack.costmap.window import Window, shift
 from navstack.params.costmap import InflationLayerParams
 

@@ -8,12 +8,11 @@ import pytest
 
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError
-from navstack.localization.amcl_averages import LEAST_FALL
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS, BeamModel, LikelihoodFieldProbModel
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.motion_model import motion_model_of, move_differential, move_omni
-from navstack.localization.particle_filter import ParticleFilter, cluster_particles, stand_close
+from navstack.localization.particle_filter import LEAST_FALL, ParticleFilter, cluster_particles, stand_close
 from navstack.params.amcl import LASER_MODELS, AmclParams
 from navstack.types import LaserScan, Pose2D
 

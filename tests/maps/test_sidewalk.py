@@ -12,9 +12,8 @@ from harness.world.map_statistics import MapStatistics, deviation, measure, meas
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
 from harness.world.shapes import box, fill_convex, grow, octagon, polygon_area
-from harness.world.sidewalk import generate, rasterise
+from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
 from harness.world.sidewalk_blocks import CURB_HEIGHT
-from harness.world.sidewalk_mesh import LEAST_WIDTH, MARGINS, without_slivers
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.types import Pose2D
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from harness.task.stack import InjectedError
-from harness.world.ground_truth import GroundTruthLocalizer
-from harness.world.injected_error import InjectedErrorLocalizer
+from harness.world.ground_truth import GroundTruthLocalizer, InjectedErrorLocalizer
 from navstack.errors import ParameterError
 from navstack.types import Belief, Health, Observation, Pose2D
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from harness.world.command_line import CommandLine
+from harness.world.command_delay import CommandDelay
 from navstack.errors import ParameterError
 
 DT = 1.0 / 120.0
@@ -22,14 +22,14 @@ def paths(lab, robot, params, ticks=60):
 
 @pytest.mark.parametrize(("latency", "steps"), [(0.0, 0), (1e-9, 0), (DT, 1), (0.05, 6), (0.051, 7), (0.1, 12)])
 def test_latency_is_rounded_up_to_whole_steps(latency, steps):
-    line = CommandLine(latency, DT)
+    line = CommandDelay(latency, DT)
     line.send(1.0, 0.5, step=4)
     heard = [line.receive(step) for step in range(4, 20)]
     assert heard == [(0.0, 0.0)] * steps + [(1.0, 0.5)] * (16 - steps)
 
 
 def test_commands_arrive_in_order_and_none_is_lost():
-    line = CommandLine(0.05, DT)
+    line = CommandDelay(0.05, DT)
     heard = []
     for step in range(20):
         line.send(float(step), 0.0, step)
@@ -38,7 +38,7 @@ def test_commands_arrive_in_order_and_none_is_lost():
 
 
 def test_a_new_episode_hears_nothing_of_the_last():
-    line = CommandLine(0.05, DT)
+    line = CommandDelay(0.05, DT)
     line.send(1.0, 0.0, 0)
     line.reset()
     assert line.receive(100) == (0.0, 0.0)

@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 
-class CommandLine:
+class CommandDelay:
     """Delivers each command a fixed number of physics steps after the observation that it was decided on."""
 
     def __init__(self, latency: float, dt: float) -> None:
