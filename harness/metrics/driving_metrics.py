@@ -1,19 +1,18 @@
 """Metrics of the task, the drive, the belief and the navigation."""
 
-from harness.metrics.metric import OURS, PAPER, Better, Metric, count
+from harness.metrics.metric import OURS, PAPER, Better, Metric, averaged, count
 
 HIGHER, LOWER, NEITHER = Better.HIGHER, Better.LOWER, Better.NEITHER
 NAV2 = "Nav2's default behavior tree"
 NO_BELIEF = "the robot does not localize"
 
 TASK = (
-    Metric(
+    averaged(
         "shortest_path_m",
         "Shortest path",
         NEITHER,
         "Length of the shortest path from start to goal on the navigation mesh.",
         PAPER,
-        mean_key="avg_shortest_path_m",
     ),
     Metric(
         "duration_s",
@@ -45,7 +44,7 @@ TASK = (
         is_published=True,
     ),
     Metric("goal_distance_m", "Distance left", LOWER, "Straight distance to the goal at the end.", OURS),
-    Metric(
+    averaged(
         "spl",
         "SPL",
         HIGHER,
@@ -53,13 +52,12 @@ TASK = (
         "distance and shortest path. The goal's radius counts as arrival, so a path may be shorter than the shortest; "
         "it counts as 1.",
         "Anderson et al. 2018, arXiv:1807.06757",
-        mean_key="avg_spl",
         decimals=3,
     ),
 )
 
 MOTION = (
-    Metric(
+    averaged(
         "path_irregularity_radpm",
         "Path irregularity",
         LOWER,
@@ -67,10 +65,9 @@ MOTION = (
         "definition there subtracts the turning of the most direct path; here nothing is subtracted.",
         "Guzzi et al. 2013, ICRA, Human-friendly robot navigation in dynamic environments",
         undefined="less than 1 m was driven",
-        mean_key="avg_path_irregularity_radpm",
         decimals=3,
     ),
-    Metric(
+    averaged(
         "jerk_p95_mps3",
         "Jerk, 95th percentile",
         LOWER,
@@ -78,36 +75,32 @@ MOTION = (
         "each 0.5 s of ticks (Savitzky and Golay 1964).",
         OURS,
         undefined="less than 0.5 s was driven",
-        mean_key="avg_jerk_p95_mps3",
         decimals=2,
     ),
-    Metric(
+    averaged(
         "lateral_acceleration_p95_mps2",
         "Lateral acceleration, 95th percentile",
         LOWER,
         "95th percentile of the magnitude of true forward speed times yaw rate, smoothed as the jerk is.",
         OURS,
         undefined="less than 0.5 s was driven",
-        mean_key="avg_lateral_acceleration_p95_mps2",
         decimals=2,
     ),
     Metric("max_tilt_rad", "Largest tilt", LOWER, "Largest angle between robot and vertical.", PAPER),
-    Metric(
+    averaged(
         "motion_energy_kwh",
         "Energy at the wheels",
         LOWER,
         "Mechanical work that the motors delivered to the wheels in the simulation; braking gives nothing back.",
         OURS,
-        mean_key="avg_motion_energy_kwh",
         decimals=5,
     ),
-    Metric(
+    averaged(
         "published_energy_kwh",
         "Energy, published formula",
         LOWER,
         "Rolling resistance force of the prices file times distance.",
         PAPER,
-        mean_key="avg_published_energy_kwh",
         decimals=5,
     ),
 )
@@ -116,14 +109,13 @@ STATISTICS = (("mean", "mean"), ("median", "median"), ("p95", "95th percentile")
 PRINTED = ("mean", "p95")
 
 LOCALIZATION = tuple(
-    Metric(
+    averaged(
         f"{error}_{key}_{unit}",
         f"{title}, {name}",
         LOWER,
         f"{name.capitalize()} over the ticks of {meaning}.",
         OURS,
         undefined=NO_BELIEF,
-        mean_key=f"avg_{error}_{key}_{unit}",
         decimals=3 if key in PRINTED else None,
     )
     for error, title, unit, meaning in (

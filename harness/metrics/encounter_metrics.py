@@ -1,6 +1,6 @@
 """Metrics of contacts and of the people around."""
 
-from harness.metrics.metric import OURS, PAPER, Better, Metric, count
+from harness.metrics.metric import OURS, PAPER, Better, Metric, averaged, count
 
 HIGHER, LOWER, NEITHER = Better.HIGHER, Better.LOWER, Better.NEITHER
 HALL = "Hall 1966, The Hidden Dimension"
@@ -12,22 +12,20 @@ NOT_IN_WORLD = "no such thing stands in this world"
 PRICED_PROPERTY = ("mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
 
 CONTACTS = (
-    Metric(
+    averaged(
         "collision_impulse_ns",
         "Avg Collision Impulse",
         LOWER,
         "Sum of the impulses of all counted contacts (at least 50 N s with one partner in one physics step).",
         PAPER,
-        mean_key="avg_collision_impulse_ns",
         is_published=True,
     ),
-    Metric(
+    averaged(
         "collision_delta_v_mps",
         "Avg Collision Δv",
         LOWER,
         "Mean over the counted contacts with people of impulse over the robot's mass; 0 without any.",
         PAPER,
-        mean_key="avg_collision_delta_v_mps",
         is_published=True,
     ),
     Metric(
@@ -69,7 +67,7 @@ CONTACTS = (
         undefined=NO_CARGO,
         is_count=True,
     ),
-    Metric(
+    averaged(
         "pieces_lost",
         "Pieces lost",
         LOWER,
@@ -77,22 +75,20 @@ CONTACTS = (
         PAPER,
         undefined=NO_CARGO,
         is_count=True,
-        mean_key="avg_pieces_lost",
     ),
 )
 
 PEOPLE = (
-    Metric(
+    averaged(
         "min_pedestrian_distance_m",
         "Least distance to people",
         HIGHER,
         "Least distance between the robot's true rectangle and a person's disc; 0: they touched.",
         OURS,
         undefined=NOBODY_NEAR,
-        mean_key="avg_min_pedestrian_distance_m",
         decimals=2,
     ),
-    Metric(
+    averaged(
         "min_time_to_collision_s",
         "Least time to collision",
         HIGHER,
@@ -101,28 +97,25 @@ PEOPLE = (
         "does; 0: they touched.",
         "Hayward 1972, Highway Research Record 384",
         undefined="nobody within 20 m was ever on a collision course",
-        mean_key="avg_min_time_to_collision_s",
         decimals=2,
     ),
-    Metric(
+    averaged(
         "intimate_intrusion_s",
         "Time in intimate zones",
         LOWER,
         "Time with somebody nearer than 0.45 m, from surface to surface.",
         HALL,
         undefined=NO_PEOPLE,
-        mean_key="avg_intimate_intrusion_s",
     ),
-    Metric(
+    averaged(
         "personal_intrusion_s",
         "Time in personal zones",
         LOWER,
         "Time with somebody nearer than 1.2 m, from surface to surface, intimate zone included.",
         HALL,
         undefined=NO_PEOPLE,
-        mean_key="avg_personal_intrusion_s",
     ),
-    Metric(
+    averaged(
         "pedestrian_delay_s",
         "Delay of people",
         LOWER,
@@ -132,27 +125,24 @@ PEOPLE = (
         "The two crowds part after the first who makes way, so single deliveries say little: compare means of many.",
         OURS,
         undefined="nobody makes way for the robot (random_walk, replay), or there is nobody",
-        mean_key="avg_pedestrian_delay_s",
         decimals=2,
     ),
-    Metric(
+    averaged(
         "intimate_intrusion_percent",
         "Share of time in intimate zones",
         LOWER,
         "The same over the duration.",
         HALL,
         undefined=NO_PEOPLE,
-        mean_key="avg_intimate_intrusion_percent",
         decimals=1,
     ),
-    Metric(
+    averaged(
         "personal_intrusion_percent",
         "Share of time in personal zones",
         LOWER,
         "The same over the duration.",
         HALL,
         undefined=NO_PEOPLE,
-        mean_key="avg_personal_intrusion_percent",
         decimals=1,
     ),
 )

@@ -80,7 +80,7 @@ def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> N
         marking = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
         origin = case[f"s{k}_sensor_origin"]
         flat = np.ascontiguousarray(points[:, :2])
-        buffer.add(Observation(float(k), flat, flat[marking], float(origin[0]), float(origin[1])))
+        buffer.add(Observation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking]))
         cells.update(window, transform_points(pose, footprint))
         comparison.equal(f"step {k}: list of cells", cells.as_grid(window), case[f"s{k}_obst_grid"])
 

@@ -196,50 +196,33 @@ def walk(
         How often they moved, and how many are restless.
     """
     for moved in range(times):
-        number = _walk_once(dt, points, counts, next_point, pauses, speeds, positions, states, restless)
+        number = 0
+        for i in range(len(speeds)):
+            restless[i] = False
+            states[i, 2:] = 0.0
+            if next_point[i] >= counts[i]:
+                pauses[i] -= dt
+                if pauses[i] <= 1e-9:  # [s] rounding must not cost a step
+                    restless[i] = True
+                    number += 1
+            left = speeds[i] * dt
+            while next_point[i] < counts[i]:
+                dx = points[i, next_point[i], 0] - positions[i, 0]
+                dy = points[i, next_point[i], 1] - positions[i, 1]
+                distance = math.sqrt(dx * dx + dy * dy)
+                if left < distance:
+                    positions[i, 0] += dx / distance * left
+                    positions[i, 1] += dy / distance * left
+                    states[i, 2] = dx / distance * speeds[i]
+                    states[i, 3] = dy / distance * speeds[i]
+                    break
+                left -= distance
+                positions[i] = points[i, next_point[i]]
+                next_point[i] += 1
+            states[i, :2] = positions[i]
         if number:
             return moved + 1, number
     return times, 0
-
-
-@njit(cache=True)
-def _walk_once(
-    dt: float,
-    points: FloatArray,
-    counts: IntArray,
-    next_point: IntArray,
-    pauses: FloatArray,
-    speeds: FloatArray,
-    positions: FloatArray,
-    states: FloatArray,
-    restless: BoolArray,
-) -> int:
-    """One step of :func:`walk`; returns how many are restless."""
-    number = 0
-    for i in range(len(speeds)):
-        restless[i] = False
-        states[i, 2:] = 0.0
-        if next_point[i] >= counts[i]:
-            pauses[i] -= dt
-            if pauses[i] <= 1e-9:  # [s] rounding must not cost a step
-                restless[i] = True
-                number += 1
-        left = speeds[i] * dt
-        while next_point[i] < counts[i]:
-            dx = points[i, next_point[i], 0] - positions[i, 0]
-            dy = points[i, next_point[i], 1] - positions[i, 1]
-            distance = math.sqrt(dx * dx + dy * dy)
-            if left < distance:
-                positions[i, 0] += dx / distance * left
-                positions[i, 1] += dy / distance * left
-                states[i, 2] = dx / distance * speeds[i]
-                states[i, 3] = dy / distance * speeds[i]
-                break
-            left -= distance
-            positions[i] = points[i, next_point[i]]
-            next_point[i] += 1
-        states[i, :2] = positions[i]
-    return number
 
 
 @njit(cache=True)

@@ -156,7 +156,7 @@ class LayeredCostmap:
         flat = np.ascontiguousarray(points[:, :2], dtype=np.float64)
         for layer, sources in self._buffers:
             is_right = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
-            observation = Observation(stamp, flat, flat[is_right], sensor_x, sensor_y)
+            observation = Observation(stamp, sensor_x, sensor_y, lambda: flat, flat[is_right])
             for source in sources:
                 source.add(observation)
 

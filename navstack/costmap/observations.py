@@ -1,6 +1,7 @@
 """What sensors saw, in the map frame: scans turned into points and kept for a while (``observation_buffer.cpp``)."""
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -14,75 +15,52 @@ SECTORS = 512  # of the index of bearings
 _BELOW_RANGE_MAX = 1e-4  # [m] a beam without return that counts as valid ends so far before range_max
 
 
-class Bearings:
-    """Points sorted by their bearing from the sensor."""
-
-    def __init__(self, points: FloatArray, origin_x: float, origin_y: float) -> None:
-        self.starts: IntArray = np.empty(SECTORS + 1, dtype=np.int64)
-        self.points: FloatArray = np.empty(points.shape)
-        beam_kernels.sort_by_bearing(points, origin_x, origin_y, self.starts, self.points)
-
-
 class Observation:
-    """The points of one scan in the map frame, with the place of the sensor."""
+    """The points of one scan in the map frame, with the place of the sensor.
 
-    def __init__(self, stamp: float, points: FloatArray, marking: FloatArray, origin_x: float, origin_y: float) -> None:
+    They are worked out when first asked for: most scans that a slow costmap is shown are replaced by newer ones before
+    it is updated.
+    """
+
+    def __init__(
+        self,
+        stamp: float,
+        origin_x: float,
+        origin_y: float,
+        project: Callable[[], FloatArray],
+        marking: FloatArray | None = None,
+    ) -> None:
         """An observation.
 
         Args:
             stamp: [s].
-            points: (n, 2) [m]; beams clear on the way to them.
-            marking: (m, 2) [m] those that may mark.
             origin_x: [m] of the sensor.
             origin_y: [m].
+            project: gives the points (n, 2) [m]; beams clear on the way to them.
+            marking: (m, 2) [m] those that may mark; None: all.
         """
         self.stamp = stamp
         self.origin_x = origin_x
         self.origin_y = origin_y
-        self.points = points
-        self.marking = marking
+        self._project = project
+        self._marking = marking
 
     @cached_property
-    def bearings(self) -> Bearings:
-        """The index of the points' bearings, made when first asked for."""
-        return Bearings(self.points, self.origin_x, self.origin_y)
-
-
-class ScanObservation(Observation):
-    """What a scan shows; its points, all of which may mark, are worked out when first asked for.
-
-    Most scans that a slow costmap is shown are replaced by newer ones before it is updated.
-    """
-
-    def __init__(self, scan: LaserScan, sensor: Pose2D, directions: FloatArray, inf_is_valid: bool) -> None:
-        """``sensor`` is in the map frame, ``directions`` (n, 2) are the beams' unit vectors in the sensor's frame."""
-        self.stamp = scan.stamp
-        self.origin_x = sensor.x
-        self.origin_y = sensor.y
-        self._yaw = sensor.yaw
-        self._scan = scan
-        self._directions = directions
-        self._inf_is_valid = inf_is_valid
-
-    @cached_property
-    def points(self) -> FloatArray:  # type: ignore[override]
-        """See :class:`Observation`."""
-        scan = self._scan
-        points = np.empty(self._directions.shape)
-        count = beam_kernels.project(
-            scan.ranges,
-            self._directions,
-            (scan.range_min, scan.range_max),
-            scan.range_max - _BELOW_RANGE_MAX if self._inf_is_valid else math.inf,
-            (self.origin_x, self.origin_y, math.cos(self._yaw), math.sin(self._yaw)),
-            points,
-        )
-        return points[:count]
+    def points(self) -> FloatArray:
+        """Where the beams end (n, 2), [m]."""
+        return self._project()
 
     @property
-    def marking(self) -> FloatArray:  # type: ignore[override]
-        """See :class:`Observation`."""
-        return self.points
+    def marking(self) -> FloatArray:
+        """The points (m, 2) [m] that may mark."""
+        return self.points if self._marking is None else self._marking
+
+    @cached_property
+    def bearings(self) -> tuple[FloatArray, IntArray]:
+        """The points sorted by their bearing from the sensor, and where each sector of them begins."""
+        starts, ordered = np.empty(SECTORS + 1, dtype=np.int64), np.empty(self.points.shape)
+        beam_kernels.sort_by_bearing(self.points, self.origin_x, self.origin_y, starts, ordered)
+        return ordered, starts
 
 
 class ScanProjector:
@@ -103,7 +81,16 @@ class ScanProjector:
             angles = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment
             self._directions = np.column_stack((np.cos(angles), np.sin(angles)))
             self._key = key
-        return ScanObservation(scan, compose(robot_pose, scan.sensor_pose), self._directions, inf_is_valid)
+        sensor, directions = compose(robot_pose, scan.sensor_pose), self._directions
+
+        def points() -> FloatArray:
+            ends = np.empty(directions.shape)
+            limits = (scan.range_min, scan.range_max)
+            endless = scan.range_max - _BELOW_RANGE_MAX if inf_is_valid else math.inf
+            place = (sensor.x, sensor.y, math.cos(sensor.yaw), math.sin(sensor.yaw))
+            return ends[: beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)]
+
+        return Observation(scan.stamp, sensor.x, sensor.y, points)
 
 
 class ObservationBuffer:
