@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 from amcl_demo import localize_globally
 
-from harness.episode.factory import build_brain, build_world, mission_of, nav2_of, rules_of, scene_of
+from harness.episode.factory import Parts, rules_of, scene_of
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.statistics import bootstrap_mean, wilson_interval
@@ -53,9 +53,9 @@ RECOVERY = {"recovery_alpha_slow": 0.001, "recovery_alpha_fast": 0.1}
 def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D, Pose2D]]:
     """Drive a delivery: what the brain saw at every tick, where the robot was and where it believed to be."""
     generators = task.generators()
-    mission, rules = mission_of(task, generators["mission"]), rules_of(task.rules)
-    world = build_world(task)
-    brain = build_brain(task, world)
+    mission, rules = Parts(task).mission(generators["mission"]), rules_of(task.rules)
+    world = Parts(task).world()
+    brain = Parts(task).brain(world)
     observation = world.reset(mission, generators)
     brain.reset(
         mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
@@ -140,7 +140,7 @@ def carry_away(localizer: AmclLocalizer, truth: Pose2D, there: np.ndarray) -> No
 
 def final_error(task: EpisodeTask, candidates: int) -> float | None:
     """The error [m] at the end of a delivery on the way of which AMCL was kidnapped; None: it is too short."""
-    params = dataclasses.replace(read_amcl(nav2_of(task)), recovery_candidates=candidates, **RECOVERY)
+    params = dataclasses.replace(read_amcl(Parts(task).nav2), recovery_candidates=candidates, **RECOVERY)
     localizer = listener(params, task.map_name)
     rng = np.random.default_rng((task.seed, task.episode))
     driven, before, kidnapped_at, believed = 0.0, None, None, Pose2D()

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from harness.episode.factory import build_brain, build_world, mission_of, nav2_of, rules_of
+from harness.episode.factory import Parts, rules_of
 from harness.execution.workers import Workers
 from harness.task.study import EpisodeTask, make_study
 from navstack.localization.gps import DEGRADED_AFTER, GpsLocalizer
@@ -58,9 +58,9 @@ class Delivery(NamedTuple):
 def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D]]:
     """Drive a delivery: what the robot observed at every tick, without scans, and where it was."""
     generators = task.generators()
-    mission, rules = mission_of(task, generators["mission"]), rules_of(task.rules)
-    world = build_world(task)
-    brain = build_brain(task, world)
+    mission, rules = Parts(task).mission(generators["mission"]), rules_of(task.rules)
+    world = Parts(task).world()
+    brain = Parts(task).brain(world)
     observation = world.reset(mission, generators)
     brain.reset(
         mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
@@ -168,7 +168,7 @@ def interval(growth: np.ndarray, distance: np.ndarray) -> tuple[float, float]:
 def missions(sensors: str, count: int, seed: int, workers: int) -> None:
     """Print how well the GPS-EKF knows where it is."""
     study = make_study(stacks=["nav2-gps-ekf"], localizer="ground_truth", sensors=sensors, episodes=count, seed=seed)
-    params = read_gps_ekf(nav2_of(next(study.tasks())))
+    params = read_gps_ekf(Parts(next(study.tasks())).nav2)
     deliveries = []
     with Workers(workers) as pool:
         for finished in pool.run(partial(listen, params=params), study.tasks()):

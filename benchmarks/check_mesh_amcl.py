@@ -24,7 +24,7 @@ import numpy as np
 from check_amcl import drive
 from scipy import ndimage
 
-from harness.episode.factory import nav2_of, scene_of
+from harness.episode.factory import Parts, scene_of
 from harness.statistics import wilson_interval
 from harness.task.study import EpisodeTask, make_study
 from harness.world.body_state import BodyState
@@ -141,7 +141,7 @@ def main() -> None:
     tasks = list(study.tasks())
     drives = [poses_of(task) for task in tasks]
     lidar = load_dataclass(SensorParams, Path(tasks[0].stack.sensors)).lidar
-    params = read_amcl(nav2_of(tasks[0]))
+    params = read_amcl(Parts(tasks[0]).nav2)
     way = sum(float(np.hypot(*np.diff(each[:, 1:3], axis=0).T).sum()) for each in drives)
     print(f"{len(drives)} deliveries of {asked.stack} on {asked.map}, seed {asked.seed}, {way:.0f} m\n")
     print("| the scan sees, the map says | median error [m] | of the heading [rad] | lost | metres per loss |")

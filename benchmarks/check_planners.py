@@ -20,7 +20,7 @@ import time
 from functools import lru_cache
 from pathlib import Path
 
-from harness.episode.factory import mission_of, nav2_of
+from harness.episode.factory import Parts
 from harness.execution.workers import Workers
 from harness.plan.question import Ground, ask, compile_first, ends_of, make_ground, make_planner
 from harness.statistics import wilson_interval
@@ -44,9 +44,9 @@ def answer(task: EpisodeTask, seconds: float, reference: float) -> dict:
     """Ask the three planners; lengths [m] and clearances [m] by planner."""
     ground, ends = ground_of(task.map_name, dataclasses.replace(task, episode=0)), ends_of(task)
     row: dict = {"seed": task.seed, "episode": task.episode}
-    row["shortest_m"] = mission_of(task, task.generators()["mission"]).shortest_path
+    row["shortest_m"] = Parts(task).mission(task.generators()["mission"]).shortest_path
     for name, budget in (*((name, seconds) for name in QUICK), (REFERENCE, reference)):
-        planner = make_planner(name, nav2_of(task), ground.shape, budget, cost_weight=0.0)
+        planner = make_planner(name, Parts(task).nav2, ground.shape, budget, cost_weight=0.0)
         reply = ask(name, planner, None, ground, ends, task.episode)
         length = None if reply.path is None else reply.path.length
         row[name] = {"length_m": length, "clearance_m": reply.clearance, "time_s": reply.seconds, "why": reply.why}
@@ -103,7 +103,7 @@ def main() -> None:
     study = make_study(stacks=["nav2-gps"], episodes=100 * (given.first + given.count), seed=given.seed)
     tasks: list[EpisodeTask] = []
     for task in study.tasks():
-        if LENGTHS[0] <= mission_of(task, task.generators()["mission"]).shortest_path <= LENGTHS[1]:
+        if LENGTHS[0] <= Parts(task).mission(task.generators()["mission"]).shortest_path <= LENGTHS[1]:
             tasks.append(task)
         if len(tasks) == given.first + given.count:
             break

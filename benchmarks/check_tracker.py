@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from harness.episode.factory import build_brain, build_world, mission_of, rules_of, scene_of
+from harness.episode.factory import Parts, rules_of, scene_of
 from harness.episode.factory import world_params as params_of
 from harness.task.study import EpisodeTask, make_study
 from harness.world.lidar import Lidar
@@ -72,11 +72,11 @@ class Matching:
 def listen(task: EpisodeTask) -> Iterator[tuple[Tracker, FloatArray, FloatArray, list[Track]]]:
     """Drive a delivery; at every scan: people, who of them is seen, and the tracks."""
     generators = task.generators()
-    mission, rules = mission_of(task, generators["mission"]), rules_of(task.rules)
-    scene, world = scene_of(task.map_name), build_world(task)
+    mission, rules = Parts(task).mission(generators["mission"]), rules_of(task.rules)
+    scene, world = scene_of(task.map_name), Parts(task).world()
     radius = params_of(task.world, task.pedestrians, task.people).people.radius
     lidar = Lidar(load_dataclass(SensorParams, Path(task.stack.sensors)).lidar, scene.geometry, radius)
-    brain = build_brain(task, world)
+    brain = Parts(task).brain(world)
     tracker = Tracker(TrackerParams(), scene.mapped_geometry)
     observation = world.reset(mission, generators)
     brain.reset(

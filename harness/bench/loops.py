@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.episode.episode import run_episode
-from harness.episode.factory import build_brain, build_world
+from harness.episode.factory import Parts
 from harness.task.study import EpisodeTask, make_study
 from navstack.errors import ParameterError
 
@@ -95,8 +95,8 @@ def drive(task: EpisodeTask) -> Driven:
     Raises:
         NavstackError: it cannot be set up.
     """
-    world = build_world(task)
-    build_brain(task, world)
+    world = Parts(task).world()
+    Parts(task).brain(world)
     began: list[float] = []
     reset = world.reset
 

@@ -91,7 +91,7 @@ def plan_command(request: Request) -> int:
     Raises:
         InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
     """
-    from harness.episode.factory import nav2_of
+    from harness.episode.factory import Parts
     from harness.plan.question import ask, compile_first, ends_of, make_ground, make_planner, make_smoother
     from harness.report.plan_picture import draw_plan
     from harness.report.plan_table import plan_document, render_plan
@@ -100,7 +100,7 @@ def plan_command(request: Request) -> int:
     if request.picture is not None:
         require_writable("--picture", request.picture, PICTURES)
     names, task = request.names, _task(request)
-    nav2, smoother = nav2_of(task), None
+    nav2, smoother = Parts(task).nav2, None
     if request.smoother is not None:
         smoother = make_smoother(request.smoother, nav2)
     ends = ends_of(task)

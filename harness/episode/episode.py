@@ -13,16 +13,7 @@ import numpy as np
 from harness.economics.contact_costs import injury_costs, injury_measures, property_cost
 from harness.economics.prices import Prices
 from harness.episode.brain import Brain
-from harness.episode.factory import (
-    build_brain,
-    build_world,
-    mission_of,
-    prices_of,
-    robot_of,
-    rules_of,
-    scene_of,
-    world_params,
-)
+from harness.episode.factory import Parts
 from harness.episode.pedestrian_delay import PedestrianDelay
 from harness.metrics import (
     JOULES_PER_KWH,
@@ -43,7 +34,7 @@ from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import World
 from navstack.types import Belief, Twist2D
 
-MakeBrain = Callable[[EpisodeTask, World], Brain]
+MakeBrain = Callable[[Parts, World], Brain]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +48,7 @@ class Delivery:
     decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
 
 
-def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Delivery:
+def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Delivery:
     """Simulate one delivery.
 
     Args:
@@ -68,25 +59,24 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Deliv
         NavstackError: the task cannot be set up.
     """
     began = time.perf_counter()
-    scene = scene_of(task.map_name)
+    parts = Parts(task)
     generators = task.generators()
-    mission = mission_of(task, generators["mission"])
-    rules = rules_of(task.rules)
-    world = build_world(task)
-    brain = make_brain(task, world)
+    mission = parts.mission(generators["mission"])
+    world = parts.world()
+    brain = make_brain(parts, world)
     ready = time.perf_counter()
 
     observation = world.reset(mission, generators)
     brain.reset(
         mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
     )
-    kinds = frozenset(obstacle.kind for obstacle in scene.obstacles)
-    log = DeliveryLog(world.truth, kinds, _body(task))
+    kinds = frozenset(obstacle.kind for obstacle in parts.scene.obstacles)
+    log = DeliveryLog(world.truth, kinds, _body(parts))
     delay = PedestrianDelay(world.people, world.truth, *world.tick)
     decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
     replay = ReplayLog() if task.keep_trace else NoReplayLog()
     command = Twist2D()
-    while (verdict := rules.judge(world.truth, mission.goal)) is None:
+    while (verdict := parts.rules.judge(world.truth, mission.goal)) is None:
         command = brain.tick(observation)
         decisions.record(brain)
         replay.record(world.truth, observation, brain, command)
@@ -99,9 +89,9 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Deliv
     wall = time.perf_counter() - ready
     where = {"stack": task.stack.name, "episode": task.episode}
     measured = {**log.measurements(truth), "pedestrian_delay_s": delay.total(truth)}
-    events = event_rows(truth, _costs(truth, prices_of(task.prices)))
+    events = event_rows(truth, [_cost(contact, parts.prices) for contact in truth.counted_contacts])
     return Delivery(
-        row=_row(task, mission, verdict, truth, brain, measured),
+        row=_row(task, mission, verdict, truth, brain, measured, parts.prices),
         events=[{**where, **event} for event in events],
         timing={
             **where,
@@ -116,10 +106,9 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = build_brain) -> Deliv
     )
 
 
-def _body(task: EpisodeTask) -> Body:
+def _body(parts: Parts) -> Body:
     """The robot as people meet it."""
-    robot, people = robot_of(task.stack.robot), world_params(task.world, task.pedestrians, task.people).people
-    return Body(robot.center, robot.half_size, people.radius)
+    return Body(parts.robot.center, parts.robot.half_size, parts.params.people.radius)
 
 
 def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
@@ -130,10 +119,12 @@ def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
     return {count: len(durations), f"{part}_median_ms": median, f"{part}_p95_ms": p95, f"{part}_max_ms": longest}
 
 
-def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row) -> Row:
+def _row(
+    task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row, prices: Prices
+) -> Row:
     """The episode's row; :data:`harness.metrics.EPISODE_COLUMNS` gives its order."""
     start, goal = mission.start, mission.goal
-    prices = prices_of(task.prices)
+    people = [c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN]
     return {
         "stack": task.stack.name,
         "stack_number": task.stack_number,
@@ -158,22 +149,13 @@ def _row(task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, br
         **measured,
         "spl": success_weighted_path_length(verdict.outcome in ARRIVALS, mission.shortest_path, measured["distance_m"]),
         "published_energy_kwh": prices.rolling_resistance_force * measured["distance_m"] / JOULES_PER_KWH,
-        **_injury(truth, prices),
+        **injury_measures(people, prices),
         **dataclasses.asdict(brain.counts),
     }
 
 
-def _injury(truth: Truth, prices: Prices) -> Row:
-    """Injury cost of the counted contacts with people."""
-    return injury_measures([c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN], prices)
-
-
-def _costs(truth: Truth, prices: Prices) -> list[float]:
-    """What each counted contact costs, in [USD]."""
-    return [_cost(contact, prices) for contact in truth.counted_contacts]
-
-
 def _cost(contact: CountedContact, prices: Prices) -> float:
+    """What a contact costs, in [USD]."""
     if contact.partner is Partner.PEDESTRIAN:
         return float(injury_costs(contact.impulse, prices))
     return property_cost(contact.kind, contact.impulse, prices)

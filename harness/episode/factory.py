@@ -66,46 +66,75 @@ def rules_of(path: str) -> Rules:
     return load_dataclass(Rules, Path(path))
 
 
-def mission_of(task: EpisodeTask, rng: np.random.Generator) -> Mission:
-    """The delivery to make: drawn, with the poses that the user gave put in their place.
+class Parts:
+    """What a delivery is made of.
 
-    Raises:
-        InputError: a given pose is not on walkable ground, or no path connects start and goal.
+    Files are read, and world and brain built, once per process for tasks that differ in seed and episode only.
     """
-    sampler, scene = _missions_on(task.map_name, task.missions), scene_of(task.map_name)
-    for what, given in (("start", task.start), ("goal", task.goal)):
-        if given is not None:
-            check_pose_free(scene.walkable, given, what)
-    if task.start is not None:
-        check_footprint_free(scene.geometry, task.start, robot_of(task.stack.robot).polygon)
-    radius = rules_of(task.rules).arrival_radius
-    if task.start is not None and task.goal is not None:
-        check_apart(task.start, task.goal, radius)
-        return sampler.mission(task.start, task.goal)
-    is_drawn = task.start is None and task.goal is None
-    for _ in range(REDRAWS):
-        drawn = sampler.sample(rng)
-        start, goal = task.start or drawn.start, task.goal or drawn.goal
-        with contextlib.suppress(InputError):  # too near, or the drawn end lies in another part of the map
-            check_apart(start, goal, radius)
-            return drawn if is_drawn else sampler.mission(start, goal)
-    raise InputError(
-        f"none of {REDRAWS} missions drawn on this map has start and goal more than {radius:g} m apart, or connects to "
-        "the pose given; choose a larger map or part of it, or give both --start and --goal"
-    )
 
+    def __init__(self, task: EpisodeTask) -> None:
+        """Read the files of a task.
 
-def build_world(task: EpisodeTask) -> PyBulletWorld:
-    """The world of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
-    return _world(
-        task.map_name,
-        task.world,
-        task.stack.robot,
-        task.stack.sensors,
-        task.pedestrians,
-        task.people,
-        _steps_per_tick(task),
-    )
+        Raises:
+            NavstackError: one of them cannot be used.
+        """
+        stack = task.stack
+        self._task = task
+        self.scene = scene_of(task.map_name)
+        self.robot = robot_of(stack.robot)
+        self.params = world_params(task.world, task.pedestrians, task.people)
+        self.rules = rules_of(task.rules)
+        self.prices = prices_of(task.prices)
+        self._nav2 = nav2_parameters(stack.nav2_file, task.allow_unknown) if stack.nav2_file else None
+
+    @property
+    def nav2(self) -> Nav2File:
+        """The parameter file of a stack that drives."""
+        if self._nav2 is None:
+            raise ValueError(f"stack '{self._task.stack.name}' has no Nav2 file")
+        return self._nav2
+
+    def mission(self, rng: np.random.Generator) -> Mission:
+        """The delivery to make: drawn, with the poses that the user gave put in their place.
+
+        Raises:
+            InputError: a given pose is not on walkable ground, or no path connects start and goal.
+        """
+        task, scene = self._task, self.scene
+        sampler = _missions_on(task.map_name, task.missions)
+        for what, given in (("start", task.start), ("goal", task.goal)):
+            if given is not None:
+                check_pose_free(scene.walkable, given, what)
+        if task.start is not None:
+            check_footprint_free(scene.geometry, task.start, self.robot.polygon)
+        radius = self.rules.arrival_radius
+        if task.start is not None and task.goal is not None:
+            check_apart(task.start, task.goal, radius)
+            return sampler.mission(task.start, task.goal)
+        is_drawn = task.start is None and task.goal is None
+        for _ in range(REDRAWS):
+            drawn = sampler.sample(rng)
+            start, goal = task.start or drawn.start, task.goal or drawn.goal
+            with contextlib.suppress(InputError):  # too near, or the drawn end lies in another part of the map
+                check_apart(start, goal, radius)
+                return drawn if is_drawn else sampler.mission(start, goal)
+        raise InputError(
+            f"none of {REDRAWS} missions drawn on this map has start and goal more than {radius:g} m apart, or "
+            "connects to the pose given; choose a larger map or part of it, or give both --start and --goal"
+        )
+
+    def world(self) -> PyBulletWorld:
+        """The world, to be reset."""
+        task, steps = self._task, PARKED_STEPS
+        if task.stack.nav2_file:
+            steps = _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, self.params.physics.rate)
+        stack = task.stack
+        return _world(task.map_name, task.world, stack.robot, stack.sensors, task.pedestrians, task.people, steps)
+
+    def brain(self, world: World) -> Brain:
+        """The brain, to be reset."""
+        task = self._task
+        return _navigator(world, task.map_name, task.stack, task.allow_unknown) if task.stack.nav2_file else Parked()
 
 
 @kept(2)
@@ -176,13 +205,6 @@ def robot_of(path: str) -> RobotParams:
     return load_dataclass(RobotParams, Path(path))
 
 
-def _steps_per_tick(task: EpisodeTask) -> int:
-    if not task.stack.nav2_file:
-        return PARKED_STEPS
-    rate = world_params(task.world, task.pedestrians, task.people).physics.rate
-    return _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, rate)
-
-
 @kept(8)
 def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
@@ -194,13 +216,6 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
     if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
         return 1  # some part fits no whole number of steps: it runs at the first step after it is due
     return math.gcd(*(round(period) for period in periods))
-
-
-def build_brain(task: EpisodeTask, world: World) -> Brain:
-    """The brain of a task, to be reset; made once per process for tasks that differ in seed and episode only."""
-    if not task.stack.nav2_file:
-        return Parked()
-    return _navigator(world, task.map_name, task.stack, task.allow_unknown)
 
 
 @kept(2)
@@ -234,8 +249,3 @@ def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
     if name == "geometry":
         return scene.mapped_geometry
     return scene.navigation_mesh if name == "navigation_mesh" else scene.outlined_mesh
-
-
-def nav2_of(task: EpisodeTask) -> Nav2File:
-    """The parameter file of a task's stack."""
-    return nav2_parameters(task.stack.nav2_file, task.allow_unknown)

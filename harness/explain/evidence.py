@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.episode.brain import Brain
 from harness.episode.episode import run_episode
-from harness.episode.factory import build_brain
+from harness.episode.factory import Parts
 from harness.explain.brains import Watched, Weighed
 from harness.metrics import Row
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
@@ -127,8 +127,8 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     stored, task = delivery_row(run, episode), task_of(run, episode)
     watched: list[Watched] = []
 
-    def make(task: EpisodeTask, world: World) -> Brain:
-        brain = build_brain(task, world)
+    def make(parts: Parts, world: World) -> Brain:
+        brain = parts.brain(world)
         if not isinstance(brain, Navigator):
             return brain
         watched.append(Watched(brain))

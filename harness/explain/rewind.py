@@ -15,7 +15,7 @@ import numpy as np
 
 from harness.episode.brain import Brain
 from harness.episode.episode import Delivery, run_episode
-from harness.episode.factory import nav2_of, navigator_on, scene_of, steps_per_tick, world_params
+from harness.episode.factory import Parts, navigator_on, steps_per_tick
 from harness.explain.brains import HandOver, TakeOver
 from harness.explain.evidence import Evidence, task_of
 from harness.study.stored_run import StoredRun
@@ -80,10 +80,11 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     """
     if not task.stack.nav2_file:
         raise InputError(f"--rewind: {task.stack.name} has no Nav2 file, so there is nothing to change")
-    nav2 = nav2_of(task)
+    parts = Parts(task)
+    nav2 = parts.nav2
     changes = changes_of(nav2, settings)
     changed = with_values(nav2, {change.place.path: change.value for change in changes}, task.allow_unknown)
-    rate = world_params(task.world, task.pedestrians, task.people).physics.rate
+    rate = parts.params.physics.rate
     if steps_per_tick(changed, rate) != steps_per_tick(nav2, rate):
         raise InputError(
             "--rewind: with these frequencies time would pass in ticks of another length, which is another delivery "
@@ -91,9 +92,8 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
         )
     made: list[HandOver] = []
 
-    def make(task: EpisodeTask, world: World) -> Brain:
-        scene = scene_of(task.map_name)
-        first, second = (navigator_on(scene, world, task.stack, file) for file in (nav2, changed))
+    def make(parts: Parts, world: World) -> Brain:
+        first, second = (navigator_on(parts.scene, world, task.stack, file) for file in (nav2, changed))
         made.append(HandOver(first, second, moment))
         return made[0]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import mission_of, nav2_of, robot_of, scene_of
+from harness.episode.factory import Parts
 from harness.plan.path_check import Obstacles
 from harness.task.study import EpisodeTask
 from navstack.build import build_global_costmap, robot_shape
@@ -63,14 +63,14 @@ def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
 
     A costmap that moves with the robot is centred on ``start``, without one on the map's lower left corner.
     """
-    scene, on_mesh = scene_of(task.map_name), task.stack.planning_map == "navigation_mesh"
-    grid = scene.navigation_mesh if on_mesh else scene.geometry
-    keepout = None if on_mesh else scene.walkable.data != FREE
-    layered = build_global_costmap(nav2_of(task), grid, keepout)
+    parts, on_mesh = Parts(task), task.stack.planning_map == "navigation_mesh"
+    grid = parts.scene.navigation_mesh if on_mesh else parts.scene.geometry
+    keepout = None if on_mesh else parts.scene.walkable.data != FREE
+    layered = build_global_costmap(parts.nav2, grid, keepout)
     layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED
     obstacles = Obstacles(taken if keepout is None else taken | keepout, grid.resolution, grid.origin.x, grid.origin.y)
-    return Ground(layered.master, robot_shape(layered), obstacles, robot_of(task.stack.robot).polygon)
+    return Ground(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
 
 
 def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
@@ -81,7 +81,7 @@ def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
     """
     if task.start is not None and task.goal is not None:
         return task.start, task.goal  # whether they can be used is for the planners to say
-    mission = mission_of(task, task.generators()["mission"])
+    mission = Parts(task).mission(task.generators()["mission"])
     return mission.start, mission.goal
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.episode.factory import build_brain, build_world, mission_of, robot_of, rules_of, scene_of, world_params
+from harness.episode.factory import Parts, robot_of, scene_of, world_params
 from harness.metrics import Row, event_rows
 from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
@@ -50,15 +50,15 @@ class Frame:
 def drive(task: EpisodeTask) -> list[Frame]:
     """Every tick of a delivery."""
     generators = task.generators()
-    mission, rules = mission_of(task, generators["mission"]), rules_of(task.rules)
-    world = build_world(task)
-    brain = build_brain(task, world)
+    parts = Parts(task)
+    mission, world = parts.mission(generators["mission"]), parts.world()
+    brain = parts.brain(world)
     observation = world.reset(mission, generators)
     brain.reset(
         mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
     )
     frames = [Frame(world.truth, world.cargo_pieces)]
-    while rules.judge(world.truth, mission.goal) is None:
+    while parts.rules.judge(world.truth, mission.goal) is None:
         observation = world.step(brain.tick(observation))
         frames.append(Frame(world.truth, world.cargo_pieces))
     world.close_episode()

@@ -3,16 +3,7 @@
 import dataclasses
 from pathlib import Path
 
-from harness.episode.factory import (
-    build_brain,
-    build_world,
-    mission_of,
-    nav2_of,
-    prices_of,
-    robot_of,
-    rules_of,
-    scene_of,
-)
+from harness.episode.factory import Parts
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import Stack
 from harness.task.study import Study
@@ -37,19 +28,18 @@ def check(study: Study) -> list[str]:
         InputError: something that the user gave cannot be used.
     """
     notes: list[str] = []
-    prices_of(study.template.prices)
-    rules_of(study.template.rules)
     for number, stack in enumerate(study.stacks):
         task = dataclasses.replace(study.template, stack=stack, stack_number=number)
-        mission_of(task, task.generators()["mission"])
-        build_brain(task, build_world(task))
-        notes += sensor_notes(stack, scene_of(task.map_name))
+        parts = Parts(task)
+        parts.mission(task.generators()["mission"])
+        parts.brain(parts.world())
+        notes += sensor_notes(stack, parts.scene)
         if stack.nav2_file:
-            nav2 = nav2_of(task)
+            nav2 = parts.nav2
             notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
             notes += filter_notes(nav2, stack)
-            notes += footprint_notes(nav2, robot_of(stack.robot), stack.name)
+            notes += footprint_notes(nav2, parts.robot, stack.name)
     compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
 

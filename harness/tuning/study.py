@@ -5,7 +5,7 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
-from harness.episode.factory import mission_of, nav2_parameters
+from harness.episode.factory import Parts, nav2_parameters
 from harness.storage.run_folder import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
@@ -145,7 +145,7 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
 def _length(template: EpisodeTask, number: int) -> float:
     """Shortest path [m] of a training mission."""
     task = dataclasses.replace(template, episode=number)
-    return mission_of(task, task.generators()["mission"]).shortest_path
+    return Parts(task).mission(task.generators()["mission"]).shortest_path
 
 
 def within_budget(budget: float | None, later: int, journal: Journal) -> Callable[[Candidate, tuple[int, ...]], bool]:

@@ -95,12 +95,12 @@ def test_a_worker_that_lives_on_drives_what_it_is_seen_with(tmp_path: Path, work
             missions="uniform",
         )
         task = study.template
-        built = setup.build_world(task)
-        made.append((setup.mission_of(task, np.random.default_rng(0)), built, setup.build_brain(task, built)))
+        built = setup.Parts(task).world()
+        made.append((setup.Parts(task).mission(np.random.default_rng(0)), built, setup.Parts(task).brain(built)))
         assert setup.scene_of(str(hall)).geometry.width == round(length / 0.1)
         assert setup.rules_of(task.rules).timeout == timeout
         assert setup.world_params(task.world, None, None).people.count == count
-        assert setup.build_world(task) is built and setup.build_brain(task, built) is made[-1][2]
+        assert setup.Parts(task).world() is built and setup.Parts(task).brain(built) is made[-1][2]
     assert all(before is not after for before, after in zip(*made, strict=True))
     assert made[0][0].start != made[1][0].start
     assert max(abs(made[1][0].start.x), abs(made[1][0].start.y)) < 10.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.episode.episode import run_episode
-from harness.episode.factory import mission_of, navigator_on
+from harness.episode.factory import Parts, navigator_on
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
 from harness.task.study import make_study
@@ -97,7 +97,7 @@ def test_a_lidar_maps_surfaces_only():
 @pytest.mark.parametrize("stack", ["nav2-amcl", "nav2-amcl-gps"])
 def test_a_delivery_with_amcl(stack):
     tasks = make_study(stacks=[stack], episodes=100, pedestrians=0).tasks()
-    task = next(task for task in tasks if mission_of(task, task.generators()["mission"]).shortest_path < 30.0)
+    task = next(task for task in tasks if Parts(task).mission(task.generators()["mission"]).shortest_path < 30.0)
     row = run_episode(task).row
     assert row["reason"] == "arrived"
     assert row["localization_error_median_m"] < 0.15

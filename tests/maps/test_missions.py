@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.episode.factory import mission_of
+from harness.episode.factory import Parts
 from harness.task.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
 from harness.task.study import make_study
 from harness.world.scene_io import load_scene
@@ -169,5 +169,5 @@ def test_no_drawn_delivery_is_over_before_it_begins(tmp_path: Path) -> None:
     save_map(room(80, 80), tmp_path / "yard.yaml")  # 8 m x 8 m: of uniform draws one in six is within 2 m
     tasks = make_study(stacks=["parked"], episodes=60, map_name=str(tmp_path / "yard.yaml"), missions="uniform").tasks()
     for each in tasks:
-        mission = mission_of(each, each.generators()["mission"])
+        mission = Parts(each).mission(each.generators()["mission"])
         assert math.hypot(mission.goal.x - mission.start.x, mission.goal.y - mission.start.y) > 2.0

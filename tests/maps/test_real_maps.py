@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.episode.factory import build_world, mission_of, scene_of
+from harness.episode.factory import Parts, scene_of
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, make_study
 from harness.world.map_statistics import measure, measure_edges
@@ -59,13 +59,13 @@ def test_a_parked_robot_stands_and_scans_in_it(file: Path) -> None:
     generators = task.generators()
     if file.stem in WITHOUT_ROOM:
         with pytest.raises(MapError, match="no room to draw missions"):
-            mission_of(task, generators["mission"])
+            Parts(task).mission(generators["mission"])
         place = roomiest_place(scene_of(task.map_name))
         mission = Mission(place, place, 0.0)
     else:
-        mission = mission_of(task, generators["mission"])
+        mission = Parts(task).mission(generators["mission"])
         assert mission.shortest_path > 0.0
-    world = build_world(task)
+    world = Parts(task).world()
     observation = world.reset(mission, generators)
     for _ in range(20):
         observation = world.step(Twist2D())

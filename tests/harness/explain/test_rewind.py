@@ -11,7 +11,7 @@ import pytest
 
 from harness.cli.app import main
 from harness.episode.episode import run_episode
-from harness.episode.factory import build_brain, nav2_of
+from harness.episode.factory import Parts
 from harness.explain.brains import Watched
 from harness.explain.rewind import changes_of, drive_changed
 from harness.metrics import EPISODE_COLUMNS
@@ -46,7 +46,7 @@ def task_for(stack: str, rules: Path) -> EpisodeTask:
 
 
 def value_of(task: EpisodeTask, path: str) -> Any:
-    return changes_of(nav2_of(task), [f"{path}=1"])[0].place.value
+    return changes_of(Parts(task).nav2, [f"{path}=1"])[0].place.value
 
 
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
@@ -67,8 +67,8 @@ def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: 
 def test_to_be_asked_for_alternatives_changes_nothing(rules: Path) -> None:
     task, watched = task_for("nav2-gps", rules), []
 
-    def make(task: EpisodeTask, world: World) -> Any:
-        watched.append(Watched(build_brain(task, world)))
+    def make(parts: Parts, world: World) -> Any:
+        watched.append(Watched(parts.brain(world)))
         return watched[0]
 
     asked, left_alone = run_episode(task, make), run_episode(task)
@@ -184,7 +184,7 @@ def test_a_delivery_that_comes_out_otherwise_is_not_explained(
 def test_settings_leave_the_task_alone(rules: Path) -> None:
     task = task_for("nav2-gps", rules)
     before = dataclasses.asdict(task)
-    changes = changes_of(nav2_of(task), [f"{SCALE}=0.5"])
+    changes = changes_of(Parts(task).nav2, [f"{SCALE}=0.5"])
     assert (changes[0].place.path, changes[0].value) == (SCALE, 0.5)
     assert dataclasses.asdict(task) == before
     assert value_of(task, SCALE) != 0.5
