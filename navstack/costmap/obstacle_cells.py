@@ -65,16 +65,20 @@ class ObstacleCells:
         self._box = window.box
         self._clear_beams(window)
         self._mark(window)
-        listed = self._listed(window.box)
         if self._params.footprint_clearing_enabled:
-            origin, cell = window.origin, window.resolution
-            self.count = cell_kernels.drop_polygon(*listed, footprint, origin, cell, self._columns, self._changed)
+            self.count = cell_kernels.drop_polygon(
+                self.cells,
+                self.count,
+                self._present,
+                window.box,
+                footprint,
+                window.origin,
+                window.resolution,
+                self._columns,
+                self._changed,
+            )
         else:
-            self.count = cell_kernels.drop_doubted(*listed, self._changed)
-
-    def _listed(self, box: IntArray) -> tuple[CellArray, int, ByteArray, IntArray]:
-        """The cells, how many count, the state of each place, and the window that they lie in."""
-        return self.cells, self.count, self._present, box
+            self.count = cell_kernels.drop_doubted(self.cells, self.count, self._present, window.box, self._changed)
 
     def take_changed(self) -> Box | None:
         """The box of cells that came or went since the last call, if any did."""
@@ -95,7 +99,7 @@ class ObstacleCells:
 
     def _drop_outside(self, box: Box) -> None:
         if self.count > 0:
-            self.count = cell_kernels.drop_outside(*self._listed(self._box), box, self._changed)
+            self.count = cell_kernels.drop_outside(self.cells, self.count, self._present, self._box, box, self._changed)
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""
@@ -109,24 +113,34 @@ class ObstacleCells:
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):
                 self._lines = np.empty((2 * len(ordered), 8), dtype=np.int32)
-            limits = (source.raytrace_min_range, source.raytrace_max_range)
-            lateral = _LATERAL if limits[0] == 0.0 else _LATERAL_FROM_MIN_RANGE
-            sensor, origin, cell = (seen.origin_x, seen.origin_y), window.origin, window.resolution
-            listed = self._listed(window.box)
-            cell_kernels.clear_hit(*listed, ordered, starts, sensor, origin, cell, limits, lateral, self._lines)
+            cell_kernels.clear_hit(
+                self.cells,
+                self.count,
+                self._present,
+                window.box,
+                ordered,
+                starts,
+                (seen.origin_x, seen.origin_y),
+                window.origin,
+                window.resolution,
+                (source.raytrace_min_range, source.raytrace_max_range),
+                _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE,
+                self._lines,
+            )
 
     def _mark(self, window: Window) -> None:
         for source, seen in each_observation(self._sources, clearing=False):
             self._make_room(len(seen.marking))
-            limits = (source.obstacle_min_range, source.obstacle_max_range)
-            sensor, origin, cell = (seen.origin_x, seen.origin_y), window.origin, window.resolution
             self.count = cell_kernels.mark_cells(
-                *self._listed(window.box),
+                self.cells,
+                self.count,
+                self._present,
+                window.box,
                 seen.marking,
-                sensor,
-                origin,
-                cell,
-                limits,
+                (seen.origin_x, seen.origin_y),
+                window.origin,
+                window.resolution,
+                (source.obstacle_min_range, source.obstacle_max_range),
                 self._background,
                 self._margin,
                 self._changed,
