@@ -48,7 +48,7 @@ from harness.study.suite import (
     stored_suite,
     write_document,
 )
-from harness.study.suite_log import note_piece, piece_of, pieces_of
+from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers
 from navstack.errors import InputError
 
@@ -145,7 +145,7 @@ def resume_suite(path: Path, portion: Portion, where: Where, as_json: bool) -> i
 
 def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bool) -> int:
     chosen = portion.cells(suite)
-    pieces_of(path)  # a damaged list is told before anything is driven
+    sessions_of(path)  # a damaged list is told before anything is driven
     for cell in chosen:
         begin(path, suite, cell, portion.episodes or suite.episodes, sys.argv)
     studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
@@ -168,7 +168,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
         tally.done = sum(after.values())
         driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
         if driven:
-            note_piece(path, piece_of(driven))
+            note_session(path, session_of(driven))
     say_what_failed(records)
     if interrupted:
         say_interrupted(tally, path, portion.options)

@@ -3,12 +3,15 @@
 import contextlib
 import fcntl
 import os
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
 from navstack.errors import InputError
 
+SUITE, FIGURES = "suite.yaml", "figures"  # in a suite's folder: its declaration, and a folder that it writes
+CELL = re.compile(r"-seed\d+-")  # in the name of the run folder of a suite's cell
 LOCK = "run.lock"  # in a folder as long as a program writes it
 
 
@@ -43,6 +46,29 @@ def require_folder(path: Path) -> None:
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
         raise InputError(f"output folder '{path}' cannot be written; choose another")
+
+
+def require_real_folders(path: Path) -> None:
+    """Check that no folder in a run folder is a link; nor, in a suite, the run folder itself or that of the figures.
+
+    Any other run folder may be a link: it stands where the user said.
+
+    Args:
+        path: of the run folder; it need not exist.
+
+    Raises:
+        InputError: there is such a link; it could lead anywhere.
+    """
+    folders = list(path.iterdir()) if path.is_dir() else []
+    suite = path.absolute().parent
+    if CELL.search(path.name) and (suite / SUITE).is_file():
+        folders += [path, suite / FIGURES]
+    for folder in folders:
+        if folder.is_symlink() and not folder.is_file():
+            raise InputError(
+                f"'{folder}' is a symbolic link, and a run is written to folders of its own only; put a real folder "
+                "in its place, or remove it"
+            )
 
 
 @contextlib.contextmanager

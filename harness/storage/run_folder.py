@@ -10,9 +10,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.storage.files import LOCK, locked, no_links, replacing, require_folder, sync_folder, write_text
+from harness.storage.files import (
+    LOCK,
+    locked,
+    no_links,
+    replacing,
+    require_folder,
+    require_real_folders,
+    sync_folder,
+    write_text,
+)
 from harness.storage.journal import events_at, finished_in_tables, key_of, line_of, records_in, with_events
-from harness.storage.real_folders import require_real_folders
 from harness.storage.tables import Columns, Row, read_rows, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular

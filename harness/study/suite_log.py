@@ -14,11 +14,11 @@ from harness.study.suite import write_file
 from navstack.errors import InputError
 from navstack.params.strict import from_mapping, read_text
 
-PIECES = "pieces.jsonl"
+SESSIONS = "pieces.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Session:
     """One call of the program that drove a part of a suite."""
 
     date: str
@@ -28,35 +28,35 @@ class Piece:
     cells: dict[str, int] = field(default_factory=dict)  # deliveries by name of the cell; empty: not noted down
 
 
-def piece_of(cells: Mapping[str, int]) -> Piece:
+def session_of(cells: Mapping[str, int]) -> Session:
     """What this program drove today: deliveries by name of the cell."""
     versions = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
-    return Piece(time.strftime("%Y-%m-%d"), sum(cells.values()), project_digest(), versions, dict(cells))
+    return Session(time.strftime("%Y-%m-%d"), sum(cells.values()), project_digest(), versions, dict(cells))
 
 
-def note_piece(path: Path, piece: Piece) -> None:
+def note_session(path: Path, session: Session) -> None:
     """Add a line to the log of a suite folder.
 
     Raises:
         InputError: it cannot be written.
     """
-    known = read_text(path / PIECES) if (path / PIECES).is_file() else ""
-    write_file(path / PIECES, known + json.dumps(dataclasses.asdict(piece), sort_keys=True) + "\n")
+    known = read_text(path / SESSIONS) if (path / SESSIONS).is_file() else ""
+    write_file(path / SESSIONS, known + json.dumps(dataclasses.asdict(session), sort_keys=True) + "\n")
 
 
-def pieces_of(path: Path) -> tuple[Piece, ...]:
+def sessions_of(path: Path) -> tuple[Session, ...]:
     """The log of a suite folder.
 
     Raises:
         InputError: it is damaged.
     """
-    lines = read_text(path / PIECES).splitlines() if (path / PIECES).is_file() else []
-    return tuple(_piece_in(line, f"{path / PIECES}: line {number}") for number, line in enumerate(lines, 1))
+    lines = read_text(path / SESSIONS).splitlines() if (path / SESSIONS).is_file() else []
+    return tuple(_session_in(line, f"{path / SESSIONS}: line {number}") for number, line in enumerate(lines, 1))
 
 
-def _piece_in(line: str, where: str) -> Piece:
+def _session_in(line: str, where: str) -> Session:
     try:
         content = json.loads(line)
     except (ValueError, RecursionError):
         raise InputError(f"{where} is damaged; each is the JSON of one call that drove deliveries: remove it") from None
-    return from_mapping(Piece, content, where)
+    return from_mapping(Session, content, where)

@@ -10,8 +10,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
-from harness.storage.files import locked, no_links, sync_folder
-from harness.storage.real_folders import require_real_folders
+from harness.storage.files import locked, no_links, require_real_folders, sync_folder
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.storage.tables import trouble_with
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value

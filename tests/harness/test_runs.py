@@ -126,6 +126,17 @@ def test_a_journal_damaged_in_its_middle_is_refused(tmp_path: Path) -> None:
         go_on(tmp_path / "run", [])
 
 
+def test_a_delivery_that_a_journal_has_twice_is_refused(tmp_path: Path) -> None:
+    create_run(tmp_path / "run", {}, {})
+    lines = [json.dumps(record(*key)) + "\n" for key in ((0, 0), (1, 0), (0, 0))]
+    (tmp_path / "run" / JOURNAL).write_text("".join(lines))
+    with pytest.raises(InputError, match="line 3 is damaged or there twice"):
+        go_on(tmp_path / "run", [])
+    (tmp_path / "run" / JOURNAL).write_text("".join(lines[:2]))
+    with RunFolder(tmp_path / "run", TABLES, len(ORDER)) as folder:
+        assert folder.finished == {(0, 0), (1, 0)}
+
+
 def test_two_programs_cannot_write_one_folder(tmp_path: Path) -> None:
     create_run(tmp_path / "run", {}, {})
     with RunFolder(tmp_path / "run", TABLES, 4), pytest.raises(InputError, match="another run"):

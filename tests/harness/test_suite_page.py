@@ -30,7 +30,7 @@ from harness.statistics import Interval
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
 from harness.study.suite import Suite, cells, declare
-from harness.study.suite_log import Piece, note_piece
+from harness.study.suite_log import Session, note_session
 from navstack.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -165,10 +165,10 @@ def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
     about = json.loads((study / name / "run.json").read_text())
     (study / name / "run.json").write_text(json.dumps({**about, "versions": {"navbench": "0.0.9"}}))
     pieces = [
-        Piece("2026-01-01", 30, digest, {}, {cell: 30}) for digest, cell in (("a" * 64, name), ("b" * 64, "gone"))
+        Session("2026-01-01", 30, digest, {}, {cell: 30}) for digest, cell in (("a" * 64, name), ("b" * 64, "gone"))
     ]
     for piece in pieces:
-        note_piece(study, piece)
+        note_session(study, piece)
     text = flat(page(read_results(study)))
     assert "- `other`: other versions: navbench 0.1.0 and 0.0.9" in text
     assert "where different states of the program drove two stacks" in text

@@ -95,6 +95,19 @@ def test_descent_takes_exactly_the_fields_length(seed: int) -> None:
     assert free[cells[:, 0], cells[:, 1]].all()
 
 
+@pytest.mark.parametrize(
+    ("goals", "end"),
+    [([(4, 0), (4, 8)], (4, 8)), ([(0, 4), (8, 4)], (8, 4)), ([(4, 0), (0, 4)], (4, 0)), ([(4, 0), (8, 4)], (8, 4))],
+)
+def test_of_equally_near_goals_descent_takes_the_one_of_the_first_move(
+    goals: list[tuple[int, int]], end: tuple[int, int]
+) -> None:
+    """Moves are tried right, down, left, up; ``goals`` are four cells from the start."""
+    field = distance_field(np.ones((9, 9), dtype=bool), np.array(goals))
+    cells = descend(field, (4, 4))
+    assert tuple(cells[-1]) == end and len(cells) == 5
+
+
 def test_descent_from_an_unreachable_cell_is_empty() -> None:
     free = np.ones((5, 5), dtype=bool)
     free[:, 2] = False

@@ -11,7 +11,7 @@ from harness.report.suite.tables import counts, margins, margins_under, of_condi
 from harness.storage.files import write_text
 from harness.study.stored_run import StoredRun
 from harness.study.suite import Condition, cells
-from harness.study.suite_log import Piece
+from harness.study.suite_log import Session
 from navstack.errors import InputError
 
 PAGE = "index.md"
@@ -175,18 +175,18 @@ def _basis(results: Results) -> list[str]:
         f"- worlds {', '.join(Path(world).stem for world in suite.worlds)}; people: {people}; missions: "
         f"{suite.missions}; rules {Path(suite.rules).stem}; prices {Path(suite.prices).stem}",
         f"- seeds {', '.join(map(str, suite.seeds))}: the same missions, people and noise for every stack"
-        + _but(results.pieces),
+        + _but(results.sessions),
     ]
     lines += [f"- map {name}: SHA-256 {digest}" for name, digest in _maps(runs)]
-    lines += [f"- versions: {text}" for text in _versions(results.pieces)]
+    lines += [f"- versions: {text}" for text in _versions(results.sessions)]
     if results.strangers:
         lines.append(f"- run folders here that are not of this suite, and not shown: {', '.join(results.strangers)}")
     return ["\n".join(lines), *_log(results)]
 
 
-def _but(pieces: Sequence[Piece]) -> str:
+def _but(sessions: Sequence[Session]) -> str:
     """What limits a comparison of stacks that several states of the program drove."""
-    if len({piece.program for piece in pieces}) < 2:
+    if len({session.program for session in sessions}) < 2:
         return ""
     return "; where different states of the program drove two stacks, that is in their difference, too"
 
@@ -195,23 +195,23 @@ def _maps(runs: Sequence[StoredRun]) -> list[tuple[str, str]]:
     return sorted({(run.map_name, str(run.about.get("map_sha256", "unknown"))[:DIGITS]) for run in runs})
 
 
-def _versions(pieces: Sequence[Piece]) -> list[str]:
+def _versions(sessions: Sequence[Session]) -> list[str]:
     """Every set of versions that drove some of it, once."""
-    return list(dict.fromkeys(", ".join(f"{name} {text}" for name, text in each.versions.items()) for each in pieces))
+    return list(dict.fromkeys(", ".join(f"{name} {text}" for name, text in each.versions.items()) for each in sessions))
 
 
 def _log(results: Results) -> list[str]:
     """When how much was driven, and by which state of the program."""
-    if not results.pieces:
+    if not results.sessions:
         return []
-    programs = len({piece.program for piece in results.pieces})
+    programs = len({session.program for session in results.sessions})
     states = "one state" if programs == 1 else f"{programs} states"
     lines = [
-        f"- {piece.date}: {piece.deliveries} deliveries, program {piece.program[:DIGITS]}{_driven(results, piece)}"
-        for piece in results.pieces
+        f"- {each.date}: {each.deliveries} deliveries, program {each.program[:DIGITS]}{_driven(results, each)}"
+        for each in results.sessions
     ]
     done = sum(each.n + each.errors for each in results.standings)
-    rest = done - sum(piece.deliveries for piece in results.pieces)
+    rest = done - sum(session.deliveries for session in results.sessions)
     if rest > 0:
         lines.append(f"- {rest} more by calls that were killed before they could say so")
     return [
@@ -221,11 +221,11 @@ def _log(results: Results) -> list[str]:
     ]
 
 
-def _driven(results: Results, piece: Piece) -> str:
-    """Of which cells a piece has deliveries: by condition the stacks; empty: it was not noted down."""
+def _driven(results: Results, session: Session) -> str:
+    """Of which cells a session has deliveries: by condition the stacks; empty: it was not noted down."""
     found: dict[str, dict[str, int]] = {}
     for cell in cells(results.suite):
-        if count := piece.cells.get(cell.name):
+        if count := session.cells.get(cell.name):
             own = found.setdefault(results.label(cell.condition), {})
             own[cell.stack_name] = own.get(cell.stack_name, 0) + count
     text = "; ".join(f"{label}: {_counted(own)}" for label, own in found.items())

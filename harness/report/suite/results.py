@@ -14,7 +14,7 @@ from harness.report.suite.names import label_of
 from harness.statistics import Interval, PairedDifference, holm
 from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
-from harness.study.suite_log import Piece, pieces_of
+from harness.study.suite_log import Session, sessions_of
 
 MARGIN = "contribution_margin"
 
@@ -67,7 +67,7 @@ class Results:
 
     suite: Suite
     standings: tuple[Standing, ...]  # by condition, then stack, as declared
-    pieces: tuple[Piece, ...]
+    sessions: tuple[Session, ...]
     strangers: tuple[str, ...]  # run folders in it that are none of the suite's cells
 
     @property
@@ -133,7 +133,7 @@ def read_results(path: Path) -> Results:
     known = {cell.name for cell in cells(suite)}
     strangers = sorted({run.parent.name for run in path.glob("*/run.json")} - known)
     standings = tuple(_standing(path, suite, own) for own in groups.values())
-    return Results(suite, standings, pieces_of(path), tuple(strangers))
+    return Results(suite, standings, sessions_of(path), tuple(strangers))
 
 
 def overview(results: Results) -> Row:
