@@ -13,7 +13,8 @@ from navstack.control.controller import Surroundings
 from navstack.control.dwb.critics import CRITICS, build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.critics.map_grid import MapGridCritic
-from navstack.control.dwb.dwb_controller import Decision, DwbController
+from navstack.control.dwb.decision import Decision
+from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.costmap.costmap import Costmap
@@ -73,7 +74,7 @@ def _check_following(
         check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
             comparison.equal(
-                f"cycle {k}: oscillating", decision.explanation.rejections.get("Oscillation", 0), step["n_osc"]
+                f"cycle {k}: oscillating", decision.scores.rejections().get("Oscillation", 0), step["n_osc"]
             )
 
 
@@ -122,7 +123,7 @@ def check_decision(case: Case, prefix: str, comparison: Comparison, decision: De
     illegal = np.isinf(scores.raw)
     rejected_by = np.where(illegal.any(axis=0), illegal.argmax(axis=0), -1)
     legal = (rejected_by < 0) & (case[f"{prefix}illegal_critic"] < 0)
-    for i, name in enumerate(decision.critics):
+    for i, name in enumerate(decision.scores.critics):
         if name != "RotateToGoal" or not undefined:
             comparison.near(f"{at}raw score {name}", scores.raw[i][legal], case[f"{prefix}raw"][legal, i], TOLERANCE)
     if not undefined:
@@ -173,7 +174,7 @@ def check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Deci
     if decision.is_legal and "best_index" in step:
         comparison.equal(f"{at}index of the best", decision.choice.index, step["best_index"])
     if "n_illegal" in step:
-        comparison.equal(f"{at}rejected trajectories", sum(decision.explanation.rejections.values()), step["n_illegal"])
+        comparison.equal(f"{at}rejected trajectories", sum(decision.scores.rejections().values()), step["n_illegal"])
     if "critic_scales" in step:
-        comparison.equal(f"{at}critics", decision.critics, step["critic_names"])
+        comparison.equal(f"{at}critics", decision.scores.critics, step["critic_names"])
         comparison.near(f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE)

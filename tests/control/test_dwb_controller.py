@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from navstack.control.controller import Surroundings
+from navstack.control.decision import CriticScore
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.dwb.rollouts import Rollouts
@@ -112,9 +113,11 @@ def test_the_first_of_equals_wins_and_the_decision_explains_itself() -> None:
     decision = controller.last_decision
     assert decision.choice.index == 7
     assert decision.scores.totals[7] == decision.scores.totals[9] == np.float32(4.0)
-    assert decision.explanation.raw == {"One": 1.0, "Two": 4.0, "Idle": 0.0}
-    assert decision.explanation.weighted == {"One": 2.0, "Two": 2.0, "Idle": 0.0}
-    assert decision.explanation.rejections == {"One": 1}
+    assert decision.record().scores == (
+        CriticScore("One", 1.0, 2.0, 1),
+        CriticScore("Two", 4.0, 2.0, 0),
+        CriticScore("Idle", 0.0, 0.0, 0),
+    )
     assert one.commands == two.commands == [command]
 
 

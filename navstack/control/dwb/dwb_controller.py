@@ -7,9 +7,9 @@ from navstack.control.decision import Alternative, DecisionRecord
 from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.decision import Decision
-from navstack.control.dwb.end_choice import EndChoice
 from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scoring import Scoring
 from navstack.control.plan_handling import PlanWindow
 from navstack.errors import NoLegalVelocity
 from navstack.params.dwb import DwbParams
@@ -20,8 +20,8 @@ class DwbController(Controller):
     """``dwb_core::DWBLocalPlanner`` of Nav2 Jazzy.
 
     Nav2 stops scoring a trajectory once it is worse than the best so far (``short_circuit_trajectory_evaluation``);
-    that never changes the winner. Here either the ends of the trajectories tell the winner, or every critic scores all
-    trajectories at once.
+    that never changes the winner. Here every critic scores all trajectories at once, and shipped ones only where these
+    end, as far as that tells the winner.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class DwbController(Controller):
         self._footprint = footprint
         self._generator = RolloutGenerator(params, controller_frequency)
         self._critics = dict(critics) if critics is not None else build_critics(params)
-        self._end_choice = EndChoice(self._generator, self._critics)
+        self._scoring = Scoring(self._generator, self._critics)
         self._window = PlanWindow(
             params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
         )
@@ -86,7 +86,7 @@ class DwbController(Controller):
         near = self._window.near(plan, state.pose, surroundings.costmap)
         decision = self.decide(state, near, self._goal, surroundings)
         if not decision.is_legal:
-            raise NoLegalVelocity(decision.explanation.rejections)
+            raise NoLegalVelocity(decision.scores.rejections())
         return decision.command
 
     def decide(self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings) -> Decision:
@@ -94,8 +94,7 @@ class DwbController(Controller):
         scene = Scene(state.pose, state.twist, state.stamp, goal, near, surroundings.costmap, self._footprint)
         for critic in self._prepared:
             critic.prepare(scene)
-        choice = self._end_choice.choose(scene)
-        decision = Decision(self._generator, self._critics, scene, choice, self._end_choice.explain)
+        decision = Decision(self._scoring, scene)
         for critic in self._debriefed:
             critic.debrief(scene, decision.command)
         self.last_decision = decision

@@ -1,4 +1,4 @@
-"""Where trajectories end, all at once, without the poses in between: the inner loops behind :mod:`.end_choice`."""
+"""Where trajectories end, all at once, without the poses in between: the inner loops behind :mod:`.choice_kernels`."""
 
 import math
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 # Kinds of scores, and what the number that goes with them means. Those from CELL_COST to GOAL_ALIGNMENT look at a cell.
 NOTHING = 0  # 0 for every trajectory
-SIGNS = 1  # 0, or illegal for a sign of the command; the number has bit 2 i for axis i's negative, 2 i + 1 for positive
+GIVEN = 1  # the critic's raw costs; the number is their row among those given
 CELL_COST = 2  # the cost under the last pose; illegal if any pose is off the map or in an obstacle
 PATH_DISTANCE = 3  # [cells] from the last pose to the plan; illegal if any pose is off the map
 GOAL_DISTANCE = 4  # [cells] from the last pose to the plan's end; illegal if any pose is off the map

@@ -1,35 +1,44 @@
 """What critics score where trajectories end: inner loops of :mod:`.choice_kernels`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.dwb.bound_kernels import Grid
-from navstack.control.dwb.end_score import CELL_COST, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST, SIGNS
-from navstack.control.dwb.kernels import CellArray
+from navstack.control.dwb.end_score import CELL_COST, GIVEN, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST
+from navstack.control.dwb.kernels import CellArray, Grid
 from navstack.control.plan_handling import cells_of_points, densify
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import ByteArray, Float32Array, FloatArray, IntArray
 
 BORDER = 1e-6  # [cells] next to a cell's border the sine and cosine of the recurrence are not good enough
 
 
+class Terms(NamedTuple):
+    """What C critics score, see :mod:`.end_score`."""
+
+    kinds: IntArray  # (C,)
+    numbers: FloatArray  # (C,) that go with them
+    scales: Float32Array  # (C,) weights, none of them 0
+
+
+class Surface(NamedTuple):
+    """Where the robot drives, and its outline."""
+
+    costs: ByteArray  # (height, width)
+    grid: Grid
+    footprint: FloatArray  # (V, 2) [m]
+
+
 @njit(cache=True)
 def goal_cells(
-    robot: FloatArray,
-    kinds: IntArray,
-    numbers: FloatArray,
-    plan: FloatArray,
-    seeds: IntArray,
-    goal_x: float,
-    goal_y: float,
-    costs: ByteArray,
-    grid: Grid,
+    robot: FloatArray, terms: Terms, plan: FloatArray, seeds: IntArray, goal: tuple[float, float], surface: Surface
 ) -> tuple[IntArray, bool]:
     """The cell (C, 2) as (mx, my) that each critic measures from, unless it needs none; whether all are on the map."""
+    kinds, numbers, grid = terms.kinds, terms.numbers, surface.grid
     goals = np.zeros((len(kinds), 2), dtype=np.int64)
-    bearing = math.atan2(goal_y - robot[1], goal_x - robot[0])
+    bearing = math.atan2(goal[1] - robot[1], goal[0] - robot[0])
     for c in range(len(kinds)):
         if kinds[c] == GOAL_DISTANCE and len(seeds) > 0:
             goals[c, 0], goals[c, 1] = seeds[-1, 0], seeds[-1, 1]
@@ -37,7 +46,7 @@ def goal_cells(
             moved = plan.copy()
             moved[-1, 0] += numbers[c] * math.cos(bearing)
             moved[-1, 1] += numbers[c] * math.sin(bearing)
-            cells = cells_of_points(densify(moved, grid[2]), costs, grid[0], grid[1], grid[2])
+            cells = cells_of_points(densify(moved, grid[2]), surface.costs, grid[0], grid[1], grid[2])
             if len(cells) == 0:
                 return goals, False
             goals[c, 0], goals[c, 1] = cells[-1, 0], cells[-1, 1]
@@ -46,26 +55,19 @@ def goal_cells(
 
 @njit(cache=True)
 def score_ends(
-    commands: FloatArray,
-    ends: FloatArray,
-    kinds: IntArray,
-    numbers: FloatArray,
-    goals: IntArray,
-    costs: ByteArray,
-    grid: Grid,
-    cells: CellArray,
+    ends: FloatArray, terms: Terms, given: FloatArray, goals: IntArray, surface: Surface, cells: CellArray
 ) -> FloatArray:
     """Raw scores (C, K) of the ends, 0 for distances to the plan and outlines; inf: the end is illegal.
 
     The cells (C, 2, K) that critics look at are written, those of equal points once.
     """
-    raw = np.zeros((len(kinds), len(commands)))
+    kinds, numbers, costs = terms.kinds, terms.numbers, surface.costs
+    count = ends.shape[1]
+    raw = np.zeros((len(kinds), count))
     for c in range(len(kinds)):
-        if kinds[c] == SIGNS:
-            signs = int(numbers[c])
-            for k in range(len(commands)):
-                if signs_of(commands[k, 0], commands[k, 1], commands[k, 2]) & signs:
-                    raw[c, k] = math.inf
+        if kinds[c] == GIVEN:
+            for k in range(count):
+                raw[c, k] = given[int(numbers[c]), k]
         if kinds[c] < CELL_COST or kinds[c] == OUTLINE_COST:
             continue
         known = -1
@@ -73,21 +75,12 @@ def score_ends(
             if CELL_COST <= kinds[other] < OUTLINE_COST and numbers[other] == numbers[c]:
                 known = other
         if known >= 0:
-            for k in range(len(commands)):
+            for k in range(count):
                 cells[c, 0, k], cells[c, 1, k] = cells[known, 0, k], cells[known, 1, k]
         else:
-            locate(ends, numbers[c], costs.shape[1], costs.shape[0], grid, cells[c])
+            locate(ends, numbers[c], costs.shape[1], costs.shape[0], surface.grid, cells[c])
         score_cells(kinds[c], cells[c], goals[c], costs, raw[c])
     return raw
-
-
-@njit(cache=True)
-def signs_of(vx: float, vy: float, yaw_rate: float) -> int:
-    """The signs of a command, as the bits of :data:`.end_score.SIGNS`."""
-    forwards = (vx < 0.0) + 2 * (vx > 0.0)
-    sideways = (vy < 0.0) + 2 * (vy > 0.0)
-    turning = (yaw_rate < 0.0) + 2 * (yaw_rate > 0.0)
-    return forwards + 4 * sideways + 16 * turning
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
+Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
 OFF_MAP = -1  # cell index of a pose outside the costmap
 SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
 

@@ -1,10 +1,12 @@
 """The trajectories that DWB compares."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
+from navstack.control.dwb.choice_kernels import Sampling
 from navstack.control.dwb.kernels import roll_out, step_counts
 from navstack.control.dwb.velocity_samples import VelocitySampler, largest_steps
 from navstack.errors import ParameterError, UnknownNameError
@@ -17,20 +19,45 @@ LIMITED_ACCEL = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD, LIMITED_ACCEL)
 
 
-@dataclass(slots=True, eq=False)
 class Rollouts:
     """K trajectories of at most T poses in the map frame; a shorter one repeats its last pose to the end of its row.
 
-    The arrays are reused: they hold until the next cycle.
+    They are driven when the first pose is asked for. The arrays are reused: they hold until the next cycle.
     """
 
-    commands: FloatArray  # (K, 3) vx [m/s], vy [m/s], yaw rate [rad/s]: commanded if the trajectory wins
-    x: FloatArray  # (K, T) [m]
-    y: FloatArray  # (K, T) [m]
-    yaw: FloatArray  # (K, T) [rad], not wrapped
-    lengths: IntArray  # (K,) poses of a trajectory: its start, one per step, and (if so set) the last one again
-    steps: IntArray  # (K,) steps of simulated time
-    sim_time: float  # [s] that each trajectory lasts
+    def __init__(
+        self,
+        commands: FloatArray,
+        steps: IntArray,
+        lengths: IntArray,
+        sim_time: float,
+        drive: Callable[[], tuple[FloatArray, FloatArray, FloatArray]],
+    ) -> None:
+        """Trajectories whose poses ``drive`` makes: x, y and yaw."""
+        self.commands = commands  # (K, 3) vx [m/s], vy [m/s], yaw rate [rad/s]: commanded if the trajectory wins
+        self.steps = steps  # (K,) steps of simulated time
+        self.lengths = lengths  # (K,) poses: the start, one per step, and (if so set) the last one again
+        self.sim_time = sim_time  # [s] that each trajectory lasts
+        self._drive = drive
+
+    @cached_property
+    def _poses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self._drive()
+
+    @property
+    def x(self) -> FloatArray:
+        """(K, T) in [m]."""
+        return self._poses[0]
+
+    @property
+    def y(self) -> FloatArray:
+        """(K, T) in [m]."""
+        return self._poses[1]
+
+    @property
+    def yaw(self) -> FloatArray:
+        """(K, T) in [rad], not wrapped."""
+        return self._poses[2]
 
     def yaw_at(self, time: float) -> FloatArray:
         """Heading (K,) in [rad] after ``time`` seconds, interpolated between the poses."""
@@ -72,9 +99,13 @@ class RolloutGenerator:
         self._params = params
         p = params
         limits = ((p.acc_lim_x, p.decel_lim_x), (p.acc_lim_y, p.decel_lim_y), (p.acc_lim_theta, p.decel_lim_theta))
-        self.limits = np.array(limits if ramps else ((math.inf, -math.inf),) * 3, dtype=np.float64)
-        self.times = np.array(  # (4,) as choice_kernels.best_command wants it
-            (self.sampler.acceleration_time, p.sim_time, p.linear_granularity, p.angular_granularity), dtype=np.float64
+        times = (self.sampler.acceleration_time, p.sim_time, p.linear_granularity, p.angular_granularity)
+        self.sampling = Sampling(
+            self.sampler.axes,
+            self.sampler.counts,
+            self.sampler.speeds,
+            np.array(times, dtype=np.float64),
+            np.array(limits if ramps else ((math.inf, -math.inf),) * 3, dtype=np.float64),
         )
         stays_in_line = p.min_vel_y == p.max_vel_y == 0.0
         self.ends_suffice = stays_in_line and not (p.discretize_by_time or p.limit_vel_cmd_in_traj)
@@ -88,16 +119,23 @@ class RolloutGenerator:
         count = len(samples)
         if count > self._buffer.shape[1]:
             self._buffer = np.empty((3, count, self._length))
-        x, y, yaw = (self._buffer[i, :count] for i in range(3))
         if p.discretize_by_time:
             steps = np.full(count, max(1, math.ceil(p.sim_time / p.time_granularity)))
         else:
             steps = step_counts(samples, p.sim_time, p.linear_granularity, p.angular_granularity)
         first = np.empty((count, 3))
-        start_velocity = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-        roll_out(pose.as_array(), start_velocity, samples, self.limits, steps, p.sim_time, x, y, yaw, first)
-        commands = first if p.limit_vel_cmd_in_traj else samples
-        return Rollouts(commands, x, y, yaw, steps + 1 + p.include_last_point, steps, p.sim_time)
+
+        def drive() -> tuple[FloatArray, FloatArray, FloatArray]:
+            x, y, yaw = (self._buffer[i, :count] for i in range(3))
+            start = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
+            roll_out(pose.as_array(), start, samples, self.sampling.limits, steps, p.sim_time, x, y, yaw, first)
+            return x, y, yaw
+
+        rollouts = Rollouts(samples, steps, steps + 1 + p.include_last_point, p.sim_time, drive)
+        if p.limit_vel_cmd_in_traj and count > 0:
+            _ = rollouts.x  # which finds the first velocities
+            rollouts.commands = first
+        return rollouts
 
 
 def _check(params: DwbParams) -> None:

@@ -22,8 +22,8 @@ class Scene:
     plan: FloatArray  # (N, 3) the plan near the robot
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
-    cells: CellArray = field(init=False)  # (K, T) flat cell index of each pose, -1 off the map; once they were located
-    leaves_map: BoolArray = field(init=False)  # (K,) some pose is off the map; likewise
+    _rollouts: Rollouts | None = field(init=False, default=None)  # of this scene
+    _located: tuple[CellArray, BoolArray] | None = field(init=False, default=None)  # once they were asked for
     _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for
 
     @property
@@ -34,17 +34,24 @@ class Scene:
         return self._path_cells
 
     def locate(self, rollouts: Rollouts) -> None:
-        """Find the cells of the poses of ``rollouts``."""
-        c = self.costmap
-        self.cells = np.empty(rollouts.x.shape, dtype=np.int32)
-        self.leaves_map = pose_cells(
-            rollouts.x,
-            rollouts.y,
-            rollouts.lengths,
-            c.size_x,
-            c.size_y,
-            c.origin_x,
-            c.origin_y,
-            c.resolution,
-            self.cells,
-        )
+        """Take the ``rollouts`` whose poses :attr:`cells` and :attr:`leaves_map` are about."""
+        self._rollouts, self._located = rollouts, None
+
+    @property
+    def cells(self) -> CellArray:
+        """Flat cell index (K, T) of each pose, -1 off the map."""
+        return self._locations()[0]
+
+    @property
+    def leaves_map(self) -> BoolArray:
+        """Whether some pose of a trajectory (K,) is off the map."""
+        return self._locations()[1]
+
+    def _locations(self) -> tuple[CellArray, BoolArray]:
+        if self._located is None:
+            assert self._rollouts is not None
+            r, c = self._rollouts, self.costmap
+            cells = np.empty(r.x.shape, dtype=np.int32)
+            grid = (c.size_x, c.size_y, c.origin_x, c.origin_y, c.resolution)
+            self._located = cells, pose_cells(r.x, r.y, r.lengths, *grid, cells)
+        return self._located

@@ -91,25 +91,14 @@ def axis_samples(current: float, limits: FloatArray, count: int, time: float) ->
 
 
 @njit(cache=True)
-def is_valid_speed(vx: float, vy: float, yaw_rate: float, speeds: FloatArray) -> bool:
-    """Whether a sample is neither standstill nor too fast nor too slow; a negative limit is none.
-
-    ``speeds`` (3,): min_speed_xy, max_speed_xy, min_speed_theta. After ``kinematic_parameters.hpp``.
-    """
-    squared = vx * vx + vy * vy
-    if speeds[1] >= 0.0 and squared > speeds[1] * speeds[1] + EPSILON:
-        return False
-    crawls = speeds[0] >= 0.0 and squared + EPSILON < speeds[0] * speeds[0]
-    if crawls and speeds[2] >= 0.0 and abs(yaw_rate) + EPSILON < speeds[2]:
-        return False
-    return not (squared == 0.0 and yaw_rate == 0.0)
-
-
-@njit(cache=True)
 def combine(
     current: FloatArray, limits: FloatArray, counts: IntArray, speeds: FloatArray, acceleration_time: float
 ) -> FloatArray:
-    """All valid combinations (K, 3) of the axes' samples."""
+    """All combinations (K, 3) of the axes' samples that are neither standstill nor too fast nor too slow.
+
+    ``speeds`` (3,): min_speed_xy, max_speed_xy, min_speed_theta; a negative limit is none. After
+    ``kinematic_parameters.hpp``.
+    """
     xs = axis_samples(current[0], limits[0], counts[0], acceleration_time)
     ys = axis_samples(current[1], limits[1], counts[1], acceleration_time)
     thetas = axis_samples(current[2], limits[2], counts[2], acceleration_time)
@@ -117,12 +106,17 @@ def combine(
     n = 0
     for vx in xs:
         for vy in ys:
+            squared = vx * vx + vy * vy
+            if speeds[1] >= 0.0 and squared > speeds[1] * speeds[1] + EPSILON:
+                continue
+            crawls = speeds[0] >= 0.0 and squared + EPSILON < speeds[0] * speeds[0] and speeds[2] >= 0.0
             for yaw_rate in thetas:
-                if is_valid_speed(vx, vy, yaw_rate, speeds):
-                    samples[n, 0] = vx
-                    samples[n, 1] = vy
-                    samples[n, 2] = yaw_rate
-                    n += 1
+                if (crawls and abs(yaw_rate) + EPSILON < speeds[2]) or (squared == 0.0 and yaw_rate == 0.0):
+                    continue
+                samples[n, 0] = vx
+                samples[n, 1] = vy
+                samples[n, 2] = yaw_rate
+                n += 1
     return samples[:n]
 
 

@@ -33,9 +33,9 @@ class Critic(ABC):
         """One cost >= 0 per trajectory, (K, T) -> (K,); inf is the only "illegal"."""
 
     def end_score(self, scene: Scene) -> EndScore | None:
-        """The same in short, where that can be said in this cycle; it saves most of the work.
+        """The same in short, where the ends of the trajectories tell it in this cycle: they need not be driven then.
 
-        None: it cannot.
+        None: :meth:`raw_costs` are asked.
         """
         return None
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.end_score import NO_SCORE, SIGNS, EndScore
+from navstack.control.dwb.end_score import NO_SCORE, EndScore
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.params.dwb import DwbParams, OscillationParams
@@ -62,9 +62,8 @@ class OscillationCritic(Critic):
         return costs
 
     def end_score(self, scene: Scene) -> EndScore | None:
-        """The forbidden directions, if there are any."""
-        x, y, theta = self._forbidden
-        return EndScore(SIGNS, x + 4 * y + 16 * theta) if x or y or theta else NO_SCORE
+        """Nothing, while no direction is forbidden."""
+        return None if any(self._forbidden) else NO_SCORE
 
     def debrief(self, scene: Scene, command: Twist2D) -> None:
         """Follow the signs of the commands, sideways and turning only while hardly driving forward."""

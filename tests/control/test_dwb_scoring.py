@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from navstack.control.controller import Surroundings
-from navstack.control.dwb import end_score_kernels
+from navstack.control.dwb import end_score_kernels, rollouts
 from navstack.control.dwb.critics import build_critics
-from navstack.control.dwb.decision import Choice, Explanation, score_all
+from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.dwb_controller import DwbController
-from navstack.control.dwb.end_choice import EndChoice
 from navstack.control.dwb.end_kernels import end_poses
-from navstack.control.dwb.rollouts import RolloutGenerator
+from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scoring import Scoring
 from navstack.costmap.costmap import Costmap
 from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstacleParams, OscillationParams
-from navstack.types import Pose2D, RobotState, Twist2D
+from navstack.types import FloatArray, Pose2D, RobotState, Twist2D
 
 STANDARD = ("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist")
 OUTLINES = tuple("ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD)
@@ -81,66 +81,63 @@ VARIANTS = {
 }
 
 
-@pytest.mark.parametrize("name", VARIANTS)
-def test_it_is_the_choice_of_all_scores_on_random_scenes(name: str) -> None:
-    rng = np.random.default_rng(len(name))
-    params = VARIANTS[name]
-    generator, critics = RolloutGenerator(params, 20.0), build_critics(params)
-    chooser = EndChoice(generator, critics)
-    made = 0
+class YawRate(Critic):
+    """A critic that knows only its raw costs: of the command, or of the last pose, none beyond a limit."""
+
+    def __init__(self, scale: float, of_command: bool, most: float) -> None:
+        super().__init__(scale)
+        self.of_command, self.most = of_command, most
+
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        rates = rollouts.commands[:, 2] if self.of_command else rollouts.yaw[:, -1] - scene.pose.yaw
+        return np.where(np.abs(rates) > self.most, np.inf, np.abs(rates))
+
+
+def check_choices(params: DwbParams, critics: dict[str, Critic], rng: np.random.Generator) -> int:
+    """The choices are those of all scores; how many were made without."""
+    generator, made = RolloutGenerator(params, 20.0), 0
+    scoring = Scoring(generator, critics)
     for _ in range(60):
         scene = random_scene(rng)
         for critic in critics.values():
             critic.prepare(scene)
-        choice, expected = chooser.choose(scene), Choice.of(score_all(generator, critics, scene))
-        assert choice == expected or (choice is None)
-        if choice is not None:
-            scores = score_all(generator, critics, scene)
-            told = None if "ObstacleFootprint" in critics else Explanation.of(scores, critics, choice.index)
-            assert chooser.explain(scene) == told
+        choice, expected = scoring.best(scene), scoring.score_all(scene).best()
+        assert choice == expected or choice is None
         if choice is None:
             assert math.isinf(expected.total) or len(scene.path_cells) == 0 or "GoalAlign" in critics
         made += choice is not None
         for critic in critics.values():
             critic.debrief(scene, expected.command)
-    assert made > 25
+    return made
 
 
-def test_rejections_are_those_of_all_scores_in_open_space_and_at_the_borders() -> None:
-    rng = np.random.default_rng(4)
-    params = replace(PARAMS, max_vel_x=0.8, max_speed_xy=0.8)
-    generator, critics = RolloutGenerator(params, 20.0), build_critics(params)
-    chooser = EndChoice(generator, critics)
-    free, off = 0, {"BaseObstacle": 0, "GoalAlign": 0}
-    for _ in range(300):
-        scene = random_scene(rng)
-        scene.costmap.data[scene.costmap.data >= 253] = 0
-        if rng.random() < 0.5:  # one obstacle somewhere
-            my, mx = rng.integers(0, SIZE, 2)
-            scene.costmap.data[my, mx] = 253
-        half = rng.choice((0.1, 0.5)) * SIZE * RESOLUTION
-        place = rng.uniform(-half, half, 2)
-        scene.pose = Pose2D(*place.tolist(), scene.pose.yaw)
-        scene.velocity = Twist2D(rng.uniform(-0.3, 0.8), 0.0, scene.velocity.angular_z)
-        for critic in critics.values():
-            critic.prepare(scene)
-        choice = chooser.choose(scene)
-        if choice is not None:
-            told = chooser.explain(scene)
-            assert told == Explanation.of(score_all(generator, critics, scene), critics, choice.index)
-            assert math.isclose(sum(told.weighted.values()), choice.total, rel_tol=1e-5)
-            free += not told.rejections
-            for name in off:
-                off[name] += told.rejections.get(name, 0)
-    assert free > 30
-    assert off["BaseObstacle"] > 200
-    assert off["GoalAlign"] > 10
+@pytest.mark.parametrize("name", VARIANTS)
+def test_it_is_the_choice_of_all_scores_on_random_scenes(name: str) -> None:
+    params = VARIANTS[name]
+    assert check_choices(params, build_critics(params), np.random.default_rng(len(name))) > 25
+
+
+@pytest.mark.parametrize("of_command", [True, False])
+def test_ones_own_critic_takes_part(of_command: bool) -> None:
+    first, last = build_critics(PARAMS), {"Own": YawRate(20.0, of_command, 0.6)}
+    assert check_choices(PARAMS, {**last, **first}, np.random.default_rng(5)) > 15
+    assert check_choices(PARAMS, {**first, **last}, np.random.default_rng(6)) > 15
+
+
+def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rollouts, "roll_out", None)
+    scene = random_scene(np.random.default_rng(2))
+    scene.costmap.data[:] = 0
+    critics = build_critics(PARAMS) | {"Own": YawRate(1.0, True, 5.0)}
+    for critic in critics.values():
+        critic.prepare(scene)
+    assert Scoring(RolloutGenerator(PARAMS, 20.0), critics).best(scene) is not None
 
 
 def test_forbidden_signs_are_kept() -> None:
     params = replace(PARAMS, Oscillation=OscillationParams(oscillation_reset_dist=-1.0, oscillation_reset_angle=-1.0))
-    generator, critics = RolloutGenerator(params, 20.0), build_critics(params)
-    chooser, rng = EndChoice(generator, critics), np.random.default_rng(3)
+    critics, rng = build_critics(params), np.random.default_rng(3)
+    scoring = Scoring(RolloutGenerator(params, 20.0), critics)
     for velocity in (Twist2D(0.2, 0.0, 0.3), Twist2D(-0.2, 0.0, 0.3), Twist2D(0.0, 0.0, 0.3), Twist2D(0.0, 0.0, -0.3)):
         critics["Oscillation"].debrief(random_scene(rng), velocity)
     forbidden = 0
@@ -148,16 +145,13 @@ def test_forbidden_signs_are_kept() -> None:
         scene = random_scene(rng)
         for critic in critics.values():
             critic.prepare(scene)
-        scores = score_all(generator, critics, scene)
-        choice = chooser.choose(scene)
+        choice, scores = scoring.best(scene), scoring.score_all(scene)
         if choice is not None:
-            assert choice == Choice.of(scores)
-            told = chooser.explain(scene)
-            assert told == Explanation.of(scores, critics, choice.index)
-            assert told.rejections["Oscillation"] > 0
+            assert choice == scores.best()
             assert choice.command.linear_x <= 0.0
             assert choice.command.angular_z <= 0.0
-            forbidden += int(np.isinf(scores.raw[1]).sum())
+            assert scores.rejections()["Oscillation"] == int(np.isinf(scores.raw[1]).sum())
+            forbidden += scores.rejections()["Oscillation"]
     assert forbidden > 1000
 
 
@@ -169,15 +163,15 @@ def test_ends_are_those_of_the_rollouts_to_the_last_bit(limited: bool) -> None:
         generator = RolloutGenerator(params, 20.0)
         for _ in range(20):
             scene = random_scene(rng)
-            rollouts = generator.generate(scene.pose, scene.velocity)
+            driven = generator.generate(scene.pose, scene.velocity)
             pose, v = scene.pose, scene.velocity
             robot = np.array((pose.x, pose.y, pose.yaw, v.linear_x, v.linear_y, v.angular_z))
             x, y, yaw, sine, cosine = end_poses(
-                robot, rollouts.commands, rollouts.steps, generator.limits, params.sim_time
+                robot, driven.commands, driven.steps, generator.sampling.limits, params.sim_time
             )
-            np.testing.assert_array_equal(x, rollouts.x[:, -1])
-            np.testing.assert_array_equal(y, rollouts.y[:, -1])
-            np.testing.assert_array_equal(yaw, rollouts.yaw[:, -1])
+            np.testing.assert_array_equal(x, driven.x[:, -1])
+            np.testing.assert_array_equal(y, driven.y[:, -1])
+            np.testing.assert_array_equal(yaw, driven.yaw[:, -1])
             np.testing.assert_allclose((sine, cosine), (np.sin(yaw), np.cos(yaw)), atol=1e-12)
 
 
@@ -193,25 +187,21 @@ def test_a_nose_on_a_border_is_in_the_cell_of_the_exact_cosine() -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "is_quick"),
     [
-        {"critics": (*STANDARD, "Twirling")},
-        {"limit_vel_cmd_in_traj": True},
-        {"discretize_by_time": True},
-        {"max_vel_y": 0.2},
-        {"PathDist": DistParams(aggregation_type="sum")},
-        {"PathDist": DistParams(scale=-1.0)},
-        {"BaseObstacle": ObstacleParams(sum_scores=True)},
-        {"critics": OUTLINES, "ObstacleFootprint": ObstacleParams(sum_scores=True)},
+        ({"critics": (*STANDARD, "Twirling")}, True),
+        ({"PathDist": DistParams(aggregation_type="sum")}, True),
+        ({"PathDist": DistParams(scale=-1.0)}, False),
+        ({"BaseObstacle": ObstacleParams(sum_scores=True)}, True),
+        ({"critics": OUTLINES, "ObstacleFootprint": ObstacleParams(sum_scores=True)}, True),
+        ({"limit_vel_cmd_in_traj": True}, False),
+        ({"discretize_by_time": True}, False),
+        ({"max_vel_y": 0.2}, False),
     ],
 )
-def test_where_the_ends_do_not_tell_everything_it_does_not_choose(change: dict) -> None:
+def test_where_the_ends_do_not_tell_everything_the_choice_is_the_same(change: dict, is_quick: bool) -> None:
     params = replace(PARAMS, **change)
-    generator, critics = RolloutGenerator(params, 20.0), build_critics(params)
-    scene = random_scene(np.random.default_rng(2))
-    for critic in critics.values():
-        critic.prepare(scene)
-    assert EndChoice(generator, critics).choose(scene) is None
+    assert (check_choices(params, build_critics(params), np.random.default_rng(2)) > 15) == is_quick
 
 
 def test_it_follows_a_speed_limit_and_the_scores_told_afterwards_are_those_of_the_cycle() -> None:
@@ -224,6 +214,6 @@ def test_it_follows_a_speed_limit_and_the_scores_told_afterwards_are_those_of_th
             decision = controller.decide(state, scene.plan, scene.goal, Surroundings(scene.costmap))
             assert decision.command.linear_x <= (limit or 1.5) + 1e-4
             if decision.is_legal:
-                assert decision.choice == Choice.of(decision.scores)
+                assert decision.choice == decision.scores.best()
                 told = decision.record()
                 assert told.total == pytest.approx(sum(score.weighted for score in told.scores), rel=1e-5)

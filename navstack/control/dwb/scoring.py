@@ -1,0 +1,145 @@
+"""What the critics say of the trajectories of a cycle, and which of them is the best."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from navstack.control.dwb.choice_kernels import best_command
+from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.end_score import GIVEN, NOTHING, EndScore
+from navstack.control.dwb.end_score_kernels import Surface, Terms
+from navstack.control.dwb.kernels import add_weighted
+from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.types import Float32Array, FloatArray, Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The trajectory that is driven."""
+
+    index: int  # among the trajectories; the first of equals
+    total: float  # weighted sum of its scores; inf: none is legal
+    command: Twist2D  # standstill if none is legal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scores:
+    """What C critics say of K trajectories. ``rollouts`` holds until the next cycle, the rest for good."""
+
+    critics: tuple[str, ...]  # C names, in the order of evaluation
+    scales: Float32Array  # (C,) weights; 0: not evaluated
+    raw: FloatArray  # (C, K) raw score of every trajectory; inf: illegal
+    totals: Float32Array  # (K,) weighted sums; inf: illegal
+    rollouts: Rollouts
+
+    def best(self) -> Choice:
+        """The trajectory with the least total."""
+        best = int(self.totals.argmin()) if len(self.totals) else 0
+        if len(self.totals) == 0 or not np.isfinite(self.totals[best]):
+            return Choice(best, float("inf"), Twist2D())
+        return Choice(best, float(self.totals[best]), self.command(best))
+
+    def command(self, index: int) -> Twist2D:
+        """The velocity of a trajectory."""
+        return Twist2D(*self.rollouts.commands[index].tolist())
+
+    def rejections(self) -> dict[str, int]:
+        """Trajectories per critic, of which the first that objects counts; without critics that reject none."""
+        illegal = np.isinf(self.raw[:, ~np.isfinite(self.totals)])  # the others have no infinite score
+        first = illegal.argmax(axis=0)[illegal.any(axis=0)]
+        counts = np.bincount(first, minlength=len(self.critics)).tolist()
+        return {name: count for name, count in zip(self.critics, counts, strict=True) if count}
+
+
+class Scoring:
+    """Has the critics score the trajectories: all of them in full, or as far as it takes to find the best."""
+
+    def __init__(self, generator: RolloutGenerator, critics: Mapping[str, Critic]) -> None:
+        self._generator = generator
+        self._critics = dict(critics)
+        self._counted: list[tuple[int, float, float]] = []  # kind, number and scale of each of the terms
+        self._terms = _terms_of(self._counted)
+        self._guess = 0  # index of the last choice, likely a good one again
+        self._command: FloatArray = np.zeros(3)  # of the last choice: vx, vy, yaw rate
+        self._scene: Scene | None = None  # that the rollouts below are of
+        self._rollouts: Rollouts | None = None
+
+    def score_all(self, scene: Scene) -> Scores:
+        """Every critic's raw costs of every trajectory."""
+        rollouts = self._drive(scene)
+        raw = np.zeros((len(self._critics), len(rollouts.commands)))
+        scales = np.zeros(len(self._critics), dtype=np.float32)
+        for i, critic in enumerate(self._critics.values()):
+            scales[i] = critic.scale(scene)
+            if scales[i] != 0.0:
+                raw[i] = critic.raw_costs(rollouts, scene)
+        return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
+
+    def best(self, scene: Scene) -> Choice | None:
+        """The choice that all scores make, many times faster; None: it takes them, or no trajectory is legal."""
+        pose, velocity, costmap = scene.pose, scene.velocity, scene.costmap
+        if not self._generator.ends_suffice or velocity.linear_y != 0.0:
+            return None
+        given = self._ask(scene)
+        if given is None:
+            return None
+        robot = (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z)
+        grid = (costmap.origin_x, costmap.origin_y, costmap.resolution)
+        index, total = best_command(
+            np.array(robot, dtype=np.float64),
+            self._generator.sampling,
+            self._terms,
+            given,
+            scene.plan,
+            (scene.goal.x, scene.goal.y),
+            Surface(costmap.data, grid, scene.footprint),
+            self._guess,
+            self._command,
+        )
+        if index < 0:
+            return None
+        self._guess = index
+        return Choice(int(index), float(total), Twist2D(*self._command.tolist()))
+
+    def _ask(self, scene: Scene) -> FloatArray | None:
+        """Find what the critics score in this cycle; the raw costs (G, K) of those that cannot say it in short.
+
+        None: a weight is negative, so that what is not looked at yet may lower a total.
+        """
+        counted: list[tuple[int, float, float]] = []
+        given: list[FloatArray] = []
+        for critic in self._critics.values():
+            scale = critic.scale(scene)
+            if scale == 0.0:
+                continue
+            if scale < 0.0:
+                return None
+            score = critic.end_score(scene)
+            if score is None:
+                score = EndScore(GIVEN, len(given))
+                given.append(critic.raw_costs(self._drive(scene), scene))
+            if score.kind != NOTHING:
+                counted.append((score.kind, score.number, scale))
+        if counted != self._counted:
+            self._counted, self._terms = counted, _terms_of(counted)
+        return np.array(given, dtype=np.float64) if given else _NONE_GIVEN
+
+    def _drive(self, scene: Scene) -> Rollouts:
+        """The trajectories, once per scene."""
+        if self._rollouts is None or scene is not self._scene:
+            self._scene, self._rollouts = scene, self._generator.generate(scene.pose, scene.velocity)
+            scene.locate(self._rollouts)
+        return self._rollouts
+
+
+_NONE_GIVEN: FloatArray = np.empty((0, 0))
+
+
+def _terms_of(counted: list[tuple[int, float, float]]) -> Terms:
+    return Terms(
+        np.array([kind for kind, _, _ in counted], dtype=np.int64),
+        np.array([number for _, number, _ in counted], dtype=np.float64),
+        np.array([scale for _, _, scale in counted], dtype=np.float32),
+    )
