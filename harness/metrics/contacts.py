@@ -6,6 +6,7 @@ from harness.metrics.columns import Row
 from harness.metrics.encounter_metrics import PRICED_PROPERTY
 from harness.world.truth import Contact, CountedContact, Partner, Truth
 
+STANDING = 0.05  # [m/s]
 PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
 
 
@@ -81,10 +82,10 @@ def _event_row(kind: str, contact: Contact | CountedContact) -> Row:
     }
 
 
-def fault(contact: Contact | CountedContact, standing: float = 0.05) -> str:
-    """Who moved into whom; a robot slower than ``standing`` [m/s] along the normal was walked into."""
+def fault(contact: Contact | CountedContact) -> str:
+    """Who moved into whom; a robot slower than ``STANDING`` along the normal was walked into."""
     if contact.partner is Partner.PROPERTY:
         return "robot_into_property"
-    if abs(contact.robot_speed) < standing:
+    if abs(contact.robot_speed) < STANDING:
         return "person_into_standing_robot"
     return "robot_into_person" if contact.robot_speed >= contact.partner_speed else "person_into_robot"

@@ -164,7 +164,7 @@ def ask(
     return Answer(name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement)
 
 
-def cost_of(path: Path, costmap: Costmap, cost_weight: float = COST_WEIGHT) -> float:
-    """Length of a path [m], each piece times 1 + ``cost_weight`` * mean cost / 252."""
+def cost_of(path: Path, costmap: Costmap) -> float:
+    """Length of a path [m], each piece times 1 + ``COST_WEIGHT`` * mean cost / 252."""
     points = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
-    return float(polyline_cost(costmap.data, np.ascontiguousarray(points), cost_weight)) * costmap.resolution
+    return float(polyline_cost(costmap.data, np.ascontiguousarray(points), COST_WEIGHT)) * costmap.resolution

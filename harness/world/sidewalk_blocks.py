@@ -22,7 +22,6 @@ _DOUBLE_CROSSING_SHARE = 0.5  # of the roads between two blocks have a crosswalk
 # Crosswalks are raised ones: at sidewalk level from curb to curb.
 CURB_HEIGHT = 0.12  # [m] of sidewalks, plazas and lawns above the road
 _LAWN_SHARE = 0.25  # of the lots are lawns instead of buildings
-SIDES = ("left", "bottom", "right", "top")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +29,7 @@ class Block:
     """One city block: buildings in the middle, a sidewalk on each side."""
 
     area: Rect  # including the sidewalks
-    widths: tuple[float, float, float, float]  # [m] of the sidewalks at SIDES
+    widths: tuple[float, float, float, float]  # [m] of the sidewalks: left, bottom, right, top
     use: str  # 'buildings' or 'plaza'
 
     @property
@@ -39,7 +38,7 @@ class Block:
         return self.area.inset(*self.widths)
 
     def strip(self, side: int) -> Rect:
-        """The sidewalk along one side (index into SIDES), corners included."""
+        """The sidewalk along one side (index of ``widths``), corners included."""
         a, (left, bottom, right, top) = self.area, self.widths
         return (
             Rect(a.x0, a.y0, a.x0 + left, a.y1),
@@ -185,7 +184,7 @@ def _lots(area: Rect, rng: np.random.Generator) -> list[Rect]:
 
 
 def _setbacks(lot: Rect, inner: Rect, rng: np.random.Generator) -> tuple[float, ...]:
-    """How far a building stands back on each side (SIDES) that faces a sidewalk, in [m]."""
+    """How far a building stands back on each side (left, bottom, right, top) that faces a sidewalk, in [m]."""
     depths = rng.choice((0.0, 0.0, 0.3, 0.6, 1.2, 2.0), size=4)
     faces = (lot.x0 == inner.x0, lot.y0 == inner.y0, lot.x1 == inner.x1, lot.y1 == inner.y1)
     return tuple(float(depth) if face else 0.0 for depth, face in zip(depths, faces, strict=True))

@@ -31,11 +31,6 @@ class Contact:
     robot_speed: float  # [m/s] of the robot towards the partner at first touch, along the normal
     partner_speed: float  # [m/s] of the partner towards the robot at first touch, along the normal
 
-    @property
-    def closing_speed(self) -> float:
-        """Speed [m/s] at which they met, along the normal."""
-        return self.robot_speed + self.partner_speed
-
 
 @dataclass(frozen=True, slots=True)
 class CountedContact:

