@@ -1,6 +1,8 @@
-"""A real browser for whatever writes pages."""
+"""A real browser for whatever writes pages, and the memory of the processes that run tests."""
 
 import contextlib
+import gc
+import resource
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,11 +10,26 @@ from typing import Any
 
 import pytest
 
+from harness.execution.process_cache import forget
+from harness.execution.workers import give_memory_back
+
 CHROMIUM, DRIVER = "chromium", "chromedriver"
 SWITCHES = (
     *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
+MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
+ROOM = 800e6  # [bytes] beyond which a process forgets the worlds of earlier tests
+
+
+def pytest_sessionstart() -> None:
+    give_memory_back()
+
+
+def pytest_runtest_logfinish() -> None:
+    if MEMORY.exists() and int(MEMORY.read_text().split()[1]) * resource.getpagesize() > ROOM:
+        forget()
+        gc.collect()
 
 
 @pytest.fixture
