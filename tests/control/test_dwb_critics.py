@@ -212,6 +212,10 @@ def test_rotate_to_goal_slows_down_then_only_turns() -> None:
     expected = 5.0 * speeds**2 + np.abs(1.0 - rollouts.yaw[:, -1])
     np.testing.assert_allclose(costs[slow], expected[slow], atol=1e-12)
 
+    rollouts.commands[:3] = ((0.4, 0.0, 0.0), (np.nextafter(0.4, 0.0), 0.0, 0.0), (-0.4, 0.0, 0.0))
+    assert np.isinf(critic.raw_costs(rollouts, moving))[:3].tolist() == [True, False, True]  # not slower is illegal
+    speeds = np.abs(rollouts.commands[:, 0])
+
     stopped = make_scene(pose=Pose2D(1.7, 0.0, 0.0), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.1, 0.0, 0.0))
     critic.prepare(stopped)
     critic.prepare(moving)  # remembered, although the robot moves again
@@ -231,6 +235,16 @@ def test_rotate_to_goal_looks_ahead_in_time() -> None:
     np.testing.assert_allclose(rollouts.yaw_at(99.0), rollouts.yaw[:, -1])
     assert rollouts.yaw_rates.shape == (len(rollouts.x), rollouts.x.shape[1] - 1)
     assert rollouts.yaw_rates[fastest, 0] == pytest.approx(1.2)
+
+
+def test_rotate_to_goal_may_look_at_the_heading_of_now() -> None:
+    scene = make_scene(pose=Pose2D(1.7, 0.0, 0.2), goal=Pose2D(2.0, 0.0, 1.0), velocity=Twist2D(0.5))
+    for time, is_alike in ((0.0, True), (-1.0, False)):  # a negative time: the last pose
+        params = make_params(xy_goal_tolerance=0.5, RotateToGoal=RotateToGoalParams(lookahead_time=time))
+        rollouts, critic = roll_out(params, scene), make_critic("RotateToGoal", params)
+        critic.prepare(scene)
+        costs = critic.raw_costs(rollouts, scene) - 5.0 * rollouts.commands[:, 0] ** 2
+        assert np.allclose(costs[np.isfinite(costs)], 0.8, atol=1e-12) == is_alike
 
 
 def test_a_short_plan_is_asked_for_only_when_so_set() -> None:

@@ -145,6 +145,31 @@ def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, 
     assert stop_is_safe(standing, STRAIGHTEN, *known, person, RADIUS)  # at rest nobody is run into
 
 
+def test_who_walks_through_a_straight_stop_is_met_as_in_a_simulation_of_both() -> None:
+    """Looked at every 0.1 s and at the end; the stop begins one control period from now."""
+    rng, met = np.random.default_rng(8), 0
+    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
+    for _ in range(2000):
+        v = rng.uniform(0.3, 2.0)
+        x, y, vx, vy = rng.uniform((-1.0, -1.5, -1.5, -1.5), (2.5, 1.5, 1.5, 1.5))
+        speeds = [v]
+        while speeds[-1] > 0.0:
+            time = len(speeds) * PERIOD
+            speeds.append(stopped(v, 0.0, 0.0, 0.0, STRAIGHTEN, LIMITS, time)[0])
+        way, is_met = 0.0, False
+        for i, (speed, after) in enumerate(zip(speeds, [*speeds[1:], 0.0], strict=True)):
+            if i % 3 == 0 and speed >= 1e-3:
+                time = (i + 1) * PERIOD
+                away = np.hypot(way + CIRCLES - (x + time * vx), y + time * vy)
+                is_met |= bool(away.min() < RADIUS + 0.3)
+            way += 0.5 * PERIOD * (speed + after)
+        person = np.array(((x, y, vx, vy, 0.3, 0.0, 0.0, 0.0),))
+        state = np.array((0.0, 0.0, 0.0, v, 0.0, 0.0, 0.0))
+        assert stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS) is not is_met
+        met += is_met
+    assert 500 < met < 1500
+
+
 @pytest.mark.parametrize("v", [0.0, 0.1])
 def test_a_turning_robot_does_not_sweep_over_a_person(v: float) -> None:
     state = np.array((0.0, 0.0, 0.0, v, 0.8, 0.0, 0.0))

@@ -9,11 +9,14 @@ from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
 from scipy.integrate import solve_ivp
 
 from navstack.control.mpc import robot_model
+from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.distance_field import distance_and_gradient, distance_table
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.problem_numbers import cover
+from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stages import Clearances, fill_people
 from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams
@@ -152,6 +155,31 @@ def test_people_are_predicted_with_growing_uncertainty() -> None:
     assert (x, y) == pytest.approx((2.0, 4.75))
     assert deviation == pytest.approx(math.sqrt(0.04 + 0.09 * 2.5**2))
     assert nearest_people((), Pose2D(), 0.0, 8).shape == (0, 8)
+
+
+def test_people_cost_where_they_will_be_beside_the_line() -> None:
+    """Who crosses is thought to be farther on the way across, so that one passes behind; all others farther left."""
+    rng, times = np.random.default_rng(12), np.array((PERIOD, 0.1, 0.1))
+    keep, sides = Clearances(0.33, 0.25, 0.3, 1.5, 0.4, 0.1), set()
+    for _ in range(50):
+        people = np.column_stack((rng.uniform(-3.0, 3.0, (2, 4)), rng.uniform(0.0, 0.1, (2, 4))))
+        stages = np.zeros((3, Sizes(3, 2, 3).stage))
+        directions = rng.uniform(-math.pi, math.pi, 3)
+        stages[:, at.TANGENT_X], stages[:, at.TANGENT_Y] = np.cos(directions), np.sin(directions)
+        fill_people(stages, times, 2, people, 3, keep)
+        for stage, time, direction in zip(stages, times.cumsum(), directions, strict=True):
+            left = np.array((-math.sin(direction), math.cos(direction)))
+            for j, person in enumerate(people):
+                crossing = person[2:4] @ left  # [m/s] to the left
+                side = -1.0 if crossing < -0.3 else 1.0
+                sides.add((side, bool(crossing > 0.3)))
+                expected = person[:2] + time * person[2:4] + side * 0.1 * left
+                deviation = math.sqrt(person[5] + time * person[6] + time**2 * person[7])
+                distance = 0.33 + person[4] + 0.3 + min(0.4, 1.5 * deviation)
+                place = at.BASE + 3 * 2 + 3 * j
+                assert stage[place : place + 3] == pytest.approx((*expected, distance), abs=1e-12)
+            assert stage[at.BASE + 3 * 2 + 3 * 2 :].tolist() == [0.0, 0.0, -1.0]  # nobody
+    assert sides == {(-1.0, False), (1.0, False), (1.0, True)}
 
 
 def test_the_line_follows_the_plan_and_slows_in_curves() -> None:

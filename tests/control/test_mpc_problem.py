@@ -11,8 +11,9 @@ from navstack.control.mpc import compiled as compiler
 from navstack.control.mpc import mpc_problem
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.motion import rollout
-from navstack.control.mpc.mpc_problem import MpcProblem, linearisation
+from navstack.control.mpc.mpc_problem import MpcProblem, linearisation, residuals
 from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stages import cost_terms
 from navstack.types import FloatArray
 
 PERIOD = 1.0 / 30.0
@@ -40,6 +41,30 @@ def problem(rng: np.random.Generator, sizes: Sizes) -> tuple[FloatArray, ...]:
         ((-5.0, -10.0, *(-f for f in free), 0.0, -1.2, -2.5, -2.5), (5.0, 10.0, *free, 2.0, 1.2, 1.5, 2.5))
     )
     return start, jerks, stages, times, shared, bounds
+
+
+def test_the_cost_of_a_trajectory_is_that_of_the_program() -> None:
+    """The compiled terms against the symbolic residuals, and the lateral one against its formula, in both turns."""
+    rng, sizes = np.random.default_rng(19), Sizes(6, 3, 2)
+    symbols = ca.SX.sym("state", 7), ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    symbolic = ca.Function("residuals", list(symbols), residuals(*symbols, sizes))
+    for turn in (-1.0, 1.0):
+        start, _, stages, times, shared, _ = problem(rng, sizes)
+        start[3:5] = 1.9, turn * 1.1
+        jerks = rng.normal(size=(6, 2))
+        states = rollout(start, jerks, times)
+        stages[:, at.BASE + 2] = 2.0  # into the margin of an obstacle
+        stages[:, at.BASE + 9 : at.BASE + 12] = (*states[3, :2], 1.0)  # and of a person
+        expected = np.zeros(10)
+        for state, stage, jerk, dt in zip(states[1:], stages, jerks, times, strict=True):
+            found = [np.array(term).ravel() for term in symbolic(state, stage, shared)]
+            expected[:8] += [dt * term @ term for term in found]
+            expected[8:] += dt * (jerk[0] - stage[at.JERK]) ** 2, dt * jerk[1] ** 2
+        terms = cost_terms(states, jerks, stages, times, shared, sizes.people)
+        assert terms == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        excess = np.maximum(np.abs(states[1:, 3] * states[1:, 4]) - shared[at.LATERAL_LIMIT], 0.0)
+        assert terms[at.W_LATERAL] == pytest.approx((times * excess**2).sum()) and excess.max() > 0.3
+        assert (terms > 0.0).all()
 
 
 def test_the_quadratic_program_is_solved_as_by_another_solver() -> None:
