@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from harness.storage.tables import Columns, Row, read_rows, trouble_with
+from harness.storage.tables import Columns, Row, is_of_kind, read_rows
 from navstack.errors import InputError
 
 LARGEST = 1e12  # of any number; more is no measurement of ours
@@ -98,7 +98,7 @@ def with_events(records: Sequence[Row], path: Path, tables: Mapping[str, Columns
     """
     events: dict[tuple[str, int], list[Row]] = {}
     for number, event in enumerate(read_rows(path / "events.parquet", tables["events"]), start=1):
-        if trouble := _trouble_with(event, tables["events"]):
+        if trouble := trouble_with(event, tables["events"]):
             raise InputError(f"{path / 'events.parquet'}: is damaged: row {number}: {trouble}")
         events.setdefault((event["stack"], event["episode"]), []).append(event)
     for record in records:
@@ -110,28 +110,26 @@ def _trouble_in(record: Row, tables: Mapping[str, Columns]) -> str:
     """What is wrong with a record, with or without events; empty if nothing is."""
     row, timing = record["row"], record["timing"]
     has_failed = row.get("error") is not None
-    found = [("episode", _trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))]
-    found += [("event", _trouble_with(event, tables["events"])) for event in record.get("events", ())]
-    found.append(("timing", _trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS)))
+    found = [("episode", trouble_with(row, tables["episodes"], KEYS if has_failed else (*KEYS, *NEEDED)))]
+    found += [("event", trouble_with(event, tables["events"])) for event in record.get("events", ())]
+    found.append(("timing", trouble_with(timing, tables["timings"], () if has_failed else NEEDED_OF_TIMINGS)))
     return next((f"{part}: {trouble}" for part, trouble in found if trouble), "")
 
 
-def _trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> str:
+def trouble_with(row: object, columns: Columns, needed: Sequence[str] = ()) -> str:
     """What is wrong with a row of a table; empty if nothing is. A table may lack columns that are needed of it."""
     if not isinstance(row, dict):
         return f"{type(row).__name__} in place of a row"
-    nested = next((name for name, value in row.items() if isinstance(value, list | dict)), None)
-    if nested is not None:
-        return _shown(f"{nested} is a {type(row[nested]).__name__}")
-    texts = ("stack", "outcome")  # which every row of an episode has, and others need not have
-    trouble = trouble_with({**dict.fromkeys(texts, ""), **row}, {**dict.fromkeys(texts, "string"), **columns})
-    if trouble:
-        return _shown(trouble)
+    kinds = {"stack": "string", "outcome": "string", **columns}  # the first two may stand in every row
+    for name, value in row.items():
+        if isinstance(value, list | dict):
+            return _shown(f"{name} is a {type(value).__name__}")
+        if value is not None and not (name in kinds and is_of_kind(value, kinds[name])):
+            return _shown(f"{name} {value!r} is not a value of such a row")
+        if _is_odd(value, columns.get(name)):
+            return _shown(f"{name} {value!r} is no measurement")
     missing = next((name for name in needed if name in columns and row.get(name) is None), None)
-    if missing is not None:
-        return f"{missing} is missing"
-    odd = next((name for name, value in row.items() if _is_odd(value, columns.get(name))), None)
-    return "" if odd is None else _shown(f"{odd} {row[odd]!r} is no measurement")
+    return "" if missing is None else f"{missing} is missing"
 
 
 def _is_odd(value: object, kind: str | None) -> bool:

@@ -58,11 +58,21 @@ def other_study(folder: Path) -> tuple[str, str] | None:
     return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
 
 
-def no_run(folder: Path) -> InputError:
-    """What to say of a folder without ``run.json``."""
-    runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
-    advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
-    return InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Content of a run folder's ``run.json``; empty: it is damaged.
+
+    Raises:
+        InputError: there is none.
+    """
+    if not (folder / MANIFEST).is_file():
+        runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
+        advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
+        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
+    try:
+        content = json.loads(read_text(folder / MANIFEST))
+    except (ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:

@@ -94,16 +94,7 @@ def _first_line(error: Exception) -> str:
     return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
-def trouble_with(row: Row, columns: Columns) -> str:
-    """What is wrong with the row of an episode; empty if nothing is."""
-    for name, value in row.items():
-        if value is not None and not (name in columns and _is_of_kind(value, columns[name])):
-            return f"{name} {value!r} is not a value of such a row"
-    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
-    return next((f"{name} is missing" for name in needed if row.get(name) is None), "")
-
-
-def _is_of_kind(value: Any, kind: str) -> bool:
+def is_of_kind(value: Any, kind: str) -> bool:
     """Whether a value goes into a column of this Arrow type; numbers must be finite."""
     if kind == "double":
         return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_NUMBER

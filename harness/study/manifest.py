@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.execution.worker_check import project_digest
-from harness.storage.run_folder import MANIFEST, no_run
+from harness.storage.run_folder import MANIFEST, read_manifest
 from harness.storage.tables import Row
 from harness.task.stack import Stack
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
@@ -19,7 +18,7 @@ from harness.world.scene import Scene
 from harness.world.sensors import SensorParams
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
-from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass, read_text
+from navstack.params.strict import dump_dataclass, from_mapping, load_dataclass
 
 PROGRAM = "navbench"
 LIBRARIES = ("numpy", "scipy", "numba", "pybullet", "ompl", "casadi", "filterpy", "shapely", "pyarrow")
@@ -83,7 +82,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     Raises:
         InputError: the folder holds no run, one of another version of this program, or one on a map that has changed.
     """
-    content = _read_manifest(folder)
+    content = _whole_manifest(folder)
     where = str(folder / MANIFEST)
     recorded = content.get("versions", {}).get(PROGRAM)
     if recorded != version(PROGRAM):
@@ -107,7 +106,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
 
 def version_notes(folder: Path) -> list[str]:
     """A note for the program and each library that is another one than when the run began: then rows may differ."""
-    content = _read_manifest(folder)
+    content = _whole_manifest(folder)
     recorded = content["versions"]
     changed = content.get("program_sha256", project_digest()) != project_digest()
     notes = [f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"] * changed
@@ -118,16 +117,10 @@ def version_notes(folder: Path) -> list[str]:
     ]
 
 
-def _read_manifest(folder: Path) -> Mapping[str, Any]:
-    path = folder / MANIFEST
-    if not path.is_file():
-        raise no_run(folder)
-    try:
-        content = json.loads(read_text(path))
-    except (ValueError, RecursionError):
-        content = None
-    if not isinstance(content, dict) or not isinstance(content.get("versions"), dict):
-        raise InputError(f"{path}: is damaged; a run can be resumed from a whole one only")
+def _whole_manifest(folder: Path) -> dict[str, Any]:
+    content = read_manifest(folder)
+    if not isinstance(content.get("versions"), dict):
+        raise InputError(f"{folder / MANIFEST}: is damaged; a run can be resumed from a whole one only")
     return content
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import json
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,11 +13,11 @@ from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
 from harness.storage.journal import LARGEST, NEEDED
-from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, no_run, other_study
+from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, other_study, read_manifest
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
-from navstack.params.strict import load_yaml, read_text
+from navstack.params.strict import load_yaml
 
 NEEDED_OF_EVENTS = (
     *("stack", "episode", "type", "partner", "kind", "fault"),
@@ -131,7 +130,7 @@ def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> Sto
 
 
 def _load(folder: Path) -> StoredRun:
-    about = _read_manifest(folder)
+    about = _described(folder)
     if not (folder / "episodes.parquet").exists():
         if known := other_study(folder):
             kind, command = known
@@ -165,21 +164,18 @@ def _load(folder: Path) -> StoredRun:
     return StoredRun(folder, about, stacks, tuple(events))
 
 
-def _read_manifest(folder: Path) -> dict[str, Any]:
+def _described(folder: Path) -> dict[str, Any]:
     """Content of ``run.json``, its stacks as name, sensors and localizer."""
-    path = folder / MANIFEST
-    if not path.is_file():
-        raise no_run(folder)
+    about = read_manifest(folder)
     try:
-        about = json.loads(read_text(path))
         stacks = [(s["name"], tuple(s["carries"]), s["localizer"]) for s in about["stacks"]]
         sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
         sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
         sound = sound and all(isinstance(text, str) for name, sensors, key in stacks for text in (name, *sensors, key))
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (TypeError, KeyError):
         sound = False
     if not sound:
-        raise InputError(f"{path}: is damaged; it should name the seed, the map and the stacks of a run")
+        raise InputError(f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run")
     return {**about, "stacks": stacks}
 
 

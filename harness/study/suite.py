@@ -221,21 +221,18 @@ def _world_of(cell: Cell) -> tuple[str, int | None]:
 
 def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
     """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
-    names = ["rules.yaml", "prices.yaml"]
-    if _world_of(begun) == _world_of(cell):
+    folder, names = path / begun.name, ["rules.yaml", "prices.yaml"]
+    is_same_world = _world_of(begun) == _world_of(cell)
+    if is_same_world:
         names.append("world.yaml")
-    folder = path / begun.name
-    if _world_of(begun) == _world_of(cell) and _people_in(folder) != _people(texts):
+    other = [name for name in names if load_yaml(folder / "params" / name) != load_text(texts[name], name)]
+    if is_same_world and _people_in(folder) != _people(texts):
+        other.insert(0, "recording of people")
+    if other:
         raise InputError(
-            f"'{path / cell.name}' would be driven with another recording of people than '{folder}', whose deliveries "
-            "the same suite has; restore the file, or begin the suite in a new folder"
+            f"'{path / cell.name}' would be driven with another {other[0]} than '{folder}', whose deliveries the "
+            "same suite has; restore the file, or begin the suite in a new folder"
         )
-    for name in names:
-        if load_yaml(folder / "params" / name) != load_text(texts[name], name):
-            raise InputError(
-                f"'{path / cell.name}' would be driven with another {name} than '{folder}', whose deliveries the same "
-                "suite has; restore the file, or begin the suite in a new folder"
-            )
 
 
 def _people(texts: Mapping[str, str]) -> list[str]:

@@ -11,8 +11,8 @@ from typing import IO, Any
 
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder
+from harness.storage.journal import trouble_with
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
-from harness.storage.tables import trouble_with
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
@@ -167,4 +167,5 @@ def _trouble_with(row: Row) -> str:
     events = row.get(EVENTS, [])
     if not isinstance(events, list) or any(set(event) - set(EVENT_COLUMNS) for event in events):
         return f"{EVENTS} are no rows of events.parquet"
-    return trouble_with({key: value for key, value in row.items() if key != EVENTS}, COLUMNS)
+    needed = ("stack", "outcome") if row.get("error") is None else ("stack",)
+    return trouble_with({key: value for key, value in row.items() if key != EVENTS}, COLUMNS, needed)
