@@ -21,19 +21,10 @@ def means_contact(cost: int) -> bool:
 
 
 @njit(cache=True)
-def is_obstacle(costs: ByteArray, fx: float, fy: float) -> bool:
-    """Whether the robot's centre at (fx, fy) [cells] means contact; a place off the map counts as free."""
-    height, width = costs.shape
-    if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
-        return False
-    return bool(means_contact(costs[int(fy), int(fx)]))
-
-
-@njit(cache=True)
 def meets_obstacle(
     places: FloatArray, costs: ByteArray, origin_x: float, origin_y: float, resolution: float, cells: IntArray
 ) -> bool:
-    """Whether :func:`is_obstacle` holds at one of the places (2, N) [m] but the ends.
+    """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends; off the map none does.
 
     ``cells`` (N,) is room: their numbers, worked out first, so that this compiles to vector instructions.
     """
