@@ -80,16 +80,16 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
         assert shake(cargo, braking(deceleration)).pieces_outside == 0
 
 
-@pytest.mark.parametrize("faster", [3.0, 8.0])
-def test_a_bucket_that_falls_faster_than_its_pieces_leaves_them_behind(cargo, faster):
-    """They rise in it as free bodies: a dt^2 n (n + 1) / 2 after n steps."""
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
+def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(cargo, monkeypatch, yaw):
+    """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a)."""
+    pulls = []
+    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, pull, *more: pulls.append(pull))
+    acceleration = np.array((2.0, -5.0, 3.5))
     cargo.reset(np.random.default_rng(0))
-    before, steps = cargo.positions, 12
-    for _ in range(steps):
-        cargo.step((0.0, 0.0, -GRAVITY - faster), LEVEL, STILL)
-    rise = cargo.positions - before
-    assert np.median(rise[:, 2]) == pytest.approx(0.5 * faster * DT**2 * steps * (steps + 1), rel=0.02)
-    assert np.abs(rise[:, :2]).max() < 0.01
+    cargo.step(tuple(acceleration.tolist()), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)), STILL)
+    rotation = np.array(((math.cos(yaw), math.sin(yaw), 0.0), (-math.sin(yaw), math.cos(yaw), 0.0), (0.0, 0.0, 1.0)))
+    np.testing.assert_allclose(pulls, [rotation @ ((0.0, 0.0, -GRAVITY) - acceleration)], atol=1e-12)
 
 
 @pytest.fixture(scope="module")
