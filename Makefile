@@ -49,8 +49,7 @@ bench: $(READY)
 	$(BIN)/navbench bench
 
 frozen: $(READY)
-	$(BIN)/python benchmarks/calibrate.py verify
-	$(BIN)/python benchmarks/calibrate.py elsewhere
+	$(BIN)/python benchmarks/frozen_world.py
 	$(BIN)/python benchmarks/published_study.py --map sidewalk --stack nav2-gps-ekf --stack mpc-gps-ekf \
 	  --stack mppi-gps-ekf --stack rpp-gps-ekf
 	$(BIN)/python benchmarks/compare_controllers.py --world published --seed 3000 \

@@ -1,19 +1,16 @@
-"""How well does the GPS-EKF know where it is, beside raw GPS and through outages, in our world? How fast is it?
+"""How well does the GPS-EKF know where it is, beside raw GPS and through outages, in our world?
 
-Usage: python benchmarks/check_gps_ekf.py missions|speed [--sensors NAME] [--count N] [--seed S] [--workers N]
+Usage: python benchmarks/check_gps_ekf.py [--sensors NAME] [--count N] [--seed S] [--workers N]
 
-``missions``: robots that know where they are (ground truth drives) make deliveries; the GPS-EKF, raw GPS and a GPS-EKF
+Robots that know where they are (ground truth drives) make deliveries; the GPS-EKF, raw GPS and a GPS-EKF
 that gets no fixes for the last 20 s of every 45 s listen to the same sensors. The error is that of the believed
 position at every tick. Raw GPS is compared over all ticks, and over those at which its last fix is at most half a
 second old, for between houses it stands still without one. An outage counts if it lasts 20 s and the robot drives 5 m
 or more; what grows is the error, and the drift is the way that the believed position moves from the true one.
-
-``speed``: CPU time of an update of 30 Hz with wheels and inertial unit and every third time a fix, by engine.
 """
 
 import argparse
 import dataclasses
-import time
 from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
@@ -26,9 +23,9 @@ from harness.task.study import EpisodeTask, make_study
 from navstack.localization.gps import DEGRADED_AFTER, GpsLocalizer
 from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.params.gps_ekf import ENGINES, GpsEkfParams
+from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.nav2_file.views import read_gps_ekf
-from navstack.types import Belief, GpsFix, Imu, Observation, Odometry, Pose2D, Twist2D
+from navstack.types import Belief, Observation, Pose2D
 
 PERIOD, OUTAGE = 45.0, 20.0  # [s] from outage to outage, and its length
 SHORTEST = 5.0  # [m] that a robot drives in an outage that counts
@@ -179,37 +176,15 @@ def missions(sensors: str, count: int, seed: int, workers: int) -> None:
             print(summary(deliveries), flush=True)
 
 
-def speed(count: int) -> None:
-    """Print the CPU time of an update."""
-    observations = []
-    for i in range(100 * count):
-        t = i / 30.0
-        wheels = Odometry(t, Pose2D(), Twist2D(1.0, 0.0, 0.1), 0.02, 0.01)
-        fix = GpsFix(t, 10.0 * np.sin(0.1 * t), 10.0 * (1.0 - np.cos(0.1 * t)), 0.5) if i % 3 == 0 else None
-        observations.append(Observation(t, wheels, Imu(t, 0.1 * t, 0.1, 0.01, 0.1, 0.03, 0.003), fix))
-    for engine in ENGINES:
-        localizer = GpsEkfLocalizer(GpsEkfParams(engine=engine))
-        for observation in observations[:300]:
-            localizer.update(observation)
-        begin = time.process_time()
-        for observation in observations[300:]:
-            localizer.update(observation)
-        print(f"{engine}: {(time.process_time() - begin) / (len(observations) - 300) * 1e6:.1f} us per update")
-
-
 def main() -> None:
     """Read the arguments and check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("missions", "speed"))
     parser.add_argument("--sensors", default="rtk_urban")
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=1)
     arguments = parser.parse_args()
-    if arguments.what == "missions":
-        missions(arguments.sensors, arguments.count, arguments.seed, arguments.workers)
-    else:
-        speed(arguments.count)
+    missions(arguments.sensors, arguments.count, arguments.seed, arguments.workers)
 
 
 if __name__ == "__main__":

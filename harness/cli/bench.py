@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
-DEFAULT_FLAME_LOOP = "paper-gps"
-FLAME_DELIVERIES = 3
-
 
 # fmt: off
 @click.command()
@@ -31,8 +28,6 @@ FLAME_DELIVERIES = 3
 @click.option("--runs", type=click.IntRange(min=1), help="Readings per component and deliveries per closed loop; "
               "default: 40 and 10.")
 @click.option("--quick", is_flag=True, help="Few readings and the first 15 s of few deliveries: a look, no figures.")
-@click.option("--flame", type=click.Path(path_type=Path), metavar="FILE.svg", help="Draw where a closed loop spends "
-              "its time; the first one of --only, else paper-gps.")
 @click.option("--history", type=click.Path(path_type=Path), metavar="FILE.md", help="Add a row to this table.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="FILE.json", help="Write the document of --json here.")
 @JSON
@@ -41,7 +36,6 @@ def bench(
     only: tuple[str, ...],
     runs: int | None,
     quick: bool,
-    flame: Path | None,
     history: Path | None,
     out: Path | None,
     as_json: bool,
@@ -49,7 +43,7 @@ def bench(
     """Measure how fast everything is, and against what.
 
     Components are held against plain numpy and against recorded times of Nav2's C++, whole deliveries against real
-    time; a flame graph shows where one simulated second goes.
+    time; the breakdown says where one simulated second goes.
 
     Times are processor time of one core; ours and its reference are taken in turn. docs/speed.md tells how to read
     them.
@@ -58,7 +52,7 @@ def bench(
     Examples:
       navbench bench
       navbench bench --only "DWB cycle" --only paper-gps --json
-      navbench bench --quick --flame flame.svg
+      navbench bench --quick
       navbench bench --history benchmarks/history.md
     """
     import dataclasses
@@ -71,7 +65,7 @@ def bench(
     effort = QUICK if quick else FULL
     if runs is not None:
         effort = dataclasses.replace(effort, runs=runs, deliveries=runs)
-    for option, file in (("--flame", flame), ("--history", history), ("--out", out)):
+    for option, file in (("--history", history), ("--out", out)):
         if file is not None:
             require_writable(option, file)
     if history is not None:
@@ -87,9 +81,6 @@ def bench(
     if not rows:
         raise InputError("nothing could be measured; why stands above")
     notes = _notes(rows, f"machine: {machine()}; {before:.1f} processes wanted a core when it began")
-    if flame is not None:
-        _draw_flame(flame, names)
-        notes.append(f"flame graph: {flame}")
     if history is not None:
         append(history, rows)
     _show(rows, notes, out, as_json)
@@ -148,21 +139,3 @@ def _notes(rows: Sequence[Row], about: str) -> list[str]:
     if any(row["name"] == TWO_WORKERS for row in rows):
         notes.append("two workers: wall time, which another load on the machine spoils.")
     return notes
-
-
-def _draw_flame(file: Path, names: Sequence[str]) -> None:
-    from collections import Counter
-
-    from harness.bench.flame import Stack, below, draw, sampled
-    from harness.bench.loops import LOOPS, Course, drive
-
-    loop = LOOPS[next((name for name in names if name in LOOPS), DEFAULT_FLAME_LOOP)]
-    stacks: Counter[Stack] = Counter()
-    with tempfile.TemporaryDirectory() as folder:
-        course = Course(loop, Path(folder))
-        drive(course.task(0))
-        with sampled(stacks):
-            for episode in range(FLAME_DELIVERIES):
-                drive(course.task(episode))
-    with _writable("--flame", file):
-        draw(below(stacks, ":run_episode"), f"{loop.name}, {FLAME_DELIVERIES} deliveries", file)

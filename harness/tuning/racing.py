@@ -5,10 +5,11 @@ and rarely 1000, so that ranks tell more than means, of which one disaster decid
 Dropping a trial as good as the incumbent loses nothing; the level bounds how often that happens at a look, and
 several looks add up. What is lost with a better trial its neighbours can make good, as the sampler goes on there.
 
-``benchmarks/check_racing.py`` weighs this: 100 trials of up to 32 missions in a made-up world and a final choice, 20
-seeds, end 1.0 USD (standard error 0.7) below those that drive everything on 64, with 38 % of the episodes. Two things
-that were tried and left: dropping at p < 0.1 in three looks (67 % of the episodes on two seeds), and the same
-first missions for all trials: an incumbent that is lucky on them lets nobody past (11 USD lost on one seed of eight).
+Weighed by ``benchmarks/check_racing.py`` of commit b5b2d63a1: 100 trials of up to 32 missions in a made-up world and a
+final choice, 20 seeds, end 1.0 USD (standard error 0.7) below those that drive everything on 64, with 38 % of the
+episodes. Two things that were tried and left: dropping at p < 0.1 in three looks (67 % of the episodes on two seeds),
+and the same first missions for all trials: an incumbent that is lucky on them lets nobody past (11 USD lost on one seed
+of eight).
 """
 
 from collections.abc import Mapping, Sequence

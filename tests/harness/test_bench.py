@@ -3,17 +3,13 @@
 import io
 import json
 import math
-import subprocess
-import sys
 import time
-from collections import Counter
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from harness.bench import breakdown, flame, history, machine, twins
+from harness.bench import breakdown, history, machine, twins
 from harness.bench.component import TwinError, require_agreement
 from harness.bench.loops import INCREMENTAL, LOOPS, NAVFN, Course, drive
 from harness.bench.measure import (
@@ -44,24 +40,6 @@ WITHOUT_TWIN = (
     *("AMCL resampling, 500", "AMCL resampling, 2000"),
     *("NavFn Dijkstra, 4000 x 4000", "IncrementalNavfn replan, 4000 x 4000"),
 )
-BUSY = """
-import json, time
-from collections import Counter
-from harness.bench import flame
-
-def spin():
-    until = time.thread_time() + 0.15
-    while time.thread_time() < until:
-        pass
-
-def busy():
-    spin()
-
-stacks = Counter()
-with flame.sampled(stacks):
-    busy()
-print(json.dumps(list(flame.below(stacks, ":busy").items())))
-"""  # in a process of its own, as the command has one: a timer of processor time goes to whole processes
 
 
 @pytest.mark.parametrize("name", [name for name in COMPONENTS if name not in LONG])
@@ -271,19 +249,6 @@ def test_a_part_does_not_count_what_it_calls() -> None:
     assert (meter.calls["inner"], meter.inner_calls["Outer"]) == (1, 1)
     within, around = breakdown.wrapper_cost()
     assert 0.0 <= within < 1e-4 and 0.0 <= around < 1e-4
-
-
-def test_a_flame_graph_shows_who_is_busy(tmp_path: Path) -> None:
-    told = subprocess.run([sys.executable, "-c", BUSY], capture_output=True, text=True, check=True, cwd=ROOT)
-    inside = Counter({tuple(stack): count for stack, count in json.loads(told.stdout)})
-    assert sum(inside.values()) > 20
-    assert all(stack[-1].endswith((":spin", ":busy")) for stack in inside)
-    flame.draw(inside, "a < b", tmp_path / "flame.svg")
-    titles = [
-        element.text or "" for element in ElementTree.parse(tmp_path / "flame.svg").iter() if "title" in element.tag
-    ]
-    assert any("busy" in title and "100.0 %" in title for title in titles)
-    assert any("spin" in title for title in titles)
 
 
 def test_history_grows_by_a_row_and_spares_other_files(tmp_path: Path) -> None:
