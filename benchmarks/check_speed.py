@@ -58,7 +58,7 @@ class Process:
     """A process of its own with the code of another folder."""
 
     def __init__(self, tree: Path) -> None:
-        if not (tree / "harness" / "episode.py").is_file():
+        if not (tree / "harness" / "episode" / "episode.py").is_file():
             raise Failure(f"{tree} holds no version of this program")
         self._tree = tree
         environment = {**os.environ, "PYTHONPATH": str(tree)}

@@ -1,5 +1,9 @@
-"""AMCL's particles: motion model, sample limits, resampling, clusters, the spread about a start."""
+"""AMCL's particles: motion model, sample limits, resampling, clusters, the spread about a start.
 
+The recordings' random numbers are POSIX ``drand48`` and Nav2's normal numbers made from it.
+"""
+
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -7,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from harness.parity.comparison import Comparison
-from harness.parity.drand48 import Drand48
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case
+from harness.parity.part import Case, Shape
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import count_bins, resample, sample_limit
 from navstack.localization.motion_model import MotionModel, motion_model_of
 from navstack.localization.particle_filter import Cluster, ParticleFilter, cluster_particles, stand_close
 from navstack.params.amcl import AmclParams
+from navstack.params.strict import from_mapping
 from navstack.types import FloatArray, Pose2D
 
 EXACT = 1e-9  # [m, rad] of what the same random numbers give; covariances and weights: relative or absolute
@@ -25,6 +29,45 @@ MOTION = re.compile(r"motion_seq_end_seed(\d+)_alphas_(.+)_pose(.+)_delta(.+)")
 UNIFORM = re.compile(r"drand48_seed(\d+)_first(\d+)")
 NORMAL = re.compile(r"ran_gaussian_sigma([\d.]+)_seed(\d+)_first(\d+)")
 OUTPUT = re.compile(r"resample_(.+)_out_poses_seed(\d+)")
+
+
+LIMITS = Shape(("kld_limit_{}", "kld_k"), (), ("kld_{}",), "pop_err", "kld_limit_{}")  # for so many bins
+_FACTOR, _ADDEND, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1  # POSIX.1-2017, drand48()
+_SEED_LOW = 0x330E  # the low 16 bits that srand48() sets
+
+
+class Drand48:
+    """The sequence after ``srand48(seed)``."""
+
+    def __init__(self, seed: int) -> None:
+        self._state = (seed << 16) + _SEED_LOW
+
+    def uniform(self) -> float:
+        """The next number in [0, 1)."""
+        self._state = (_FACTOR * self._state + _ADDEND) & _MASK
+        return self._state / (1 << 48)
+
+    def normal(self) -> float:
+        """The next standard normal number, by the polar method (``pf_pdf.c``)."""
+        while True:
+            first, second = self._symmetric(), self._symmetric()
+            squared = first * first + second * second
+            if 0.0 < squared <= 1.0:
+                return second * math.sqrt(-2.0 * math.log(squared) / squared)
+
+    def uniforms(self, count: int) -> FloatArray:
+        """The next ``count`` uniform numbers."""
+        return np.array([self.uniform() for _ in range(count)])
+
+    def normals(self, count: int) -> FloatArray:
+        """The next ``count`` standard normal numbers."""
+        return np.array([self.normal() for _ in range(count)])
+
+    def _symmetric(self) -> float:
+        """The next number in (-1, 1) but -1, for which another is drawn."""
+        while (drawn := self.uniform()) == 0.0:
+            pass
+        return 2.0 * drawn - 1.0
 
 
 def find_generators(file: GoldenFile) -> Iterator[Case]:
@@ -83,17 +126,9 @@ def check_moments(case: Case, comparison: Comparison) -> None:
     )
 
 
-def find_limits(file: GoldenFile) -> Iterator[Case]:
-    """Limits ``kld_limit_<case>`` for ``kld_k`` bins, with the facts ``kld_<case>``."""
-    for base in file.bases("", prefix="kld_limit_"):
-        if "kld_k" in file and "pop_err" in file.facts(f"kld_{base}"):
-            yield Case(f"kld_limit_{base}", file, frozenset((f"kld_limit_{base}", "kld_k")))
-
-
 def check_limits(case: Case, comparison: Comparison) -> None:
     """Every limit."""
-    facts = case.file.facts(case.name.replace("_limit", ""))
-    ours = [_limit(int(bins), facts) for bins in case.file["kld_k"]]
+    ours = [_limit(int(bins), case.facts) for bins in case.file["kld_k"]]
     comparison.equal("particles", ours, case.file[case.name])
 
 
@@ -176,7 +211,8 @@ def _errors(poses: FloatArray, recorded: FloatArray, count: int) -> FloatArray:
     """How far recorded moments of ``count`` particles are from ours, in standard errors of the difference."""
     batches = np.array([_moments(batch)[: len(recorded)] for batch in np.split(poses, BATCHES)])
     of_one = batches.var(axis=0, ddof=1) * BATCH  # variance of a moment of a single particle
-    return (recorded - batches.mean(axis=0)) / np.sqrt(of_one / len(poses) + of_one / count)
+    errors: FloatArray = (recorded - batches.mean(axis=0)) / np.sqrt(of_one / len(poses) + of_one / count)
+    return errors
 
 
 def _moments(poses: FloatArray) -> FloatArray:
@@ -212,4 +248,5 @@ def _alpha_sets(file: GoldenFile) -> dict[str, list[float]]:
 
 
 def _motion_model(alphas: list[float]) -> MotionModel:
-    return motion_model_of(AmclParams(**{f"alpha{i}": alpha for i, alpha in enumerate(alphas, 1)}))
+    given = {f"alpha{i}": alpha for i, alpha in enumerate(alphas, 1)}
+    return motion_model_of(from_mapping(AmclParams, given, "alphas"))

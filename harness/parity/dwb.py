@@ -1,4 +1,4 @@
-"""DWB's decisions: sampled velocities, trajectories, scores and the chosen command of single scenes (Nav2 main)."""
+"""DWB: scenes of Nav2 main, sequences of Jazzy with the pruning of the plan, sampled velocities, densified plans."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -8,22 +8,26 @@ import numpy as np
 
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case, existing
+from harness.parity.part import Case, Shape, existing
 from navstack.control.controller import Surroundings
 from navstack.control.dwb.critics import CRITICS, build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.critics.map_grid import MapGridCritic
 from navstack.control.dwb.decision import Decision
 from navstack.control.dwb.dwb_controller import DwbController
-from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
+from navstack.control.plan_handling import PlanWindow, densify
 from navstack.costmap.costmap import Costmap
+from navstack.errors import NoLegalVelocity
 from navstack.params.dwb import DwbParams
 from navstack.params.strict import from_mapping
-from navstack.types import FloatArray, Pose2D, RobotState, Twist2D
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
 TOLERANCE = 1e-5  # of trajectories, raw scores and totals, which Nav2 adds up in float32
 FREQUENCY = 30.0  # [Hz] of the recorded controller
+RESOLUTION = 0.05  # [m] of the grid that plans are densified for
+POINT_TOLERANCE = 1e-9  # [m] of plans
 PLAN_LENGTH_OF_MAIN = 1.0  # [m] within which Nav2 main's RotateToGoal begins to act
 NOT_OURS = ("transform_tolerance",)  # recorded parameters that navstack, which has one frame, does not have
 SUFFIXES = (
@@ -37,29 +41,25 @@ OUT_OF_BOUNDS = (
 )
 
 
-def find(file: GoldenFile) -> Iterator[Case]:
-    """Scenes of one cycle: ``<case>_costmap``, ``<case>_path`` and ``<case>_vel``, and their facts."""
-    for name in file.bases("_costmap"):
-        inputs = {f"{name}_costmap", f"{name}_path"}
-        if {*inputs, f"{name}_vel"} <= file.names and "pose" in file.facts(name):
-            yield Case(name, file, existing(file, (*inputs, *(f"{name}_{suffix}" for suffix in SUFFIXES))))
+SCENES = Shape(("{}_costmap", "{}_path", "{}_vel"), tuple(f"{{}}_{suffix}" for suffix in SUFFIXES), fact="pose")
+PLANS = Shape(("adjust_{}_in", "adjust_{}_out"), (), ("adjust_{}",), None, "adjust_{}")
 
 
-def check(case: Case, comparison: Comparison) -> None:
+def check_scene(case: Case, comparison: Comparison) -> None:
     """One cycle on a fresh controller; the cycles that follow it, where they are recorded."""
-    facts, costmap = case.facts, costmap_of(case)
-    params = replace(make_params(case.file, facts["overrides"]), path_length_tolerance=PLAN_LENGTH_OF_MAIN)
+    facts, costmap = case.facts, _costmap(case)
+    params = replace(_params(case.file, facts["overrides"]), path_length_tolerance=PLAN_LENGTH_OF_MAIN)
     critics = build_critics(params)
-    controller = DwbController(params, footprint_of(case.file), FREQUENCY, critics)
+    controller = DwbController(params, _footprint(case.file), FREQUENCY, critics)
     goal, path = Pose2D(*facts["goal"]), case["path"]
-    decision = controller.decide(state_of(facts), path, goal, Surroundings(costmap))
+    decision = controller.decide(_state(facts), path, goal, Surroundings(costmap))
     undefined = params.RotateToGoal.lookahead_time >= 0.0
     if undefined:
         comparison.allow(OUT_OF_BOUNDS)
-    check_decision(case, "", comparison, decision, undefined)
-    check_grids(case, "", comparison, critics, make_scene(facts, path, goal, costmap, case.file))
+    _check_decision(case, "", comparison, decision, undefined)
+    _check_grids(case, "", comparison, critics, _scene(facts, path, goal, costmap, case.file))
     if not undefined:
-        check_choice(comparison, facts, decision)
+        _check_choice(comparison, facts, decision)
     _check_following(case, comparison, path, Surroundings(costmap), params)
 
 
@@ -67,18 +67,18 @@ def _check_following(
     case: Case, comparison: Comparison, path: FloatArray, surroundings: Surroundings, params: DwbParams
 ) -> None:
     """The cycles after the first, on one controller that remembers; the sequence begins with the scene itself."""
-    controller = DwbController(params, footprint_of(case.file), FREQUENCY)
+    controller = DwbController(params, _footprint(case.file), FREQUENCY)
     following = case.facts.get("sequence_after", ())
     for k, step in enumerate((case.facts, *following) if following else ()):
-        decision = controller.decide(state_of(step), path, Pose2D(*case.facts["goal"]), surroundings)
-        check_choice(comparison, step, decision, f"cycle {k}: ")
+        decision = controller.decide(_state(step), path, Pose2D(*case.facts["goal"]), surroundings)
+        _check_choice(comparison, step, decision, f"cycle {k}: ")
         if "n_osc" in step:
             comparison.equal(
                 f"cycle {k}: oscillating", decision.scores.rejections().get("Oscillation", 0), step["n_osc"]
             )
 
 
-def make_params(file: GoldenFile, overrides: Mapping[str, Any]) -> DwbParams:
+def _params(file: GoldenFile, overrides: Mapping[str, Any]) -> DwbParams:
     """The parameters of a scene: the file's, and what the scene changes; critics' own stand as ``<Critic>.<name>``."""
     nested: dict[str, Any] = {}
     for key, value in {**file.meta["base_params"], **overrides}.items():
@@ -90,28 +90,28 @@ def make_params(file: GoldenFile, overrides: Mapping[str, Any]) -> DwbParams:
     return from_mapping(DwbParams, nested, str(file.path))
 
 
-def footprint_of(file: GoldenFile) -> FloatArray:
+def _footprint(file: GoldenFile) -> FloatArray:
     """The padded footprint (V, 2) [m] of a file's scenes."""
     return np.array(file.meta["footprint_padded"])
 
 
-def costmap_of(case: Case) -> Costmap:
+def _costmap(case: Case) -> Costmap:
     """The costmap of a scene."""
     return Costmap(case["costmap"], case.facts["resolution"], *case.facts["origin"])
 
 
-def state_of(step: Mapping[str, Any]) -> RobotState:
+def _state(step: Mapping[str, Any]) -> RobotState:
     """The robot's state in a recorded cycle."""
     return RobotState(Pose2D(*step["pose"]), Twist2D(*step["vel"]), step.get("t", 0.0))
 
 
-def make_scene(step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile) -> Scene:
+def _scene(step: Mapping[str, Any], plan: FloatArray, goal: Pose2D, costmap: Costmap, file: GoldenFile) -> Scene:
     """What the critics saw in a recorded cycle."""
-    state = state_of(step)
-    return Scene(state.pose, state.twist, state.stamp, goal, plan, costmap, footprint_of(file))
+    state = _state(step)
+    return Scene(state.pose, state.twist, state.stamp, goal, plan, costmap, _footprint(file))
 
 
-def check_decision(case: Case, prefix: str, comparison: Comparison, decision: Decision, undefined: bool) -> None:
+def _check_decision(case: Case, prefix: str, comparison: Comparison, decision: Decision, undefined: bool) -> None:
     """Samples, trajectories and scores of a cycle whose arrays are ``<case>_<prefix><suffix>``.
 
     ``undefined``: RotateToGoal's scores mean nothing.
@@ -152,19 +152,19 @@ def _check_trajectories(case: Case, prefix: str, comparison: Comparison, rollout
         comparison.near(f"{at}times", np.concatenate(times), case[f"{prefix}times"], TOLERANCE)
 
 
-def check_grids(case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: Scene) -> None:
+def _check_grids(case: Case, prefix: str, comparison: Comparison, critics: Mapping[str, Critic], scene: Scene) -> None:
     """What a critic shows of itself, cell by cell: distances of the map-grid critics, costs of the others."""
     costs = scene.costmap.data
     every_cell = np.arange(costs.size, dtype=np.int32)
     for name, critic in critics.items():
         if f"{prefix}grid_{name}" in case:
-            ours = costs
+            ours: np.ndarray = costs
             if isinstance(critic, MapGridCritic):
                 ours = critic.distances(every_cell, scene).reshape(costs.shape)
             comparison.equal(f"{prefix}grid {name}", ours, case[f"{prefix}grid_{name}"])
 
 
-def check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = "") -> None:
+def _check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Decision, at: str = "") -> None:
     """The chosen command, exactly (also the one that Nav2 chose with its short circuit), and what was rejected."""
     command = decision.command if decision.is_legal else None
     chosen = [np.nan] * 3 if command is None else [command.linear_x, command.linear_y, command.angular_z]
@@ -178,3 +178,60 @@ def check_choice(comparison: Comparison, step: Mapping[str, Any], decision: Deci
     if "critic_scales" in step:
         comparison.equal(f"{at}critics", decision.scores.critics, step["critic_names"])
         comparison.near(f"{at}critics' scales", decision.scores.scales, step["critic_scales"], TOLERANCE)
+
+
+def find_sequences(file: GoldenFile) -> Iterator[Case]:
+    """Sequences ``<case>_costmap``, ``<case>_path``, ``<case>_s<k>_vel`` (k from 0) with ``steps`` in their facts."""
+    for name in file.bases("_s0_vel"):
+        inputs = {f"{name}_costmap", f"{name}_path"}
+        steps = file.facts(name).get("steps", ())
+        if inputs <= file.names and steps:
+            outputs = (f"{name}_s{k}_{s}" for k in range(len(steps)) for s in ("transformed_plan", *SUFFIXES))
+            yield Case(name, file, existing(file, (*inputs, *outputs)))
+
+
+def check_sequence(case: Case, comparison: Comparison) -> None:
+    """Every cycle of a sequence on one controller, which prunes one plan."""
+    params = _params(case.file, case.facts["overrides"])
+    critics = build_critics(params)
+    controller = DwbController(params, _footprint(case.file), FREQUENCY, critics)
+    window = PlanWindow(
+        params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
+    )
+    costmap, plan = _costmap(case), Path(case["path"])
+    goal = Pose2D(*map(float, plan.poses[-1]))
+    for k, step in enumerate(case.facts["steps"]):
+        near = window.near(plan, Pose2D(*step["pose"]), costmap)
+        if f"s{k}_transformed_plan" in case:
+            comparison.near(f"s{k}: pruned plan", near, case[f"s{k}_transformed_plan"], POINT_TOLERANCE)
+        try:
+            controller.compute_velocity(_state(step), plan, Surroundings(costmap))
+        except NoLegalVelocity as error:
+            comparison.equal(f"s{k}: rejected in the error", sum(error.rejections.values()), step["n_samples"])
+        decision = controller.last_decision
+        assert decision is not None
+        _check_choice(comparison, step, decision, f"s{k}: ")
+        if f"s{k}_vel" in case:
+            _check_decision(case, f"s{k}_", comparison, decision, undefined=False)
+            _check_grids(case, f"s{k}_", comparison, critics, _scene(step, near, goal, costmap, case.file))
+
+
+def find_velocities(file: GoldenFile) -> Iterator[Case]:
+    """Samples ``twists_<case>``; the fact is the velocity alone, or the velocity and changed parameters."""
+    for name in sorted(file.names):
+        if name.startswith("twists_") and name in file.meta and "base_params" in file.meta:
+            yield Case(name, file, frozenset((name,)))
+
+
+def check_velocities(case: Case, comparison: Comparison) -> None:
+    """All samples in their order, to the last bit."""
+    facts = case.file.meta[case.name]
+    velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
+    generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)
+    comparison.equal("velocities", generator.sampler.sample(Twist2D(*velocity)), case.file[case.name])
+
+
+def check_plan(case: Case, comparison: Comparison) -> None:
+    """The points, filled up where a gap exceeds two cells."""
+    ours = densify(case["in"], case.facts.get("resolution", RESOLUTION))
+    comparison.near("points", ours, case["out"][:, :2], POINT_TOLERANCE)

@@ -42,7 +42,7 @@ class GoldenFile:
             raise self.unusable(f"is not a readable .npz file ({_reason(error)})") from None
         if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise self.unusable("is a single array, not an .npz file")
-        largest = max((member.file_size for member in arrays.zip.infolist()), default=0)
+        largest = max((member.file_size for member in arrays.zip.infolist()), default=0) if arrays.zip else 0
         if largest > MOST_BYTES:
             raise self.unusable(f"holds an array of {largest} bytes, at most {MOST_BYTES} are read")
         self._arrays = arrays

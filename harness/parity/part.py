@@ -1,6 +1,6 @@
 """The parts of Nav2 that are compared, and the cases of each."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ class Case:
     name: str  # as in the names of its arrays
     file: GoldenFile
     arrays: frozenset[str]  # names of the arrays it accounts for
+    keys: tuple[str, ...] = ()  # under which ``meta_json`` has its facts; none: its name
 
     @property
     def title(self) -> str:
@@ -25,8 +26,8 @@ class Case:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What ``meta_json`` says under the case's name."""
-        return self.file.facts(self.name)
+        """What ``meta_json`` says of the case."""
+        return self.file.facts(*(self.keys or (self.name,)))
 
     def __getitem__(self, suffix: str) -> np.ndarray:
         """The array ``<name>_<suffix>``."""
@@ -44,6 +45,29 @@ class Part:
     find: Callable[[GoldenFile], Iterable[Case]]  # reads names and facts only
     check: Callable[[Case, Comparison], None] | None  # None: navstack does not have it
     unit: str = ""  # of the largest deviation, where it is not the quantity's own
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """How cases are found by the names of their arrays; ``{}`` stands for what tells them apart."""
+
+    arrays: tuple[str, ...]  # that every case has; the first one is looked for
+    more: tuple[str, ...] = ()  # that a case may have
+    keys: tuple[str, ...] = ("{}",)  # under which ``meta_json`` has the facts
+    fact: str | None = ""  # that they must hold; empty: any, None: there may be none
+    name: str = "{}"
+
+    def __call__(self, file: GoldenFile) -> Iterator[Case]:
+        """The cases of a file."""
+        prefix, _, suffix = self.arrays[0].partition("{}")
+        for base in file.bases(suffix, prefix):
+            arrays, more, keys = (
+                tuple(text.replace("{}", base) for text in texts) for texts in (self.arrays, self.more, self.keys)
+            )
+            facts = file.facts(*keys)
+            has_facts = self.fact is None or (self.fact in facts if self.fact else bool(facts))
+            if has_facts and file.names.issuperset(arrays):
+                yield Case(self.name.replace("{}", base), file, existing(file, (*arrays, *more)), keys)
 
 
 def existing(file: GoldenFile, names: Iterable[str]) -> frozenset[str]:

@@ -1,7 +1,8 @@
-"""Blocks of a bag file that hold messages, compressed or not; the latest ones are kept in memory."""
+"""Bag files with blocks that hold messages, compressed or not: what ROS 1 bags and MCAP files have in common."""
 
 import os
 import zlib
+from abc import abstractmethod
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Final
 
 import pyarrow as pa
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, DamageError
+from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, BagFile, DamageError, Topic
 
 LARGEST_BLOCK = 128_000_000  # [bytes] compressed or not; recorders write blocks of 1 to 4 MB
 _KEPT = 128_000_000  # [bytes] of blocks in memory
@@ -29,49 +30,76 @@ class Block:
     checksum: int = 0  # CRC-32 of the decompressed bytes; 0: there is none
 
 
-class Blocks:
-    """Reads blocks of a file, and messages in them."""
+class BlockFile(BagFile):
+    """A bag whose messages stand in the file itself or in blocks of it; the latest blocks are kept in memory."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, types: frozenset[str]) -> None:
         """Open the file.
 
         Raises:
             OSError: it cannot be opened.
         """
+        super().__init__(path, types)
         self._file = os.open(path, os.O_RDONLY)
         self.size = os.fstat(self._file).st_size
         self._blocks: list[Block] = []
         self._loaded: OrderedDict[int, bytes] = OrderedDict()
+        self._wanted: dict[int, int | None] = {}  # the file's number of a topic -> ours; None: of another type
 
     def close(self) -> None:
         """Let go of the file."""
         os.close(self._file)
 
-    def bytes_at(self, offset: int, size: int) -> bytes:
+    def read(self, *place: int) -> bytes:
+        """See :meth:`BagFile.read`; the place is a block or ``WHOLE_FILE``, and offset and size in it."""
+        number, offset, size = place
+        if number == WHOLE_FILE:
+            return self._bytes_at(offset, size)
+        return self._load(number)[0][offset : offset + size]
+
+    @abstractmethod
+    def _take_records(self, content: bytes, block: int, where: str) -> None:
+        """Take in the records of a block; DamageError at the first that cannot be read."""
+
+    def _bytes_at(self, offset: int, size: int) -> bytes:
         """Bytes of the file itself; fewer where it ends."""
         return os.pread(self._file, min(size, max(self.size - offset, 0)), offset)
 
-    def add(self, block: Block) -> int:
-        """Enter a block; returns its number.
-
-        Raises:
-            DamageError: it is too large to be genuine, or compressed in an unknown way.
-        """
+    def _take_block(self, start: int, block: Block) -> None:
+        """Take in a block whose record's data begin at ``start``."""
         if block.compression not in COMPRESSIONS:
             known = ", ".join(filter(None, COMPRESSIONS))
             raise BagError(f"a block of the bag is compressed with '{block.compression[:40]}'; known: {known}")
         if max(block.size, block.full_size) > LARGEST_BLOCK:
             raise DamageError(f"the block at byte {block.offset} says that it has more than {LARGEST_BLOCK} bytes")
         self._blocks.append(block)
-        return len(self._blocks) - 1
+        number = len(self._blocks) - 1
+        content, trouble = self._load(number)
+        try:
+            self._take_records(content, number, f"the block at byte {start}")
+        except DamageError as error:
+            raise DamageError(trouble or str(error)) from None
+        if trouble:
+            raise DamageError(trouble)
 
-    def load(self, number: int) -> tuple[bytes, str | None]:
+    def _enter_topic(self, number: int, topic: Topic, is_known: bool = True) -> None:
+        """Enter a topic under the file's number of it; ``is_known``: its messages can be decoded."""
+        entered = self.add_topic(topic)
+        self._wanted[number] = entered if is_known and topic.type in self.types else None
+
+    def _enter_message(self, topic: int, time: int, *place: int) -> None:
+        """Enter a message of a wanted topic; its place is as in :meth:`read`."""
+        if place[2] > LARGEST_MESSAGE:
+            raise DamageError(f"has a message of {place[2]} bytes; at most {LARGEST_MESSAGE} are read")
+        self.add_message(topic, time, *place)
+
+    def _load(self, number: int) -> tuple[bytes, str | None]:
         """The decompressed bytes of a block as far as they are good, and what is wrong with the rest."""
         if number in self._loaded:
             self._loaded.move_to_end(number)
             return self._loaded[number], None
         block = self._blocks[number]
-        packed = self.bytes_at(block.offset, block.size)
+        packed = self._bytes_at(block.offset, block.size)
         content, trouble = decompress(packed, block.compression, block.full_size)
         if len(packed) < block.size:
             trouble = f"is cut off at byte {self.size}"
@@ -81,12 +109,6 @@ class Blocks:
         while len(self._loaded) > 1 and sum(map(len, self._loaded.values())) > _KEPT:
             self._loaded.popitem(last=False)
         return content, None if trouble is None else f"the block at byte {block.offset} {trouble}"
-
-    def message(self, number: int, offset: int, size: int) -> bytes:
-        """The bytes of a message in a block, or in the file itself where ``number`` is ``WHOLE_FILE``."""
-        if number == WHOLE_FILE:
-            return self.bytes_at(offset, size)
-        return self.load(number)[0][offset : offset + size]
 
 
 def decompress(content: bytes, compression: str, size: int) -> tuple[bytes, str | None]:

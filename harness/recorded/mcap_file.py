@@ -3,9 +3,8 @@
 import struct
 from pathlib import Path
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, DamageError, Topic, type_name
-from harness.recorded.block_file import BlockFile
-from harness.recorded.blocks import WHOLE_FILE, Block
+from harness.recorded.bag_file import DamageError, Topic, type_name
+from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6  # opcode of a record
@@ -23,12 +22,11 @@ class McapFile(BlockFile):
         """Open the file."""
         super().__init__(path, types)
         self._schemas: dict[int, str] = {}
-        self._wanted: dict[int, int | None] = {}  # channel -> its topic; None: of another type
 
     def _scan(self) -> None:
-        position, size = len(MAGIC), self._blocks.size
+        position, size = len(MAGIC), self.size
         while position < size:
-            head = self._blocks.bytes_at(position, _HEAD.size)
+            head = self._bytes_at(position, _HEAD.size)
             if len(head) < _HEAD.size:
                 break
             opcode, length = _HEAD.unpack(head)
@@ -38,29 +36,22 @@ class McapFile(BlockFile):
             if opcode == _CHUNK:
                 self._take_chunk(start, length)
             elif opcode == _MESSAGE and start + length <= size:
-                head = self._blocks.bytes_at(start, _MESSAGE_HEAD.size)
+                head = self._bytes_at(start, _MESSAGE_HEAD.size)
                 self._take_message(head, 0, WHOLE_FILE, start, length)
             elif opcode in (_SCHEMA, _CHANNEL) and start + length <= size:
-                self._describe(opcode, self._blocks.bytes_at(start, min(length, _LONGEST)))
+                self._describe(opcode, self._bytes_at(start, min(length, _LONGEST)))
             position = start + length
         raise DamageError(f"was never closed by its recorder, or is cut off at byte {size}")
 
     def _take_chunk(self, start: int, length: int) -> None:
-        head = self._blocks.bytes_at(start, min(length, _CHUNK_HEAD.size + 4 + 64 + 8))
+        head = self._bytes_at(start, min(length, _CHUNK_HEAD.size + 4 + 64 + 8))
         try:
             _, _, full_size, checksum = _CHUNK_HEAD.unpack_from(head)
             compression, position = _text(head, _CHUNK_HEAD.size)
             (size,) = struct.unpack_from("<Q", head, position)
         except struct.error:
             raise DamageError(f"is cut off in the block at byte {start}") from None
-        number = self._blocks.add(Block(start + position + 8, size, compression, full_size, checksum))
-        content, trouble = self._blocks.load(number)
-        try:
-            self._take_records(content, number, f"the block at byte {start}")
-        except DamageError as error:
-            raise DamageError(trouble or str(error)) from None
-        if trouble:
-            raise DamageError(trouble)
+        self._take_block(start, Block(start + position + 8, size, compression, full_size, checksum))
 
     def _take_records(self, content: bytes, block: int, where: str) -> None:
         """Take in the records of a block."""
@@ -91,8 +82,7 @@ class McapFile(BlockFile):
         if key in self._wanted:
             return
         kind = self._schemas.get(schema, "")
-        topic = self.add_topic(Topic(name, kind, encoding))
-        self._wanted[key] = topic if kind in self.types and encoding in _ENCODINGS else None
+        self._enter_topic(key, Topic(name, kind, encoding), encoding in _ENCODINGS)
 
     def _take_message(self, content: bytes, head: int, block: int, start: int, length: int) -> None:
         """Take in the message whose head stands in ``content`` and that itself is at ``start`` of its block."""
@@ -101,11 +91,8 @@ class McapFile(BlockFile):
             raise DamageError("has a message that is too short")
         channel, _, time, _ = _MESSAGE_HEAD.unpack_from(content, head)
         topic = self._wanted.get(channel)
-        if topic is None:
-            return
-        if size > LARGEST_MESSAGE:
-            raise DamageError(f"has a message of {size} bytes; at most {LARGEST_MESSAGE} are read")
-        self.add_message(topic, time, block, start + _MESSAGE_HEAD.size, size)
+        if topic is not None:
+            self._enter_message(topic, time, block, start + _MESSAGE_HEAD.size, size)
 
 
 def _text(record: bytes, position: int) -> tuple[str, int]:

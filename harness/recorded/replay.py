@@ -3,7 +3,8 @@
 import contextlib
 import math
 from array import array
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from statistics import median
 from typing import Any
@@ -13,21 +14,53 @@ import numpy as np
 from harness.recorded import messages
 from harness.recorded.bag import Bag, Message
 from harness.recorded.bag_file import DamageError
-from harness.recorded.clock import Clock
-from harness.recorded.receiver import Receiver
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES, decode
+from harness.recorded.receiver import Measured, Receiver
+from harness.recorded.ros_messages import FIX, decode
 from harness.recorded.sources import Choice
 from harness.recorded.trajectory import Trajectory
 from navstack.errors import InputError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, Observation, Odometry
+from navstack.types import Belief, GpsFix, Imu, LaserScan, Observation, Odometry
 
-# Of an observation, by type of message.
-_FIELDS = {FIX: "gps", IMU: "imu", ODOMETRY: "odometry", SCAN: "scan", **dict.fromkeys(TRANSFORM_TYPES, "odometry")}
 _FIRST = 50  # messages from which the usual offset between stamps and arrivals is taken, and of each topic
 _STILL = 3  # messages with one stamp, after which it is taken to be unset
 _COLUMNS = 4  # stamp, x, y, yaw
+APART = 10.0  # [s] by which a stamp may differ from the time that has come
+_BEGINNING = 0.1  # [s] of simulated time, in which a stamp of 0 may be meant
+
+
+class Clock:
+    """Goes with the stamps of measurement, never back; a stamp of another clock is replaced by the time of arrival.
+
+    Late messages keep their older stamps, and a bag whose stamps run faster or slower than its recording is followed. A
+    stamp more than ``APART`` off both the last and the expected time (of a receiver's own clock, corrupt) is not used,
+    nor one that is unset: 0, or the one at which a topic stands still.
+    """
+
+    def __init__(self, offset: float, still: Mapping[str, float] | None = None) -> None:
+        """Start.
+
+        Args:
+            offset: [s] by which stamps usually differ from the times of arrival.
+            still: the stamps that do not change, by topic.
+        """
+        self._offset, self._still = offset, still or {}
+        self._arrival: float | None = None
+        self.now = 0.0  # [s]
+        self.replaced: Counter[str] = Counter()  # stamps, by topic
+
+    def take(self, topic: str, arrival: float, stamp: float) -> float:
+        """Go on to a message's arrival; returns the stamp to use for it, in [s]."""
+        expected = arrival + self._offset if self._arrival is None else self.now + arrival - self._arrival
+        is_near_now = self._arrival is not None and abs(stamp - self.now) <= APART
+        is_unset = stamp == self._still.get(topic) or (stamp == 0.0 and abs(expected) > _BEGINNING)
+        if is_unset or (not abs(stamp - expected) <= APART and not is_near_now):
+            self.replaced[topic] += 1
+            stamp = expected
+        self.now = stamp if self._arrival is None else max(self.now, stamp)
+        self._arrival = arrival
+        return stamp
 
 
 class Replay:
@@ -126,14 +159,14 @@ class Replay:
             measured = self._receiver.convert(kind, decoded, stamp, belief.pose)
         if is_reference:
             if kind == FIX:
-                row = None if measured is None else (measured.x, measured.y, math.nan)
+                row = (measured.x, measured.y, math.nan) if isinstance(measured, GpsFix) else None
             else:
                 row = messages.pose_of(decoded)
             if row is not None:
                 self._references.extend((stamp, *row))
         if not is_input or measured is None:
             return belief
-        belief = self._localizer.update(Observation(now, **{_FIELDS[kind]: measured}))
+        belief = self._localizer.update(_observation(now, measured))
         if self._is_amcl and isinstance(measured, Odometry):
             self._moved_at = measured.stamp
         self._keep(now if self._moved_at is None else self._moved_at, belief)
@@ -148,5 +181,18 @@ class Replay:
         self._beliefs.extend((stamp, pose.x, pose.y, pose.yaw))
 
 
-def _trajectory(rows: array) -> Trajectory:
+def _trajectory(rows: "array[float]") -> Trajectory:
     return Trajectory.of_rows(np.array(rows).reshape(-1, _COLUMNS))
+
+
+def _observation(now: float, measured: Measured) -> Observation:
+    """What holds one measurement only."""
+    match measured:
+        case GpsFix():
+            return Observation(now, gps=measured)
+        case Imu():
+            return Observation(now, imu=measured)
+        case LaserScan():
+            return Observation(now, scan=measured)
+        case Odometry():
+            return Observation(now, odometry=measured)

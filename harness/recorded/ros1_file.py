@@ -1,11 +1,9 @@
 """Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), read from the front: their index is not needed."""
 
 import struct
-from pathlib import Path
 
-from harness.recorded.bag_file import LARGEST_MESSAGE, BagError, DamageError, Topic, type_name
-from harness.recorded.block_file import BlockFile
-from harness.recorded.blocks import WHOLE_FILE, Block
+from harness.recorded.bag_file import BagError, DamageError, Topic, type_name
+from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile
 
 MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
@@ -21,17 +19,12 @@ Header = dict[bytes, bytes]
 class Ros1File(BlockFile):
     """A ``.bag`` file; also one that was not closed, or lost its end."""
 
-    def __init__(self, path: Path, types: frozenset[str]) -> None:
-        """Open the file."""
-        super().__init__(path, types)
-        self._wanted: dict[int, int | None] = {}  # connection -> its topic; None: of another type
-
     def _scan(self) -> None:
-        if self._blocks.bytes_at(0, len(_VERSION)) != _VERSION:
+        if self._bytes_at(0, len(_VERSION)) != _VERSION:
             raise BagError(
                 f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or 'rosbags-convert'"
             )
-        position, size = len(_VERSION), self._blocks.size
+        position, size = len(_VERSION), self.size
         ends_at = 0  # [bytes] where the index should begin; 0: the recorder never wrote it
         while position < size:
             header, data, data_size = self._record_at(position)
@@ -44,7 +37,7 @@ class Ros1File(BlockFile):
                 self._take_chunk(header, data, data_size)
             elif op == _CONNECTION:
                 _check_connection(data_size)
-                self._take_connection(header, self._blocks.bytes_at(data, data_size))
+                self._take_connection(header, self._bytes_at(data, data_size))
             elif op == _MESSAGE:
                 self._take_message(header, WHOLE_FILE, data, data_size)
             if data + data_size > size:
@@ -55,24 +48,17 @@ class Ros1File(BlockFile):
 
     def _record_at(self, position: int) -> tuple[Header, int, int]:
         """A record's header, and where its data are: from which byte on, how many."""
-        length = self._blocks.bytes_at(position, 4)
+        length = self._bytes_at(position, 4)
         if len(length) == 4 and _LENGTH.unpack(length)[0] > _LONGEST_HEADER:
             raise DamageError(f"has a record of impossible size at byte {position}")
-        head = self._blocks.bytes_at(position, 8 + (_LENGTH.unpack(length)[0] if len(length) == 4 else 0))
+        head = self._bytes_at(position, 8 + (_LENGTH.unpack(length)[0] if len(length) == 4 else 0))
         return _record(head, 0, f"byte {position}", position)
 
     def _take_chunk(self, header: Header, start: int, size: int) -> None:
         name = header.get(b"compression", b"")
         compression = _COMPRESSIONS.get(name, name.decode(errors="replace") or "?")
         full_size = _number(header, b"size", 4)
-        number = self._blocks.add(Block(start, size, compression, full_size))
-        content, trouble = self._blocks.load(number)
-        try:
-            self._take_records(content, number, f"the block at byte {start}")
-        except DamageError as error:
-            raise DamageError(trouble or str(error)) from None
-        if trouble:
-            raise DamageError(trouble)
+        self._take_block(start, Block(start, size, compression, full_size))
 
     def _take_records(self, content: bytes, block: int, where: str) -> None:
         """Take in the records of a block."""
@@ -93,26 +79,19 @@ class Ros1File(BlockFile):
         connection = _number(header, b"conn", 4)
         if connection in self._wanted:
             return
-        about = _fields(data)
-        name, kind = (
-            header.get(b"topic", b"").decode(errors="replace"),
-            about.get(b"type", b"").decode(errors="replace"),
-        )
-        kind, digest = type_name(kind), about.get(b"md5sum", b"").decode(errors="replace")
-        topic = self.add_topic(Topic(name, kind, "ros1", digest))
-        self._wanted[connection] = topic if kind in self.types else None
+        about = {name: value.decode(errors="replace") for name, value in _fields(data).items()}
+        name, kind = header.get(b"topic", b"").decode(errors="replace"), type_name(about.get(b"type", ""))
+        self._enter_topic(connection, Topic(name, kind, "ros1", about.get(b"md5sum", "")))
 
     def _take_message(self, header: Header, block: int, start: int, size: int) -> None:
         topic = self._wanted.get(_number(header, b"conn", 4))
         if topic is None:
             return
-        if size > LARGEST_MESSAGE:
-            raise DamageError(f"has a message of {size} bytes; at most {LARGEST_MESSAGE} are read")
         time = header.get(b"time", b"")
         if len(time) != _TIME.size:
             raise DamageError("has a message without time")
         seconds, nanoseconds = _TIME.unpack(time)
-        self.add_message(topic, seconds * 1_000_000_000 + nanoseconds, block, start, size)
+        self._enter_message(topic, seconds * 1_000_000_000 + nanoseconds, block, start, size)
 
 
 def _record(content: bytes, start: int, where: str, offset: int = 0) -> tuple[Header, int, int]:

@@ -6,6 +6,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from harness.recorded.bag_file import LARGEST_MESSAGE, MOST_TOPICS, BagError, BagFile, DamageError, Topic
@@ -74,7 +75,7 @@ class SqliteFile(BagFile):
             if not stored.issuperset(columns):  # columns that are computed are not among those
                 raise BagError(f"bag '{self.path}' is an SQLite file, but has no table '{table}' as ROS 2 writes it")
 
-    def _rows(self, query: str) -> Iterator[tuple]:
+    def _rows(self, query: str) -> Iterator[tuple[Any, ...]]:
         for row in self._database.execute(query):
             self._deadline = time.monotonic() + _LONGEST
             yield row

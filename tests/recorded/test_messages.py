@@ -9,9 +9,9 @@ import pytest
 from harness.recorded import messages
 from harness.recorded.bag import Message
 from harness.recorded.bag_file import DamageError, Topic
-from harness.recorded.clock import Clock
 from harness.recorded.mountings import IDENTITY, Mountings, Transform, from_angles
 from harness.recorded.receiver import Receiver
+from harness.recorded.replay import Clock
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS, decode
 from navstack.localization.geodesy import LocalFrame
 from navstack.types import Pose2D

@@ -1,4 +1,4 @@
-"""The collision monitor: time until a polygon holds enough points, and which points it holds."""
+"""The velocity smoother while commands come and cease; the collision monitor: times to collision, points inside."""
 
 import re
 from collections.abc import Iterator
@@ -7,10 +7,18 @@ import numpy as np
 
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case
+from harness.parity.part import Case, Shape
 from navstack.params.collision_monitor import PolygonParams
+from navstack.params.safety import VelocitySmootherParams
+from navstack.params.strict import from_mapping
 from navstack.safety.monitor_zones import Zone
+from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import Twist2D
+
+SMOOTHED_TOLERANCE = 1e-9  # [m/s, rad/s]
+MEASURED = (0.8, 0.8, 0.9)  # share of what was sent that the recorded odometry measures in the next cycle
+NOT_OURS = ("odom_duration",)  # the odometry given to navstack is smoothed already
+
 
 FACTS = "collision_approach"
 POLYGON = "cm_polygon"
@@ -18,6 +26,26 @@ TOLERANCE = 1e-5  # [s]
 OVERFLOW = re.compile(r".*min_points_(\d+)")
 NO_COLLISION = -1.0  # recorded where there is none
 PARAMETERS = ("min_points", "simulation_time_step", "time_before_collision")
+# commands, cycles, and what was sent (NaN: nothing)
+SMOOTHED = Shape(("vs_{}_cmds_t_x_y_w", "vs_{}_out", "vs_{}_t"), (), ("velocity_smoother", "{}"), "params", "vs_{}")
+
+
+def check_smoother(case: Case, comparison: Comparison) -> None:
+    """Every cycle; where Nav2 sends nothing, navstack sends the standstill that Nav2 sent last."""
+    given = dict(case.facts["params"])
+    for key in NOT_OURS:
+        given.pop(key, None)
+    smoother = VelocitySmoother(from_mapping(VelocitySmootherParams, given, case.title))
+    commands = list(case["cmds_t_x_y_w"])
+    measured, ours = Twist2D(), []
+    for stamp in case["t"]:
+        while commands and commands[0][0] <= stamp:
+            t, x, y, w = commands.pop(0)
+            smoother.receive(Twist2D(x, y, w), t)
+        sent = smoother.smooth(None, measured, stamp)
+        ours.append((sent.linear_x, sent.linear_y, sent.angular_z))
+        measured = Twist2D(*(share * value for share, value in zip(MEASURED, ours[-1], strict=True)))
+    comparison.near("velocities", ours, np.nan_to_num(case["out"]), SMOOTHED_TOLERANCE)
 
 
 def find_times(file: GoldenFile) -> Iterator[Case]:
@@ -83,5 +111,6 @@ def _clouds(file: GoldenFile) -> list[str]:
 
 
 def _zone(file: GoldenFile, **recorded: float) -> Zone:
-    params = PolygonParams(type="polygon", action_type="approach", **recorded)
+    given = {"type": "polygon", "action_type": "approach", **recorded}
+    params = from_mapping(PolygonParams, given, str(file.path))
     return Zone(POLYGON, params, file[POLYGON])

@@ -1,4 +1,4 @@
-"""NavFn: potentials, translated costs and paths of both algorithms."""
+"""NavFn (potentials, translated costs and paths of both algorithms) and the simple smoother."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case, existing
+from harness.parity.part import Case, Shape, existing
 from navstack.costmap.costmap import FREE_SPACE, Costmap
 from navstack.errors import (
     GoalOccupiedError,
@@ -18,8 +18,11 @@ from navstack.errors import (
     StartOutsideMapError,
 )
 from navstack.params.planners import NavfnParams
+from navstack.params.smoothers import SimpleSmootherParams
+from navstack.params.strict import from_mapping
 from navstack.planning.navfn import NavfnPlanner, cell, clamped_cell
 from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
+from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import ByteArray, FloatArray, Path, Pose2D
 
 ALGORITHMS = ("dijkstra", "astar")
@@ -47,7 +50,11 @@ TOO_LONG_UPSTREAM = (
 )
 
 
-def find(file: GoldenFile) -> Iterator[Case]:
+SMOOTHED_TOLERANCE = 1e-5  # [m, rad]
+SMOOTHED = Shape(("sm_{}_in", "sm_{}_out", "sm_{}_costmap"), (), ("smoother", "{}"), "params", "sm_{}")
+
+
+def find_navfn(file: GoldenFile) -> Iterator[Case]:
     """Scenes ``<case>_costmap`` with the arrays of each algorithm; one case per algorithm."""
     for scene in file.bases("_costmap"):
         for algorithm in ALGORITHMS:
@@ -57,7 +64,7 @@ def find(file: GoldenFile) -> Iterator[Case]:
                 yield Case(name, file, existing(file, [f"{scene}_costmap", *outputs]))
 
 
-def check(case: Case, comparison: Comparison) -> None:
+def check_navfn(case: Case, comparison: Comparison) -> None:
     """One plan, or the error that it ends in."""
     scene, _, algorithm = case.name.rpartition("_")
     facts = case.file.facts(scene)
@@ -157,3 +164,14 @@ def _descent(poses: FloatArray, count: int, costmap: Costmap) -> FloatArray:
 
 def _said(result: Path | PlanningError) -> str:
     return f"a path of {len(result)} poses" if isinstance(result, Path) else f"{type(result).__name__}: {result}"
+
+
+def check_smoother(case: Case, comparison: Comparison) -> None:
+    """Every pose of the smoothed path."""
+    facts = case.facts
+    params = from_mapping(SimpleSmootherParams, facts["params"], case.title)
+    costmap = Costmap(case["costmap"], facts["resolution"], *facts["origin"])
+    ours, theirs = SimpleSmoother(params).smooth(Path(case["in"]), costmap).poses, case["out"]
+    comparison.near("positions", ours[:, :2], theirs[:, :2], SMOOTHED_TOLERANCE)
+    if ours.shape == theirs.shape:
+        comparison.angles("headings", ours[:, 2], theirs[:, 2], SMOOTHED_TOLERANCE)

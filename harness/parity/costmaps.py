@@ -1,19 +1,31 @@
-"""Inflation: cost against distance, and inflated grids by the rules of Nav2 Jazzy and of Nav2 main."""
+"""Inflation (cost against distance, grids by the rules of Nav2 Jazzy and main) and the obstacle layer in sequences."""
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case, existing
+from harness.parity.part import Case, Shape, existing
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.inflation import Inflation, cell_distance, inflation_cost
-from navstack.geometry import footprint_radii, pad_footprint
-from navstack.params.costmap import CostmapParams, InflationLayerParams, robot_footprint
-from navstack.types import BoolArray, ByteArray, FloatArray
+from navstack.costmap.layered_costmap import LayeredCostmap
+from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.obstacle_cells import ObstacleCells
+from navstack.costmap.window import Window
+from navstack.geometry import footprint_radii, pad_footprint, transform_points
+from navstack.params.costmap import (
+    CostmapParams,
+    InflationLayerParams,
+    LayerParams,
+    ObservationSourceParams,
+    ObstacleLayerParams,
+    robot_footprint,
+)
+from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 MAIN_STEPS = 100  # [1/cell] of Nav2 main's table of costs
 MISSED_SHARE = 1e-3  # of a grid's cells that a breadth-first search may give to a source that is not the nearest
@@ -26,6 +38,9 @@ MISSED_AT_RADIUS = (
     "recorded with approximate square roots, which leave out cells exactly at the inflation radius; navstack inflates "
     "them, as the same source does with exact ones"
 )
+
+
+GRIDS = Shape(("{}_out_legacy", "{}_in"))  # inflated by Jazzy
 
 
 def find_curves(file: GoldenFile) -> Iterator[Case]:
@@ -53,13 +68,6 @@ def check_curve(case: Case, comparison: Comparison) -> None:
     if "cells" in case:
         costs = [inflation_cost(float(cells) * resolution, radii[0], scaling) for cells in case["cells"]]
         comparison.equal("cost by cells", costs, case["cost_cells"])
-
-
-def find_grids(file: GoldenFile) -> Iterator[Case]:
-    """Grids inflated by Jazzy: ``_in`` and ``_out_legacy``."""
-    for name in file.bases("_out_legacy"):
-        if f"{name}_in" in file and file.facts(name):
-            yield Case(name, file, frozenset((f"{name}_in", f"{name}_out_legacy")))
 
 
 def check_grid(case: Case, comparison: Comparison) -> None:
@@ -142,3 +150,105 @@ def _inflated(grid: ByteArray, params: InflationLayerParams, case: Case, inscrib
     costs = grid.copy()
     Inflation(params, case.facts["resolution"], inscribed).apply(costs, 0, costs.shape[1], 0, costs.shape[0])
     return costs
+
+
+SUFFIXES = ("points", "sensor_origin", "robot_pose", "map_origin", "obst_grid", "master", "bounds_x0_xn_y0_yn")
+
+
+def find_layers(file: GoldenFile) -> Iterator[Case]:
+    """Sequences ``<case>_s<k>_points`` and so on, k from 0."""
+    for name in file.bases("_s0_points"):
+        facts = file.facts(name)
+        if "nsteps" in facts:
+            steps = range(facts["nsteps"])
+            yield Case(name, file, existing(file, (f"{name}_s{k}_{suffix}" for k in steps for suffix in SUFFIXES)))
+
+
+def check_layers(case: Case, comparison: Comparison) -> None:
+    """The whole costmap, step by step; then the list of marked cells, which must hold the same."""
+    params = _layer_params(case.facts)
+    _check_costmap(case, comparison, params)
+    if not case.facts["track_unknown"]:
+        _check_cells(case, comparison, params)
+
+
+def _check_costmap(case: Case, comparison: Comparison, params: CostmapParams) -> None:
+    costmap = LayeredCostmap(params)
+    for k in range(case.facts["nsteps"]):
+        origin = case[f"s{k}_sensor_origin"]
+        costmap.observe_points(case[f"s{k}_points"], float(origin[0]), float(origin[1]), float(k))
+        costmap.update(Pose2D(*case[f"s{k}_robot_pose"].tolist()), None, float(k))
+        master = costmap.master
+        comparison.near(f"step {k}: origin", (master.origin_x, master.origin_y), case[f"s{k}_map_origin"], 1e-9)
+        obstacles = costmap.obstacle_costs[0]
+        comparison.equal(f"step {k}: obstacle grid", obstacles, case[f"s{k}_obst_grid"])
+        comparison.equal(f"step {k}: bounds", costmap.region, case[f"s{k}_bounds_x0_xn_y0_yn"])
+        if not case.facts["inflation"]:
+            comparison.equal(f"step {k}: master", master.data, case[f"s{k}_master"])
+            continue
+        layer = params.layers["inflation_layer"]
+        assert isinstance(layer, InflationLayerParams)
+        border = at_radius(master.data, cell_distance(layer.inflation_radius, params.resolution), layer)
+        compare_but_at_radius(comparison, f"step {k}: master", master.data, case[f"s{k}_master"], border)
+
+
+def _check_cells(case: Case, comparison: Comparison, params: CostmapParams) -> None:
+    layer = params.layers["obstacle_layer"]
+    assert isinstance(layer, ObstacleLayerParams)
+    footprint = LayeredCostmap(params).footprint
+    buffer = ObservationBuffer(layer.active_sources[0])
+    window = Window(params.origin_x, params.origin_y, params.resolution, *case.facts["size"])
+    cells = ObstacleCells(layer, [buffer], window)
+    for k in range(case.facts["nsteps"]):
+        pose = Pose2D(*case[f"s{k}_robot_pose"].tolist())
+        if params.rolling_window:
+            window.centre_on(pose.x, pose.y)
+            cells.follow(window)
+        points = case[f"s{k}_points"].astype(np.float64)
+        marking = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
+        origin = case[f"s{k}_sensor_origin"]
+        flat = np.ascontiguousarray(points[:, :2])
+        buffer.add(Observation(float(k), float(origin[0]), float(origin[1]), flat.copy, flat[marking]))
+        cells.update(window, transform_points(pose, footprint))
+        comparison.equal(f"step {k}: list of cells", cells.as_grid(window), case[f"s{k}_obst_grid"])
+
+
+def _layer_params(facts: dict[str, Any]) -> CostmapParams:
+    given = facts["params"]
+    source = ObservationSourceParams(
+        marking=True,
+        clearing=True,
+        obstacle_min_range=facts["obstacle_range"][0],
+        obstacle_max_range=facts["obstacle_range"][1],
+        raytrace_min_range=facts["raytrace_range"][0],
+        raytrace_max_range=facts["raytrace_range"][1],
+    )
+    obstacles = ObstacleLayerParams(
+        footprint_clearing_enabled=given["obstacle_layer.footprint_clearing_enabled"],
+        min_obstacle_height=given["obstacle_layer.min_obstacle_height"],
+        max_obstacle_height=given["obstacle_layer.max_obstacle_height"],
+        combination_method=given["obstacle_layer.combination_method"],
+        observation_sources=("scan",),
+        sources={"scan": source},
+    )
+    layers: dict[str, LayerParams] = {"obstacle_layer": obstacles}
+    if facts["inflation"]:
+        layers["inflation_layer"] = InflationLayerParams(
+            inflation_radius=given["inflation_layer.inflation_radius"],
+            cost_scaling_factor=given["inflation_layer.cost_scaling_factor"],
+            distance_steps=MAIN_STEPS,
+        )
+    origin_x, origin_y = facts.get("origin", (0.0, 0.0))
+    return CostmapParams(
+        width=facts["size"][0] * facts["resolution"],
+        height=facts["size"][1] * facts["resolution"],
+        resolution=facts["resolution"],
+        origin_x=float(origin_x),
+        origin_y=float(origin_y),
+        rolling_window=facts["rolling"],
+        track_unknown_space=facts["track_unknown"],
+        footprint=facts["footprint"],
+        footprint_padding=facts["footprint_padding"],
+        plugins=tuple(layers),
+        layers=layers,
+    )
