@@ -70,8 +70,6 @@ def cycle(file: str, costs: str, path: str) -> Prepared:
 
 
 COMPONENTS: Sequence[Component] = (
-    Component("DWB cycle, 480 x 480", partial(cycle, "dwb_c", "costmap480", "path480"),
-              "DWB cycle, 480 x 480, 419 samples", 0.02),
-    Component("DWB cycle, 160 x 160", partial(cycle, "dwb_jazzy", "curve_costmap", "curve_path"),
-              "DWB cycle, 160 x 160", 0.1),
-)  # fmt: skip
+    Component("DWB cycle, 480 x 480", partial(cycle, "dwb_c", "costmap480", "path480"), 22.0, 0.02),
+    Component("DWB cycle, 160 x 160", partial(cycle, "dwb_jazzy", "curve_costmap", "curve_path"), 3.57, 0.1),
+)

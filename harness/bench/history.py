@@ -1,12 +1,14 @@
-"""The figures of one run as a row of a Markdown table: how they went over time."""
+"""The figures of one run as a row of a Markdown table: how they went over time, and on which machine."""
 
 import datetime
+import os
+import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.bench.machine import UNKNOWN, commit, machine
 from harness.bench.measure import CPP, TWO_WORKERS, WITH_CARGO
+from harness.execution.workers import available_cores
 from harness.storage.files import write_text
 from navstack.errors import InputError
 
@@ -37,6 +39,7 @@ RATIOS = {
     "field": "likelihood field, 4000 x 4000",
     "smoother": "simple smoother, 1172 poses",
 }  # columns of components
+UNKNOWN = "--"
 COLUMNS = ("date", "commit", "machine", *LOOPS, "with cargo", TWO_WORKERS, *RATIOS)
 HEADER = f"| {' | '.join(COLUMNS)} |\n|{' --- |' * len(COLUMNS)}\n"
 
@@ -87,3 +90,42 @@ def append(file: Path, rows: Sequence[Row]) -> None:
         write_text(file, text)
     except OSError as error:
         raise InputError(f"--history {file} cannot be written: {error.strerror}; give another file") from None
+
+
+def processor() -> str:
+    """The processor's name as the system gives it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return UNKNOWN
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, UNKNOWN)
+
+
+def machine() -> str:
+    """Processor and number of cores that this process may use."""
+    return f"{processor()}, {available_cores()} cores"
+
+
+def load() -> float:
+    """How many processes wanted a core, on average over the last minute."""
+    return os.getloadavg()[0]
+
+
+def commit(folder: Path | None = None) -> str:
+    """The commit of the program's checkout, with a + where files differ from it; ``--`` outside a checkout."""
+    folder = folder or Path(__file__).resolve().parents[2]
+    found = _git(folder, "rev-parse", "--short=9", "HEAD")
+    if found is None:
+        return UNKNOWN
+    return found + ("+" if _git(folder, "status", "--porcelain", "--untracked-files=no") else "")
+
+
+def _git(folder: Path, *words: str) -> str | None:
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(folder), *words], capture_output=True, text=True, check=True, timeout=60.0
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

@@ -1,4 +1,4 @@
-"""The steps of AMCL, and the likelihood field of a map."""
+"""The steps of AMCL, the likelihood field of a map, and the lidar that they look through."""
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from harness.bench import twins
 from harness.bench.component import Component, Prepared, golden, require_agreement, shipped_map
+from harness.world.lidar_kernels import cast_grid, clearance_field
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS
 from navstack.localization.free_space import FreeSpace
@@ -21,6 +22,8 @@ START = Pose2D(-42.8, -8.8, 1.67)  # on the sidewalk map
 COVARIANCE = np.diag((0.01, 0.01, 0.001))  # of particles that have converged
 MOTION = (Pose2D(), Pose2D(0.25, 0.0, 0.05))  # odometry before and after
 FARTHEST = 2.0  # [m] of the likelihood field
+BEAMS = 360  # of the lidar
+REACH = 30.0  # [m]
 
 
 def particles_of(count: int) -> ParticleFilter:
@@ -114,20 +117,43 @@ def field() -> Prepared:
     return Prepared(lambda: squared_distances(occupied, farthest), twin)
 
 
-def _sensor(count: int, beams: int, target: float | None = None) -> Component:
-    name = f"AMCL sensor update, {count} x {beams}"
-    return Component(name, partial(sensor_update, count, beams), name, target)
+def scan() -> Prepared:
+    """The rays of one scan on the shipped map, without people and noise."""
+    grid = shipped_map("sidewalk")
+    occupied = grid.data >= OCCUPIED
+    field = clearance_field(occupied)
+    x, y = (START.x - grid.origin.x) / grid.resolution, (START.y - grid.origin.y) / grid.resolution
+    angles = -np.pi + np.arange(BEAMS) * (2.0 * np.pi / BEAMS) + 0.001
+    directions, reach = np.column_stack((np.cos(angles), np.sin(angles))), REACH / grid.resolution
+    ranges = np.empty(BEAMS)
+
+    def ours() -> None:
+        cast_grid(field, x, y, 1.0, 0.0, directions, reach, ranges)
+
+    ours()
+    require_agreement("lidar", ranges, twins.cast(occupied, x, y, directions, reach), 1e-9)
+    return Prepared(ours, lambda: twins.cast(occupied, x, y, directions, reach))
 
 
 COMPONENTS: Sequence[Component] = (
-    _sensor(500, 60, 0.1),
-    _sensor(500, 360),
-    _sensor(2000, 60),
-    _sensor(2000, 360, 0.05),
     *(
-        Component(f"AMCL {what}, {count}", partial(make, count), f"AMCL {what}, {count}")
-        for what, make in (("motion update", motion_update), ("resampling", resampling))
-        for count in (500, 2000)
+        Component(f"AMCL sensor update, {count} x {beams}", partial(sensor_update, count, beams), recorded_ms, target)
+        for count, beams, recorded_ms, target in (
+            (500, 60, 0.95, 0.1),
+            (500, 360, 4.82, None),
+            (2000, 60, 3.83, None),
+            (2000, 360, 19.1, 0.05),
+        )
     ),
-    Component("likelihood field, 4000 x 4000", field, "likelihood field, 4020 x 4020", 0.5),
+    *(
+        Component(f"AMCL {what}, {count}", partial(make, count), recorded_ms)
+        for what, make, count, recorded_ms in (
+            ("motion update", motion_update, 500, 0.086),
+            ("motion update", motion_update, 2000, 0.33),
+            ("resampling", resampling, 500, 0.23),
+            ("resampling", resampling, 2000, 1.15),
+        )
+    ),
+    Component("likelihood field, 4000 x 4000", field, 2510.0, 0.5),  # 2510 to 2614
+    Component("lidar, 360 beams, 30 m", scan),
 )

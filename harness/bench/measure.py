@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from harness.bench import controllers, costmaps, localizers, planners, worlds
+from harness.bench import controllers, costmaps, localizers, planners
 from harness.bench.breakdown import Breakdown, break_down
-from harness.bench.component import Component
+from harness.bench.component import SOURCE, Component
 from harness.bench.loops import LOOPS, Course, Driven, Loop, drive
-from harness.bench.recorded import RECORDED_MS, SOURCE
 from harness.bench.timing import PROCESSOR, WALL, Spread, readings
 from harness.execution.workers import Workers, available_cores
 from harness.task.study import EpisodeTask
@@ -29,7 +28,7 @@ LEAST_WITH_CARGO = 0.8  # of the factor without
 WITH_CARGO = ", with cargo"
 COMPONENTS = {
     component.name: component
-    for module in (costmaps, controllers, planners, localizers, worlds)
+    for module in (costmaps, controllers, planners, localizers)
     for component in module.COMPONENTS
 }
 GROUPS = {"components": tuple(COMPONENTS), "loops": (*LOOPS, TWO_WORKERS)}
@@ -111,8 +110,8 @@ def component_rows(component: Component, effort: Effort) -> list[Row]:
         "ours_wall_ms": float(np.median(taken[:, 0, WALL])),
     }
     rows = []
-    if component.recorded is not None:
-        bar = RECORDED_MS[component.recorded]
+    if component.recorded_ms is not None:
+        bar = component.recorded_ms
         rows.append(
             {**known, "reference": CPP, "reference_ms": bar, **_ratio(ours / bar, component.target), "note": SOURCE}
         )

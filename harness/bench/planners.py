@@ -195,10 +195,10 @@ def approach() -> Prepared:
 
 
 COMPONENTS: Sequence[Component] = (
-    Component("NavFn Dijkstra, 4000 x 4000", partial(plans, False), "NavFn Dijkstra, 4020 x 4020", 0.3),
-    Component("NavFn A*, 4000 x 4000", partial(plans, True), "NavFn A*, 4020 x 4020"),
+    Component("NavFn Dijkstra, 4000 x 4000", partial(plans, False), 120.0, 0.3),
+    Component("NavFn A*, 4000 x 4000", partial(plans, True), 110.0),
     Component("NavFn Dijkstra, 120 x 120", small_wave),
-    Component("IncrementalNavfn replan, 4000 x 4000", replanning, "NavFn Dijkstra, 4020 x 4020", 0.01),
-    Component("simple smoother, 1172 poses", smoothing, "simple smoother, 1172 poses", 1.0),
-    Component("collision monitor, approach, 360 points", approach, "collision monitor, approach, 360 points"),
+    Component("IncrementalNavfn replan, 4000 x 4000", replanning, 120.0, 0.01),
+    Component("simple smoother, 1172 poses", smoothing, 2.2, 1.0),
+    Component("collision monitor, approach, 360 points", approach, 0.05),
 )

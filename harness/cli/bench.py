@@ -57,8 +57,7 @@ def bench(
     """
     import dataclasses
 
-    from harness.bench.history import append, read_history
-    from harness.bench.machine import load, machine
+    from harness.bench.history import append, load, machine, read_history
     from harness.bench.measure import FULL, QUICK, chosen
 
     names = chosen(only)
@@ -128,8 +127,8 @@ def _measured(names: Sequence[str], effort: "Effort") -> Iterator[list[Row]]:
 
 
 def _notes(rows: Sequence[Row], about: str) -> list[str]:
+    from harness.bench.component import SOURCE
     from harness.bench.measure import CPP, TWO_WORKERS
-    from harness.bench.recorded import SOURCE
 
     notes = [about]
     if any(row.get("reference") == CPP for row in rows):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.bench import breakdown, history, machine, twins
+from harness.bench import breakdown, history, twins
 from harness.bench.component import TwinError, require_agreement
 from harness.bench.loops import INCREMENTAL, LOOPS, NAVFN, Course, drive
 from harness.bench.measure import (
@@ -23,7 +23,6 @@ from harness.bench.measure import (
     chosen,
     loop_rows,
 )
-from harness.bench.recorded import RECORDED_MS
 from harness.bench.timing import PROCESSOR, Spread, readings
 from harness.cli.app import main
 from harness.episode.factory import nav2_parameters, world_params
@@ -63,10 +62,6 @@ def test_disagreement_is_not_timed() -> None:
         require_agreement("x", (1.0, math.inf), (1.0, 2.0), 1.0)
     with pytest.raises(TwinError, match="shape"):
         require_agreement("x", (1.0,), (1.0, 2.0))
-
-
-def test_every_bar_is_recorded() -> None:
-    assert {component.recorded for component in COMPONENTS.values()} - {None} == set(RECORDED_MS)
 
 
 def spin(seconds: float) -> None:
@@ -261,7 +256,7 @@ def test_history_grows_by_a_row_and_spares_other_files(tmp_path: Path) -> None:
     first, second = (line.strip("| ").split(" | ") for line in lines[-2:])
     assert len(first) == len(second) == len(history.COLUMNS)
     assert first[history.COLUMNS.index("DWB 160")] == "0.0975"
-    assert first[2] == machine.machine()
+    assert first[2] == history.machine()
     assert set(second[3:]) == {"--"}
     other = tmp_path / "other.md"
     other.write_text("| a | b |\n")
