@@ -67,8 +67,8 @@ class Bar:
 
 
 @contextlib.contextmanager
-def shown(progress: Progress) -> Iterator[None]:
-    """Show progress meanwhile."""
+def shown(progress: Progress, tells_end: bool = True) -> Iterator[None]:
+    """Show progress meanwhile; ``tells_end``: where there is no terminal, also where it ended."""
     console = Console(stderr=True, highlight=False)
     if console.is_terminal:
         with Live(progress, console=console, refresh_per_second=2.0):
@@ -79,7 +79,7 @@ def shown(progress: Progress) -> Iterator[None]:
     try:
         yield
     finally:
-        teller.stop()
+        teller.stop(tells_end)
 
 
 class _Teller(threading.Thread):
@@ -95,11 +95,12 @@ class _Teller(threading.Thread):
         while not self._stopped.wait(LINE_PERIOD):
             self._tell()
 
-    def stop(self) -> None:
-        """Tell the last of it."""
+    def stop(self, tells_end: bool) -> None:
+        """Tell the last of it, if that is wanted."""
         self._stopped.set()
         self.join()
-        self._tell()
+        if tells_end:
+            self._tell()
 
     def _tell(self) -> None:
         if (text := self._progress.text) != self._said:
@@ -112,7 +113,7 @@ class _Teller(threading.Thread):
 def share_shown(what: str) -> Iterator[Callable[[float], None]]:
     """Show meanwhile how large a share of something is done; yields what has to hear of it."""
     bar = Bar(f"{{done:.0%}} of the {what}", 1.0)
-    with shown(bar):
+    with shown(bar, tells_end=False):
         yield bar.move
 
 
