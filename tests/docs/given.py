@@ -29,7 +29,7 @@ GIVEN = {
     "parity.md": ("my_vectors",),  # recorded on another machine
     "pedestrians.md": ("recorded.csv",),  # a data set
     "recorded_logs.md": ("test1.bag",),  # of another project; a made-up log of the same kind stands in
-    "scaling.md": ("mpi",),  # driven by mpiexec, which tests/harness/test_cluster_examples.py does
+    "scaling.md": ("mpi",),  # driven by mpiexec, which tests/execution/test_cluster_examples.py does
 }
 RUNS = {  # folders in results, and the names of their stacks
     "latest": ("nav2-gps",),

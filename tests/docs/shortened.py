@@ -65,10 +65,10 @@ NOT_EXECUTED = {
         "minutes to hours of processor time; its --help is executed",
         "tests/docs/test_commands.py::test_the_program_knows_every_option",
     ),
-    r"mpiexec .*": Reason("needs an MPI library", "tests/harness/test_cluster_examples.py::test_mpi_drives_a_study"),
+    r"mpiexec .*": Reason("needs an MPI library", "tests/execution/test_cluster_examples.py::test_mpi_drives_a_study"),
     r"python docs/examples/slurm_study.py --jobs .*": Reason(
         "needs SLURM; what it would submit is executed",
-        "tests/harness/test_cluster_examples.py::test_slurm_jobs_have_workers_of_one_thread",
+        "tests/execution/test_cluster_examples.py::test_slurm_jobs_have_workers_of_one_thread",
     ),
     r"make \w+": Reason("installs into .venv, or runs this very test; looked up in the Makefile"),
     r"pip install (\.|'?navbench\[dask\]'?( dask-jobqueue)?|mpi4py mpich)": Reason("needs an index"),
