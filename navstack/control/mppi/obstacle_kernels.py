@@ -1,6 +1,7 @@
 """Inner loops of the critics that look at the costmap."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,16 @@ from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntAr
 
 CellArray = npt.NDArray[np.int32]
 Grid = tuple[float, float, float]  # origin x, origin y, resolution in [m], as seen from the robot
+
+
+class Poses(NamedTuple):
+    """Of B trajectories, each (T, B)."""
+
+    x: Float32Array  # [m]
+    y: Float32Array  # [m]
+    yaw: Float32Array  # [rad]
+    cosine: Float32Array  # of the yaw
+    sine: Float32Array
 
 
 @njit(cache=True)
@@ -68,21 +79,12 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
 @njit(cache=True)
 def touch_outlines(
     t: int,
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
-    cosine: Float32Array,
-    sine: Float32Array,
+    poses: Poses,
     found: ByteArray,
     check_from: int,
     costs: ByteArray,
     grid: Grid,
-    corners: FloatArray,
-    circles: FloatArray,
-    free_radius: float,
-    radius: float,
-    reach: FloatArray,
-    tracks_unknown: bool,
+    body: Body,
     has_unknown: bool,
     room: Float32Array,
     seen: IntArray,
@@ -91,10 +93,11 @@ def touch_outlines(
     """Add to ``hits`` (B,) the trajectories whose outlines collide at their poses ``t``, of (T, B).
 
     Looked at is where the costs of the centres, ``found``, are ``check_from`` or more. Each look tells how far the body
-    may move before it can touch anything: ``room`` in cells from the pose ``seen``; both are renewed. The rest is that
-    of :class:`Body`, whose arrays are faster one by one. Every question is asked of all bodies before the next one is,
-    without branches: they would be guessed wrong too often.
+    may move before it can touch anything: ``room`` in cells from the pose ``seen``; both are renewed. Every question is
+    asked of all bodies before the next one is, without branches: they would be guessed wrong too often.
     """
+    x, y, yaw, cosine, sine = poses
+    _, corners, circles, free_radius, radius, reach, _, _, tracks_unknown = body
     height, width = costs.shape
     scale = 1.0 / grid[2]
     asked = np.empty(len(found) + 1, dtype=np.int32)
@@ -139,11 +142,7 @@ def _add_costs(
 
 @njit(cache=True)
 def cost_scores(
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
-    cosine: Float32Array,
-    sine: Float32Array,
+    poses: Poses,
     step: int,
     costs: ByteArray,
     grid: Grid,
@@ -159,45 +158,23 @@ def cost_scores(
     A pose at ``near_collision_cost`` or more counts ``critical_cost``, a trajectory that collides ``collision_cost`` in
     all. Others count only if obstacles ``repels``. Free space costs nothing.
     """
-    _, corners, circles, free_radius, radius, reach, uses_outline, check_from, tracks_unknown = body
-    steps, count = x.shape
+    steps, count = poses.x.shape
     scores = np.zeros(count, dtype=np.float32)
     hits = np.zeros(count, dtype=np.bool_)
     origin_x, origin_y, scale = np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2])
     cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
     room, seen = np.full(count, np.float32(-1.0)), np.zeros(count, dtype=np.int64)
     near, share = np.float32(max(near_collision_cost, 1)), np.float32(1.0 if repels else 0.0)
-    look_from = int(math.ceil(max(check_from, 1.0)))
+    look_from = int(math.ceil(max(body.check_from, 1.0)))
     for t in range(0, steps, step):
-        pose_costs(x[t], y[t], costs, origin_x, origin_y, scale, cells, found)
+        pose_costs(poses.x[t], poses.y[t], costs, origin_x, origin_y, scale, cells, found)
         _add_costs(found, near, critical_cost, share, scores)
-        if not uses_outline:
+        if not body.uses_outline:
             for b in range(count):
-                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(found[b], False, tracks_unknown):
+                if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(found[b], False, body.tracks_unknown):
                     hits[b] = True
             continue
-        touch_outlines(
-            t,
-            x,
-            y,
-            yaw,
-            cosine,
-            sine,
-            found,
-            look_from,
-            costs,
-            grid,
-            corners,
-            circles,
-            free_radius,
-            radius,
-            reach,
-            tracks_unknown,
-            has_unknown,
-            room,
-            seen,
-            hits,
-        )
+        touch_outlines(t, poses, found, look_from, costs, grid, body, has_unknown, room, seen, hits)
     for b in range(count):
         if hits[b]:
             scores[b] = collision_cost
@@ -206,10 +183,7 @@ def cost_scores(
 
 @njit(cache=True)
 def obstacle_scores(
-    x: Float32Array,
-    y: Float32Array,
-    cosine: Float32Array,
-    sine: Float32Array,
+    poses: Poses,
     costs: ByteArray,
     grid: Grid,
     body: Body,
@@ -223,6 +197,7 @@ def obstacle_scores(
     ``distances`` (256,) [m] from the centre to the nearest obstacle by cost; ``obstacles_critic.cpp``. An ``extent`` of
     inf: nothing is known of distances; of -inf: obstacles do not repel.
     """
+    x, y, _, cosine, sine = poses
     steps, count = x.shape
     near = np.zeros(count, dtype=np.float32)
     repulsion = np.zeros(count, dtype=np.float32)
