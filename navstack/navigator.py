@@ -108,9 +108,9 @@ class Navigator:
         for clock in self._clocks:
             clock.reset()
         self._odometry = Odometry(0.0, Pose2D(), Twist2D())
-        self._command = Twist2D()
-        self._wanted: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
-        self._decided: Twist2D | None = None  # the same, of the last tick only
+        self._output = Twist2D()
+        self._to_smooth: Twist2D | None = None  # the newest command of controller or behavior not yet smoothed
+        self._chosen: Twist2D | None = None  # the same, of the last tick only
         self._stamp = 0.0  # [s] of the last tick
         self._recent: deque[RobotState] = deque(maxlen=_KEPT)
         self._lost_since: float | None = None  # [s] when it stopped; None: it drives
@@ -141,15 +141,15 @@ class Navigator:
 
         Made when it is asked for, which must be before the next tick.
         """
-        if self._decided is None:
+        if self._chosen is None:
             return None
-        decision = self._tree.decision(self._decided, self._stamp)
-        return TickRecord(self.belief, decision, self._decided, self._command, self._monitor.action)
+        decision = self._tree.decision(self._chosen, self._stamp)
+        return TickRecord(self.belief, decision, self._chosen, self._output, self._monitor.action)
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
         """What the controller preferred its command of the last tick to; to be asked for as :attr:`decision` is."""
-        return () if self._decided is None else self._tree.alternatives(self._stamp)
+        return () if self._chosen is None else self._tree.alternatives(self._stamp)
 
     @property
     def plan(self) -> Path | None:
@@ -164,7 +164,7 @@ class Navigator:
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""
         state = self._sense(observation)
-        self._decided, self._stamp = None, state.stamp
+        self._chosen, self._stamp = None, state.stamp
         self._map(state, observation)
         if self._stops_when_lost and self.belief.health is Health.LOST:
             self._stand(state.stamp)
@@ -173,10 +173,10 @@ class Navigator:
         if observation.scan is not None:
             self._monitor.receive(observation.scan, self._state_at(observation.scan.stamp).odom_pose)
         if self._smoother_clock.is_due(state.stamp):
-            smoothed = self._smoother.smooth(self._wanted, state.twist, state.stamp)
-            self._command = self._monitor.process(smoothed, None, state.stamp, state.odom_pose)
-            self._wanted = None
-        return self._command
+            smoothed = self._smoother.smooth(self._to_smooth, state.twist, state.stamp)
+            self._output = self._monitor.process(smoothed, state.stamp, state.odom_pose)
+            self._to_smooth = None
+        return self._output
 
     def _run_tree(self, state: RobotState) -> None:
         """Recover, plan and follow, each when it is due."""
@@ -184,10 +184,10 @@ class Navigator:
             self._lost_since = None
             self._tree.resume(state.stamp)
         if self._behavior_clock.is_due(state.stamp):
-            self._want(self._tree.recover(state))
-        self._want(self._tree.replan(state))
+            self._take(self._tree.recover(state))
+        self._take(self._tree.replan(state))
         if self._control_clock.is_due(state.stamp):
-            self._want(self._tree.follow(state, self.tracks))
+            self._take(self._tree.follow(state, self.tracks))
 
     def _stand(self, now: float) -> None:
         """Do nothing, as long as patience lasts."""
@@ -196,12 +196,12 @@ class Navigator:
         if now - self._lost_since > LOST_PATIENCE:
             self._tree.give_up(f"lost for more than {LOST_PATIENCE:g} s")
         if self._control_clock.is_due(now):
-            self._want(Twist2D())
+            self._take(Twist2D())
 
-    def _want(self, command: Twist2D | None) -> None:
+    def _take(self, command: Twist2D | None) -> None:
         """Hand a command to the smoother; None: whoever was asked is not driving."""
         if command is not None:
-            self._wanted = self._decided = command
+            self._to_smooth = self._chosen = command
 
     def _sense(self, observation: Observation) -> RobotState:
         self.belief = self._localizer.update(observation)

@@ -64,17 +64,14 @@ class CollisionMonitor:
         self._stamp = scan.stamp
         self._odometry = odometry
 
-    def process(self, command: Twist2D, scan: LaserScan | None, now: float, odometry: Pose2D | None = None) -> Twist2D:
+    def process(self, command: Twist2D, now: float, odometry: Pose2D | None = None) -> Twist2D:
         """The velocity to drive instead of ``command``; :attr:`action` says why.
 
         Args:
             command: what is to be driven.
-            scan: if a new one arrived since the last call.
             now: in [s].
             odometry: the present pose in the odom frame; None: the scan's points are taken where they were seen.
         """
-        if scan is not None:
-            self.receive(scan, odometry)
         if self._is_stale(now):
             self.action = MonitorAction("stop", INVALID_SOURCE)
             return STANDSTILL

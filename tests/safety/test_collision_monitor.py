@@ -48,7 +48,8 @@ def monitor(sources: dict[str, MonitorSourceParams] = SCAN, **zones: PolygonPara
 
 
 def process(made: CollisionMonitor, *points: tuple[float, float], command: Twist2D = FORWARD) -> Twist2D:
-    return made.process(command, scan_of(*points), 0.0)
+    made.receive(scan_of(*points))
+    return made.process(command, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -150,22 +151,25 @@ def test_holonomic_robots_are_asked_for_their_direction(start: float, end: float
 
 def test_a_stale_or_absent_scan_stops_the_robot_whatever_the_zones_say() -> None:
     made = monitor(zone=zone("none"))
-    assert made.process(FORWARD, None, 0.0) == STANDSTILL
+    assert made.process(FORWARD, 0.0) == STANDSTILL
     assert made.action == MonitorAction("stop", "invalid source")
-    assert made.process(FORWARD, scan_of(stamp=1.0), 3.0) == FORWARD
-    assert made.process(FORWARD, None, 3.01) == STANDSTILL
+    made.receive(scan_of(stamp=1.0))
+    assert made.process(FORWARD, 3.0) == FORWARD
+    assert made.process(FORWARD, 3.01) == STANDSTILL
     made.receive(scan_of(stamp=3.0))
-    assert made.process(FORWARD, None, 3.01) == FORWARD
+    assert made.process(FORWARD, 3.01) == FORWARD
     made.reset()
     assert made.action == MonitorAction("none", "")
-    assert made.process(FORWARD, None, 3.01) == STANDSTILL
+    assert made.process(FORWARD, 3.01) == STANDSTILL
 
 
 def test_a_source_may_have_a_timeout_of_its_own_or_none() -> None:
     never = {"scan": MonitorSourceParams(source_timeout=0.0)}
-    assert monitor(never, zone=zone("stop")).process(FORWARD, None, 9.0) == FORWARD
+    assert monitor(never, zone=zone("stop")).process(FORWARD, 9.0) == FORWARD
     soon = {"scan": MonitorSourceParams(source_timeout=0.1)}
-    assert monitor(soon, zone=zone("stop")).process(FORWARD, scan_of(), 0.2) == STANDSTILL
+    made = monitor(soon, zone=zone("stop"))
+    made.receive(scan_of())
+    assert made.process(FORWARD, 0.2) == STANDSTILL
 
 
 def test_which_sources_see_the_scan() -> None:
@@ -184,16 +188,18 @@ def test_which_sources_see_the_scan() -> None:
 def test_points_stand_in_the_base_frame_and_move_with_the_odometry() -> None:
     made = monitor(zone=zone("stop"))
     mounted = Pose2D(-0.5, 0.0, math.pi)  # looks backwards
-    assert made.process(FORWARD, scan_of((1.4, 0.0), mount=mounted), 0.0) == FORWARD
-    assert made.process(FORWARD, scan_of((0.4, 0.0), mount=mounted), 0.0) == STANDSTILL
+    for x, driven in ((1.4, FORWARD), (0.4, STANDSTILL)):
+        made.receive(scan_of((x, 0.0), mount=mounted))
+        assert made.process(FORWARD, 0.0) == driven
     scan, before, after = scan_of((1.2, 0.0)), Pose2D(5.0, 1.0, 0.5), Pose2D(5.0 + 0.3 * math.cos(0.5), 1.3, 0.5)
-    assert made.process(FORWARD, scan, 0.0, before) == FORWARD
-    assert made.process(FORWARD, None, 0.1, after) == STANDSTILL
+    made.receive(scan, before)
+    assert made.process(FORWARD, 0.0, before) == FORWARD
+    assert made.process(FORWARD, 0.1, after) == STANDSTILL
     params = CollisionMonitorParams(False, 2.0, False, ("zone",), ("scan",), {"zone": zone("stop")}, SCAN)
     unmoved = CollisionMonitor(replace(params, enabled=True), FOOTPRINT)
     unmoved.receive(scan, before)
-    assert unmoved.process(FORWARD, None, 0.1, after) == FORWARD
-    assert CollisionMonitor(params, FOOTPRINT).process(FORWARD, scan_of((0.5, 0.0)), 0.0) == FORWARD  # disabled
+    assert unmoved.process(FORWARD, 0.1, after) == FORWARD
+    assert process(CollisionMonitor(params, FOOTPRINT), (0.5, 0.0)) == FORWARD  # disabled
 
 
 def slow_collision_time(points, vertices, enough, velocity, horizon, step):
@@ -274,7 +280,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     assert params.zones["Near"].trigger_count == 3
     assert params.zones["Speed"].shapes["ahead"].linear_max == 1.0
     assert [params.timeout_of(source) for source in params.sources.values()] == [0.5, 0.5, 0.1]
-    assert CollisionMonitor(params, FOOTPRINT).process(FORWARD, scan_of((0.0, 0.3)), 0.0) == FORWARD
+    assert process(CollisionMonitor(params, FOOTPRINT), (0.0, 0.3)) == FORWARD
     assert sum("depth: a pointcloud runs on the robot's planar scan" in warning for warning in file.warnings) == 1
     assert sum("sonar: there is no sensor of type 'range' here" in warning for warning in file.warnings) == 1
     again = load(tmp_path, file.dump_merged())
