@@ -24,7 +24,6 @@ from navstack.localization.gps import DEGRADED_AFTER, GpsLocalizer
 from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.params.nav2_file.views import read_gps_ekf
 from navstack.types import Belief, Observation, Pose2D
 
 PERIOD, OUTAGE = 45.0, 20.0  # [s] from outage to outage, and its length
@@ -165,7 +164,7 @@ def interval(growth: np.ndarray, distance: np.ndarray) -> tuple[float, float]:
 def missions(sensors: str, count: int, seed: int, workers: int) -> None:
     """Print how well the GPS-EKF knows where it is."""
     study = make_study(stacks=["nav2-gps-ekf"], localizer="ground_truth", sensors=sensors, episodes=count, seed=seed)
-    params = read_gps_ekf(Parts(next(study.tasks())).nav2)
+    params = Parts(next(study.tasks())).nav2.read(GpsEkfParams, "gps_ekf")
     deliveries = []
     with Workers(workers) as pool:
         for finished in pool.run(partial(listen, params=params), study.tasks()):

@@ -1,39 +1,27 @@
-"""From a Nav2 parameter file to a navigator: the only place that knows every algorithm.
+"""From a Nav2 parameter file to a navigator; ``navstack.params.registry`` says which algorithms there are.
 
-What brings filterpy along, and with it scipy.stats, is imported when it is asked for: it takes half of the start-up.
+The tracker is imported when it is asked for: it brings filterpy along, which takes half of the start-up.
 """
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from navstack.behavior_tree import NavigateToPose
-from navstack.behaviors.behavior_server import BEHAVIORS, BehaviorServer
+from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
-from navstack.control.dwb.dwb_controller import DwbController
-from navstack.control.goal_checker import GOAL_CHECKERS
-from navstack.control.mpc.mpc_controller import JerkLimitedMpcController
-from navstack.control.mppi.mppi_controller import MppiController
-from navstack.control.progress_checker import PROGRESS_CHECKERS
-from navstack.control.rotation_shim import RotationShimController
-from navstack.control.rpp.rpp_controller import RegulatedPurePursuitController
 from navstack.costmap.filters import FilterMask
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError, UnknownNameError
-from navstack.localization.amcl import AmclLocalizer
-from navstack.localization.amcl_gps import AmclGpsLocalizer
-from navstack.localization.gps import GpsLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
-from navstack.params.extensions import with_extensions
+from navstack.params.extensions import algorithms, localizers
+from navstack.params.nav2_file.bindings import NODES
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import (
-    read_amcl,
-    read_amcl_gps,
     read_behavior_server,
     read_behaviors,
     read_collision_monitor,
@@ -41,16 +29,15 @@ from navstack.params.nav2_file.views import (
     read_controller_server,
     read_costmap,
     read_goal_checker,
-    read_gps_ekf,
     read_masks,
     read_planner,
     read_primary_controller,
     read_progress_checker,
-    read_tracker,
     read_velocity_smoother,
 )
+from navstack.params.registry.tasks import BEHAVIORS, GOAL_CHECKERS, PROGRESS_CHECKERS
+from navstack.params.tracker import TrackerParams
 from navstack.planning.planner import RobotShape
-from navstack.planning.planners import PLANNERS
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import BoolArray, FloatArray
@@ -61,41 +48,17 @@ if TYPE_CHECKING:
 MOST_FREQUENT = 1000.0  # [Hz] of any part
 
 
-def _gps_ekf(nav2: Nav2File, uses_fixes: bool = True) -> Localizer:
-    from navstack.localization.gps_ekf import GpsEkfLocalizer
-
-    return GpsEkfLocalizer(read_gps_ekf(nav2), uses_fixes=uses_fixes)
-
-
 def _tracker(nav2: Nav2File, static_map: OccupancyGrid) -> "Tracker":
     from navstack.perception.tracker import Tracker
 
-    return Tracker(read_tracker(nav2), static_map)
-
-
-# A new localizer or controller is one line here.
-# A localizer is made from the parameter file and the map that it takes for the static one.
-LOCALIZERS: dict[str, Callable[[Nav2File, OccupancyGrid], Localizer]] = {
-    "gps": lambda *_: GpsLocalizer(),
-    "gps-ekf": lambda nav2, _: _gps_ekf(nav2),
-    "odom_imu": lambda nav2, _: _gps_ekf(nav2, uses_fixes=False),
-    "amcl": lambda nav2, static_map: AmclLocalizer(read_amcl(nav2), static_map),
-    "amcl-gps": lambda nav2, static_map: AmclGpsLocalizer(read_amcl(nav2), read_amcl_gps(nav2), static_map),
-}
-# A controller is made from its parameters, the footprint, the control frequency and the goal checker's xy tolerance.
-CONTROLLERS: dict[str, Callable[[Any, FloatArray, float, float], Controller]] = {
-    "dwb_core::DWBLocalPlanner": lambda params, footprint, frequency, _: DwbController(params, footprint, frequency),
-    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": RegulatedPurePursuitController,
-    "nav2_mppi_controller::MPPIController": MppiController,
-    "navstack::JerkLimitedMPC": JerkLimitedMpcController,
-}
+    return Tracker(nav2.read(TrackerParams, "tracker"), static_map)
 
 
 def build_localizer(name: str, nav2: Nav2File, static_map: OccupancyGrid) -> Localizer:
     """A localizer by name.
 
     Args:
-        name: of ``LOCALIZERS``.
+        name: this program's, or the type of another package's (see :func:`localizers`).
         nav2: where its parameters stand.
         static_map: what a localizer that needs a map matches scans against.
 
@@ -103,9 +66,13 @@ def build_localizer(name: str, nav2: Nav2File, static_map: OccupancyGrid) -> Loc
         ParameterError: its parameters cannot be used.
         UnknownNameError: no localizer has this name.
     """
-    if name not in LOCALIZERS:
-        raise UnknownNameError("localizer", name, LOCALIZERS)
-    return LOCALIZERS[name](nav2, static_map)
+    known = localizers()
+    if name not in known:
+        raise UnknownNameError("localizer", name, known)
+    entry = known[name]
+    params = [nav2.read(NODES[node] if entry.params is None else entry.params, node) for node in entry.nodes]
+    localizer: Localizer = entry.create(*params, parts={"static_map": static_map})
+    return localizer
 
 
 def build_navigator(
@@ -138,15 +105,15 @@ def build_navigator(
     controller_server = ControllerServer(
         server_params,
         controller,
-        GOAL_CHECKERS[goal_checker.type](goal_checker.params),
-        PROGRESS_CHECKERS[progress_checker.type](progress_checker.params),
+        GOAL_CHECKERS[goal_checker.type].create(goal_checker.params, parts={}),
+        PROGRESS_CHECKERS[progress_checker.type].create(progress_checker.params, parts={}),
     )
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller_server.set_speed_limit)
     tracker = _tracker(nav2, static_map) if controller.wants_tracks else None
     planner = read_planner(nav2)
     tree = NavigateToPose(
-        with_extensions("planners", PLANNERS)[planner.type](planner.params, robot_shape(global_costmap)),
+        algorithms("planners")[planner.type].create(planner.params, parts={"robot_shape": robot_shape(global_costmap)}),
         controller_server,
         _build_behavior_server(nav2, local_costmap),
         global_costmap,
@@ -205,19 +172,24 @@ def _build_costmap(nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout
 
 def _build_controller(nav2: Nav2File, footprint: FloatArray, frequency: float, xy_goal_tolerance: float) -> Controller:
     """The file's controller, with the one below it when it is a rotation shim."""
-    plugin, table = read_controller(nav2), with_extensions("controllers", CONTROLLERS)
-    if plugin.type != "nav2_rotation_shim_controller::RotationShimController":
-        return table[plugin.type](plugin.params, footprint, frequency, xy_goal_tolerance)
-    primary = read_primary_controller(nav2, plugin)
-    below = table[primary.type](primary.params, footprint, frequency, xy_goal_tolerance)
-    return RotationShimController(plugin.params, below, footprint, frequency, xy_goal_tolerance)
+    parts: dict[str, Any] = {
+        "footprint": footprint,
+        "control_frequency": frequency,
+        "xy_goal_tolerance": xy_goal_tolerance,
+    }
+    plugin, table = read_controller(nav2), algorithms("controllers")
+    if "primary_controller" in table[plugin.type].needs:
+        primary = read_primary_controller(nav2, plugin)
+        parts["primary_controller"] = table[primary.type].create(primary.params, parts=parts)
+    controller: Controller = table[plugin.type].create(plugin.params, parts=parts)
+    return controller
 
 
 def _build_behavior_server(nav2: Nav2File, local_costmap: LayeredCostmap) -> BehaviorServer:
     """The file's behaviors, which look ahead in the local costmap."""
     params = read_behavior_server(nav2)
     behaviors = {
-        plugin.name: BEHAVIORS[plugin.type](params, local_costmap.footprint, plugin.params)
+        plugin.name: BEHAVIORS[plugin.type].create(params, local_costmap.footprint, plugin.params, parts={})
         for plugin in read_behaviors(nav2)
     }
     return BehaviorServer(behaviors, local_costmap.master)

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
@@ -24,8 +24,14 @@ _IMPORT = re.compile(r"^(?:from ([.\w]+) import (\([^)]*\)|[^\n]*)|import (\w[.\
 _NAME = re.compile(r"\w+")
 
 
-def njit(**options: Any) -> Callable[[Kernel], Kernel]:
-    """``numba.njit(**options)``; what ``cache=True`` keeps is known by :func:`source_stamp`."""
+def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
+    """``numba.njit(**options)``; what ``cache=True`` keeps is known by :func:`source_stamp`.
+
+    Args:
+        ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's notation; named
+            tuples as its module knows them. Nothing is compiled before the first call unless somebody asks for it.
+        options: of numba.
+    """
     decorate: Callable[[Kernel], Kernel] = numba.njit(**options)  # noqa: TID251
 
     def compiled(function: Kernel) -> Kernel:
@@ -33,9 +39,11 @@ def njit(**options: Any) -> Callable[[Kernel], Kernel]:
         before = config.CACHE_LOCATOR_CLASSES  # other people's kernels keep theirs
         config.CACHE_LOCATOR_CLASSES = before or _LOCATORS
         try:
-            return decorate(function)
+            kernel: Any = decorate(function)
         finally:
             config.CACHE_LOCATOR_CLASSES = before
+        kernel.ahead = ahead
+        return cast(Kernel, kernel)
 
     return compiled
 

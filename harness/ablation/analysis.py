@@ -11,7 +11,6 @@ from harness.ablation.arms import KINDS, TRUTH, injected_kind, injected_level, i
 from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_model import running
-from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, deliveries, missions
 from harness.metrics import Row
@@ -20,6 +19,7 @@ from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
 from harness.task.stack import PLANNING_MAPS, Stack
 from navstack.errors import UnknownNameError
+from navstack.params.extensions import uses_map
 from navstack.types import FloatArray
 
 GEOMETRY = PLANNING_MAPS[0]
@@ -195,7 +195,7 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
     return [
         (name, localizer_on[localizer, GEOMETRY])
         for (localizer, map_name), name in localizer_on.items()
-        if map_name != GEOMETRY and localizer in MAP_BASED_LOCALIZERS and (localizer, GEOMETRY) in localizer_on
+        if map_name != GEOMETRY and uses_map(localizer) and (localizer, GEOMETRY) in localizer_on
     ]
 
 

@@ -4,28 +4,16 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from harness.economics.optional_terms import MAP_BASED_LOCALIZERS
 from harness.episode.factory import nav2_parameters
-from harness.task.stack import LOCALIZATION_MAPS, LOCALIZERS, NO_ERROR, SENSOR_KINDS, InjectedError, Stack
+from harness.task.stack import LOCALIZATION_MAPS, NO_ERROR, SENSORS, TRUTH, InjectedError, Stack, localizer_names
 from harness.task.study import Study, usable_workers
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.costmap import ObstacleLayerParams
+from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_collision_monitor, read_costmap
 
-TRUTH = "ground_truth"
 COSTMAPS = ("local_costmap", "global_costmap")
-
-
-# The sensors with a price (harness.task.stack.SENSOR_KINDS) that a localizer cannot do without.
-SENSORS_OF: dict[str, tuple[str, ...]] = {
-    TRUTH: (),  # none delivers it
-    "gps": ("gps",),
-    "gps-ekf": ("gps",),
-    "odom_imu": (),
-    "amcl": ("lidar",),
-    "amcl-gps": ("lidar", "gps"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +50,7 @@ def arms_of(
     """
     if stack.navigator == "parked":
         raise InputError(f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give another")
-    names = list(localizers) or ([TRUTH] if errors else list(LOCALIZERS))
+    names = list(localizers) or ([TRUTH] if errors else list(localizer_names()))
     if errors and TRUTH not in names:
         names.insert(0, TRUTH)
     nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
@@ -100,12 +88,12 @@ def is_buildable(stack: Stack) -> bool:
 
 def _with_localizer(stack: Stack, text: str, nav2: Nav2File) -> Stack:
     name, at, map_name = text.partition("@")
-    if name not in LOCALIZERS:
-        raise UnknownNameError("localizer", name, LOCALIZERS)
+    if name not in localizer_names():
+        raise UnknownNameError("localizer", name, localizer_names())
     if at and map_name not in LOCALIZATION_MAPS:
         raise UnknownNameError(f"map in '{text}'", map_name, LOCALIZATION_MAPS)
-    if at and name not in MAP_BASED_LOCALIZERS:
-        on_map = ", ".join(each for each in LOCALIZERS if each in MAP_BASED_LOCALIZERS)
+    if at and not uses_map(name):
+        on_map = ", ".join(filter(uses_map, localizer_names()))
         raise InputError(f"'{text}': {name} uses no map; a map can be chosen for: {on_map}")
     return dataclasses.replace(
         stack,
@@ -166,8 +154,9 @@ def _check_different(arms: Sequence[Stack]) -> None:
 
 def _sensors(localizer: str, nav2: Nav2File) -> tuple[str, ...]:
     """Those with a price that an arm really needs: for its localizer, and to see obstacles."""
-    needed = {*SENSORS_OF[localizer], *(("lidar",) if drives_by_scan(nav2) else ())}
-    return tuple(sensor for sensor in SENSOR_KINDS if sensor in needed)
+    inputs = () if localizer == TRUTH else localizers()[localizer].inputs
+    needed = {*inputs, *(("scan",) if drives_by_scan(nav2) else ())}
+    return tuple(sensor for name, sensor in SENSORS.items() if name in needed)
 
 
 def drives_by_scan(nav2: Nav2File) -> bool:

@@ -15,7 +15,7 @@ from harness.cli.options import JSON, Finite
               help="A .bag, .mcap or .db3 file or a folder of ROS 2; repeatable for a log in several files.")
 @click.option("--map", "map_name", help="A map_server YAML file or a built-in map; for amcl and amcl-gps.")
 @click.option("--params", required=True, help="A Nav2 parameter file, or a name of params/nav2.")
-@click.option("--localizer", required=True, help="gps, gps-ekf, odom_imu, amcl or amcl-gps.")
+@click.option("--localizer", required=True, help="Such as gps-ekf or amcl; docs/localization.md lists them.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Trajectory to write, in TUM's format.")
 @click.option("--static-tf", multiple=True, metavar="TEXT",
               help="Where a sensor is: 'PARENT CHILD x y yaw' or 'PARENT CHILD x y z roll pitch yaw', [m] and [rad]; "

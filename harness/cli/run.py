@@ -13,7 +13,10 @@ from harness.study.places import Where
 @click.command()
 @click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
               help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
-@click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
+@click.option(
+    "--localizer",
+    help="Localizer instead of the stack's own, such as gps-ekf or amcl; docs/localization.md lists them.",
+)
 @study_options
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",

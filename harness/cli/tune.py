@@ -40,7 +40,10 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @click.command()
 @click.option("--stack", default=DEFAULT_STACK, show_default=True,
               help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
-@click.option("--localizer", help="ground_truth, gps, gps-ekf, odom_imu, amcl or amcl-gps, instead of the stack's own.")
+@click.option(
+    "--localizer",
+    help="Localizer instead of the stack's own, such as gps-ekf or amcl; docs/localization.md lists them.",
+)
 @click.option("--space", "spaces", multiple=True, default=("dwb_critics",), show_default=True,
               help="What may change: a name of params/search_spaces or a YAML file; may be repeated.")  # fmt: skip
 @click.option("--objective", default="margin", show_default=True,

@@ -9,9 +9,8 @@ from harness.economics.price import price_field as _price
 from harness.economics.prices import Prices
 from harness.storage.shipped import shipped
 from navstack.errors import InputError, UnknownNameError
+from navstack.params.extensions import uses_map
 from navstack.params.strict import load_dataclass
-
-MAP_BASED_LOCALIZERS = ("amcl", "amcl-gps")  # those that look up the scan in a map that somebody has to survey
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +40,7 @@ class Inputs:
 
 def _mapping_survey(given: Inputs) -> Beyond:
     """Survey of the map, once per robot; for localizers that need one."""
-    if given.localizer not in MAP_BASED_LOCALIZERS:
+    if not uses_map(given.localizer):
         return Beyond()
     return Beyond(capex_usd=given.optional.survey_wage.value * given.optional.survey_time.value)
 

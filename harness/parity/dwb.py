@@ -10,7 +10,7 @@ from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
 from harness.parity.part import Case, Shape, existing
 from navstack.control.controller import Surroundings
-from navstack.control.dwb.critics import CRITICS, build_critics
+from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.critics.map_grid import MapGridCritic
 from navstack.control.dwb.decision import Decision
@@ -21,6 +21,7 @@ from navstack.control.plan_handling import PlanWindow, densify
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoLegalVelocity
 from navstack.params.dwb import DwbParams
+from navstack.params.registry.controllers import DWB_CRITICS
 from navstack.params.strict import from_mapping
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
@@ -32,7 +33,7 @@ PLAN_LENGTH_OF_MAIN = 1.0  # [m] within which Nav2 main's RotateToGoal begins to
 NOT_OURS = ("transform_tolerance",)  # recorded parameters that navstack, which has one frame, does not have
 SUFFIXES = (
     *("vel", "raw", "total", "illegal_critic", "npose", "last_pose", "poses", "pose_off", "times", "time_off"),
-    *(f"grid_{critic}" for critic in CRITICS),
+    *(f"grid_{critic}" for critic in DWB_CRITICS),
 )
 
 OUT_OF_BOUNDS = (

@@ -15,14 +15,13 @@ from navstack.build import build_global_costmap, robot_shape
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.errors import PlanningError, UnknownNameError
-from navstack.params.nav2_file.bindings import PLUGINS
+from navstack.params.extensions import algorithms
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_planners, read_smoothers
 from navstack.params.planners import OMPL_ALGORITHMS, STATE_SPACES, OmplParams
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
-from navstack.planning.planners import PLANNERS
 from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
@@ -88,14 +87,14 @@ def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:
 def compile_first(shape: RobotShape) -> None:
     """Let every planner and the smoother work once on next to nothing, so that no time is taken for compiling."""
     costmap = Costmap(np.zeros((60, 60), dtype=np.uint8), 0.05, 0.0, 0.0)
-    for kind, make in PLANNERS.items():
+    for kind, entry in algorithms("planners").items():
         params = _defaults(kind)
         spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
             quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0)
             spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
         for each in spaces:
-            path = make(each, shape).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
+            path = entry.create(each, parts={"robot_shape": shape}).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
     SimpleSmoother(SimpleSmootherParams()).smooth(path, costmap)
 
 
@@ -123,12 +122,13 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
         params = dataclasses.replace(params, algorithm=name, **changes)
         if seconds > 0.0:
             params = dataclasses.replace(params, max_planning_time=seconds, max_iterations=UNLIMITED, patience=0)
-    return PLANNERS[kind](params, shape)
+    planner: Planner = algorithms("planners")[kind].create(params, parts={"robot_shape": shape})
+    return planner
 
 
 def _defaults(planner: str) -> Any:
     """The parameters of a planner that no file gives."""
-    make = PLUGINS["planners"][planner]
+    make = algorithms("planners")[planner].params
     return make() if make else None
 
 

@@ -32,10 +32,11 @@ from harness.recorded.trajectory import (
 )
 from harness.storage.files import require_writable
 from harness.storage.shipped import resolve, shipped
-from navstack.build import LOCALIZERS, build_localizer
+from navstack.build import build_localizer
 from navstack.errors import InputError, UnknownNameError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
+from navstack.params.extensions import localizers
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Pose2D
 
@@ -87,8 +88,8 @@ def localize(request: Request, show: Show) -> int:
     """
     require_writable("--out", request.out)
     _require_no_input(request)
-    if request.localizer not in LOCALIZERS:
-        raise UnknownNameError("localizer", request.localizer, LOCALIZERS)
+    if request.localizer not in localizers():
+        raise UnknownNameError("localizer", request.localizer, localizers())
     mountings = Mountings()
     for text in request.static_tf:
         mountings.give(text)

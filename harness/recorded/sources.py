@@ -9,15 +9,9 @@ from harness.recorded.moving_frame import Edge, odometry_edge
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, POSE_COVARIANCE, SCAN, decode
 from harness.recorded.topics import USUAL_NAMES, Topics
 from navstack.errors import InputError
+from navstack.params.extensions import localizers
 
-# What each localizer cannot do without, and what else it uses; others (plug-ins) get all that there is.
-NEEDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "gps": ((FIX,), (IMU,)),
-    "gps-ekf": ((ODOMETRY, FIX), (IMU,)),
-    "odom_imu": ((ODOMETRY, IMU), ()),
-    "amcl": ((ODOMETRY, SCAN), ()),
-    "amcl-gps": ((ODOMETRY, SCAN, FIX), (IMU,)),
-}
+MESSAGES = {"odometry": ODOMETRY, "imu": IMU, "fix": FIX, "scan": SCAN}  # by the inputs of a localizer
 REFERENCES = (POSE, POSE_COVARIANCE, ODOMETRY, FIX)
 MOST_TRANSFORMS = 3000  # messages of a topic of transforms that are looked at
 
@@ -36,11 +30,6 @@ class Choice:
         return {*self.topics.values(), *filter(None, (self.reference,))}
 
 
-def needs_map(localizer: str) -> bool:
-    """Whether a localizer matches scans with a map."""
-    return SCAN in NEEDS.get(localizer, ((), ()))[0]
-
-
 def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> Choice:
     """The topics that a localizer needs and can use.
 
@@ -50,7 +39,8 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
     if reference is not None and topics.type_of(reference) not in REFERENCES:
         known = ", ".join(REFERENCES)
         raise InputError(f"reference {reference} is of the type {topics.type_of(reference)}; it must be one of {known}")
-    needed, used = NEEDS.get(localizer, ((), tuple(USUAL_NAMES)))
+    entry = localizers()[localizer]
+    needed, used = ([MESSAGES[each] for each in inputs] for inputs in (entry.inputs, entry.uses))
     counts, chosen, edge = bag.counts(), {}, None
     for kind in (*needed, *used):
         name = topics.find(kind, reference)

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from harness.recorded.sources import needs_map
 from harness.storage.shipped import resolve, shipped
 from harness.world.scene import Scene
 from harness.world.scene_io import align
@@ -12,6 +11,7 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, ParameterError
 from navstack.localization.geodesy import LocalFrame
+from navstack.params.extensions import uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.types import Belief, Pose2D
 
@@ -39,7 +39,7 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
         if xy < 0.0 or yaw < 0.0:
             raise InputError(f"--initial-pose '{given}' has a negative standard deviation; give 0 or more")
         return Belief(Pose2D(*values[:3]), np.diag((xy**2, xy**2, yaw**2)))
-    if not needs_map(localizer):
+    if not uses_map(localizer):
         return Belief(Pose2D(), ANY_HEADING)
     if nav2.value("amcl", "set_initial_pose") is not True:
         return None
@@ -72,7 +72,7 @@ def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
         InputError: the map is needed and not given, or cannot be used.
     """
     if name_or_file is None:
-        if needs_map(localizer):
+        if uses_map(localizer):
             raise InputError(f"localizer {localizer} needs a map; give --map with a map_server YAML file")
         return OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 1.0, Pose2D())
     path = resolve(name_or_file, shipped("maps"), "map")

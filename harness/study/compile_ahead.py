@@ -1,9 +1,9 @@
 """Kernels compiled side by side before the first delivery; numba by itself compiles one after the other.
 
-``kernels.txt`` lists what deliveries call from Python, with the types of its arguments. Each module's kernels are
-compiled by one process, which leaves them in numba's cache on disk; whoever calls them later finds them there. A file
-in that cache tells what has been done. Whatever goes wrong here: a kernel that is not in the cache is compiled when it
-is called.
+The registry's entries name the modules of an algorithm's kernels, and each kernel that is called from Python says with
+which types (:func:`navstack.jit.njit`). Each module's kernels are compiled by one process, which leaves them in numba's
+cache on disk; whoever calls them later finds them there. A file in that cache tells what has been done. Whatever goes
+wrong here: a kernel that is not in the cache is compiled when it is called.
 """
 
 import contextlib
@@ -14,7 +14,6 @@ import importlib
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
@@ -27,58 +26,44 @@ from harness.execution.workers import Workers, available_cores
 from harness.storage.shipped import compiled_code
 from harness.task.stack import Stack
 from navstack.jit import source_stamp
+from navstack.params.registry.entry import Entry
+from navstack.params.registry.localizers import LOCALIZERS
+from navstack.params.registry.nodes import FAMILIES
 
-TABLE = Path(__file__).with_name("kernels.txt")
-ALWAYS = "always"  # the section of the table that is needed whatever drives
 PLUGIN = re.compile(r"\w+::\w+")  # a type in a Nav2 file
 DONE, LOCK = "navbench-compiled.txt", "navbench-saving.lock"  # in the folder of compiled code
-LEAST = 8  # kernels that are worth the start of processes
+LEAST = 3  # modules that are worth the start of processes
 MOST_PROCESSES = 8  # the longest module takes as long as all others do with this many
 TIME_LIMIT = 300.0  # [s] for the kernels of a module
-SECONDS = 1.1  # [s] of processor time that a kernel takes, on average
+SECONDS = 3.0  # [s] of processor time that a module takes, on average
+MONITOR = "navstack.safety.monitor_kernels"
+WORLD = (  # what every delivery calls
+    "harness.world.lidar_kernels",
+    "harness.world.pedestrian_kernels",
+    "harness.world.drive_kernels",
+    "harness.world.touch_kernels",
+    "harness.world.motion_kernels",
+    "harness.world.elevation",
+    "harness.task.shortest_paths",
+)
 
 _SAVE, _LOAD = IndexDataCacheFile.save, IndexDataCacheFile.load
 
 
-@dataclass(frozen=True, slots=True)
-class Kernel:
-    """A kernel for one kind of arguments."""
-
-    module: str
-    name: str
-    arguments: str  # their types in numba's notation, in brackets; named tuples as its module knows them
-
-    @classmethod
-    def of(cls, line: str) -> "Kernel":
-        """From a line of the table, ``module.name(types)``."""
-        path, bracket, arguments = line.partition("(")
-        module, _, name = path.rpartition(".")
-        return cls(module, name, bracket + arguments)
-
-    @property
-    def source(self) -> Path:
-        """The file of its module."""
-        return Path(__file__).parents[2].joinpath(*self.module.split(".")).with_suffix(".py")
-
-
-def load_table() -> dict[Kernel, frozenset[str]]:
-    """The kernels, those that take longest first, and the names of who needs them."""
-    table: dict[Kernel, frozenset[str]] = {}
-    for line in TABLE.read_text(encoding="utf-8").splitlines():
-        if line.startswith("["):
-            names = frozenset(line.strip("[]").split())
-        elif line and not line.startswith("#"):
-            table[Kernel.of(line)] = names
-    return table
-
-
-def needed_kernels(stacks: Sequence[Stack]) -> list[Kernel]:
-    """What the deliveries of stacks call."""
-    names = {ALWAYS} if stacks else set()
+def needed_modules(stacks: Sequence[Stack]) -> list[str]:
+    """The modules whose kernels the deliveries of stacks call, those that take longest first."""
+    entries: list[Entry] = []
     for stack in stacks:
         text = Path(stack.nav2_file).read_text(encoding="utf-8", errors="replace") if stack.nav2_file else ""
-        names |= {stack.name, stack.navigator, stack.planning_map, stack.localizer, *PLUGIN.findall(text)}
-    return [kernel for kernel, needed_by in load_table().items() if names & needed_by]
+        named = set(PLUGIN.findall(text))
+        entries += [entry for family in FAMILIES.values() for kind, entry in family.items() if kind in named]
+        entries += [entry for name, entry in LOCALIZERS.items() if name == stack.localizer]
+    return _modules_of(entries) if stacks else []
+
+
+def _modules_of(entries: Iterable[Entry]) -> list[str]:
+    modules = [module for entry in entries for module in entry.kernels]
+    return list(dict.fromkeys([*modules, *([MONITOR] if modules else []), *WORLD]))
 
 
 def compile_ahead(stacks: Sequence[Stack]) -> None:
@@ -86,7 +71,7 @@ def compile_ahead(stacks: Sequence[Stack]) -> None:
     if numba.config.DISABLE_JIT or available_cores() == 1:
         return
     with contextlib.suppress(OSError):  # a folder that cannot be written, or a file system without locks
-        marks = {kernel: _mark(kernel) for kernel in needed_kernels(stacks)}
+        marks = {module: _mark(module) for module in needed_modules(stacks)}
         done = compiled_code() / DONE
         if len(_missing(marks, done)) < LEAST:
             return
@@ -99,27 +84,29 @@ def compile_ahead(stacks: Sequence[Stack]) -> None:
             _note(file, marks.values())
 
 
-def _compile_all(kernels: Sequence[Kernel]) -> None:
-    """Compile kernels, module by module, in as many processes as there are cores."""
-    modules: dict[str, list[Kernel]] = {}
-    for kernel in kernels:
-        modules.setdefault(kernel.module, []).append(kernel)
-    processes = min(available_cores(), MOST_PROCESSES, len(modules))
+def _compile_all(modules: Sequence[str]) -> None:
+    """Compile the kernels of modules in as many processes as there are cores."""
     with (
-        Workers(processes, time_limit=TIME_LIMIT) as workers,
-        contextlib.closing(workers.run(compile_kernels, modules.values())) as ends,
+        Workers(min(available_cores(), MOST_PROCESSES, len(modules)), time_limit=TIME_LIMIT) as workers,
+        contextlib.closing(workers.run(compile_kernels, modules)) as ends,
     ):
         for _ in ends:  # errors show again where the kernel is called
             pass
 
 
-def compile_kernels(kernels: Sequence[Kernel]) -> None:
-    """Compile kernels one after the other into the cache, in a process of their own."""
+def compile_kernels(name: str) -> None:
+    """Compile the kernels of a module one after the other into the cache, in a process of their own."""
     gc.disable()  # what compiling leaves behind ends with the process
     _save_in_turn(compiled_code() / LOCK)
-    for kernel in kernels:
-        module = importlib.import_module(kernel.module)
-        getattr(module, kernel.name).compile(eval(kernel.arguments, vars(module), vars(numba.types)))
+    module = importlib.import_module(name)
+    for kernel in kernels_of(name):
+        kernel.compile(eval(f"({kernel.ahead},)", vars(module), vars(numba.types)))
+
+
+def kernels_of(name: str) -> list[Any]:
+    """The kernels of a module that say with which types they are called."""
+    members = vars(importlib.import_module(name)).values()
+    return [each for each in members if getattr(each, "ahead", "") and each.py_func.__module__ == name]
 
 
 def _save_in_turn(lock: Path) -> None:
@@ -140,9 +127,10 @@ def _save_in_turn(lock: Path) -> None:
     IndexDataCacheFile.save, IndexDataCacheFile.load = in_turn(_SAVE), in_turn(_LOAD)
 
 
-def _mark(kernel: Kernel) -> str:
-    """What stands for a kernel in the list of what has been done; another one when numba would compile it anew."""
-    state = (kernel, source_stamp(kernel.source), numba.__version__, sys.version, _processor())
+def _mark(module: str) -> str:
+    """What stands for a module in the list of what has been done; another one when numba would compile it anew."""
+    source = Path(__file__).parents[2].joinpath(*module.split(".")).with_suffix(".py")
+    state = (module, source_stamp(source), numba.__version__, sys.version, _processor())
     return hashlib.sha256(repr(state).encode()).hexdigest()[:16]
 
 
@@ -151,22 +139,24 @@ def _processor() -> str:
     return str(get_host_cpu_name())
 
 
-def _missing(marks: dict[Kernel, str], done: Path) -> list[Kernel]:
+def _missing(marks: dict[str, str], done: Path) -> list[str]:
     known = set(done.read_text(encoding="utf-8").split()) if done.exists() else set()
-    return [kernel for kernel, mark in marks.items() if mark not in known]
+    return [module for module, mark in marks.items() if mark not in known]
 
 
 def _note(file: TextIO, marks: Iterable[str]) -> None:
-    """Keep what has been done; what has become of other kernels is of no interest."""
+    """Keep what has been done; what has become of earlier versions is of no interest."""
     file.seek(0)
-    kept = {_mark(kernel) for kernel in load_table()} & set(file.read().split())
+    every = _modules_of([*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())])
+    kept = {_mark(module) for module in every} & set(file.read().split())
     file.truncate(0)
     file.write("\n".join(sorted(kept | set(marks))) + "\n")
 
 
-def _say(kernels: int) -> None:
-    seconds = SECONDS * kernels / min(available_cores(), MOST_PROCESSES) + 2.0
+def _say(modules: int) -> None:
+    seconds = SECONDS * modules / min(available_cores(), MOST_PROCESSES) + 2.0
     sys.stderr.write(
-        f"note: compiling {kernels} kernels, about {seconds:.0f} s; they are kept in {compiled_code()} for next time\n"
+        f"note: compiling the kernels of {modules} modules, about {seconds:.0f} s; "
+        f"they are kept in {compiled_code()} for next time\n"
     )
     sys.stderr.flush()

@@ -2,20 +2,22 @@
 
 import dataclasses
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 from harness.storage.shipped import resolve, shipped
 from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.extensions import localizers
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
-LOCALIZERS = ("ground_truth", "gps", "gps-ekf", "odom_imu", "amcl", "amcl-gps")
+TRUTH = "ground_truth"  # the localizer that no robot can have
 PLANNING_MAPS = ("geometry", "navigation_mesh")
 LOCALIZATION_MAPS = (*PLANNING_MAPS, "outlined_mesh")
 NAVIGATORS = ("nav2", "parked")
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
-SENSOR_KINDS = ("lidar", "gps")  # those that have a price
+SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
 CORRELATION_TIME = 10.0  # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
 
 
@@ -98,6 +100,11 @@ def load_stack(
     return _with_paths(stack, path)
 
 
+def localizer_names() -> tuple[str, ...]:
+    """The localizers that a stack may name, those of other packages among them."""
+    return (TRUTH, *localizers())
+
+
 def _beside(path: Path, name_or_file: str) -> str:
     """What a stack's file names: a file, relative to that one, as an absolute path; a name of ``params`` as it is."""
     given = Path(name_or_file)
@@ -108,12 +115,12 @@ def _beside(path: Path, name_or_file: str) -> str:
 def _with_paths(stack: Stack, path: Path) -> Stack:
     """Check the names and turn those of files into absolute paths."""
     _check("navigator", stack.navigator, NAVIGATORS)
-    _check("localizer", stack.localizer, LOCALIZERS)
+    _check("localizer", stack.localizer, localizer_names())
     _check("planning map", stack.planning_map, PLANNING_MAPS)
     _check("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
     _check("when_lost", stack.when_lost, WHEN_LOST)
     for sensor in stack.carries:
-        _check("sensor", sensor, SENSOR_KINDS)
+        _check("sensor", sensor, SENSORS.values())
     if not stack.injected.is_zero and stack.localizer != "ground_truth":
         raise ParameterError(f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'")
     params = shipped("params")
@@ -130,6 +137,6 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     )
 
 
-def _check(kind: str, given: str, known: tuple[str, ...]) -> None:
+def _check(kind: str, given: str, known: Collection[str]) -> None:
     if given not in known:
         raise UnknownNameError(kind, given, known)

@@ -99,7 +99,11 @@ def mechanical_power(
     return float(left_power + max(right * right_speed + resistance * abs(right_speed), 0.0))
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64, "
+    "float64, float64[::1]",
+)
 def drive_forces(
     orientation: Quaternion,
     velocity: Vector,

@@ -81,7 +81,7 @@ def _segments(lines: shapely.Geometry) -> FloatArray:
     return np.concatenate(ends) if ends else np.empty((0, 4))
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64, float64, float64[:, ::1]")
 def distance_to_segments(x: float, y: float, segments: FloatArray) -> float:
     """Distance [m] from a point to the nearest of some segments (N, 4), none of length 0; inf: there are none.
 

@@ -36,7 +36,7 @@ def _place_of(row: Index, column: Index, tiles: int) -> Index:
     return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="bool[:, ::1]")
 def clearance_field(occupied: BoolArray) -> Field:
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
@@ -179,7 +179,11 @@ def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> No
         n[STOPS + i] = stops
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="Tuple((int64, int64, int64, uint16[::1], uint8[::1])), float64, float64, float64, float64, "
+    "float64[:, ::1], float64, float64[::1]",
+)
 def cast_grid(
     field: Field, x0: float, y0: float, cos: float, sin: float, directions: FloatArray, reach: float, ranges: FloatArray
 ) -> None:
@@ -225,7 +229,11 @@ def cast_grid(
                 begun += 1
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64, float64, float64, float64, float64[:, ::1], float64, float64, float64, "
+    "float64[::1]",
+)
 def cast_circles(
     circles: FloatArray,
     radius: float,
@@ -286,7 +294,10 @@ def _meet(
         ranges[i] = min(ranges[i], along - math.sqrt(discriminant))
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], float64[::1], float64, float64, float64[:, ::1], float64, float64, float64[::1]",
+)
 def finish_scan(
     ranges: FloatArray,
     noise: FloatArray,

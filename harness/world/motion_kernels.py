@@ -17,7 +17,10 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     return x + 2.0 * (qy * cz - qz * cy), y + 2.0 * (qz * cx - qx * cz), z + 2.0 * (qx * cy - qy * cx)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64",
+)
 def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float) -> Vector:
     """Map-frame velocity [m/s] of the body's point (x, y, z) [m], given in the body frame from the centre of mass."""
     (vx, vy, vz), (wx, wy, wz) = velocity, spin
@@ -25,7 +28,7 @@ def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: f
     return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64[::1]")
 def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatArray) -> bool:
     """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
 
@@ -42,14 +45,18 @@ def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: F
     return bool(lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[7]) > bucket[8])
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64, float64, float64, float64, float64, float64")
 def lean_and_shake(ax: float, ay: float, az: float, qx: float, qy: float, gravity: float) -> float:
     """Acceleration [m/s2] of the bucket and, for small angles, that of gravity along its floor."""
     lean = 2.0 * gravity * math.sqrt(qx * qx + qy * qy)
     return math.sqrt(ax * ax + ay * ay + az * az) + lean
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="UniTuple(float64, 3), UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), "
+    "UniTuple(float64, 3), float64, float64, float64, float64",
+)
 def base_state(
     position: Vector,
     orientation: Quaternion,

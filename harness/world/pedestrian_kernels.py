@@ -16,7 +16,7 @@ CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, o
 _WEIGHT = 1.01  # [-] of the heuristic
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]")
 def find_path(
     numbers: npt.NDArray[np.int32],
     width: int,
@@ -155,7 +155,7 @@ def _least_length(a: Float32Array, b: Float32Array) -> float:
     return max(even, odd)
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64")
 def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
     """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
     number = 0
@@ -165,7 +165,11 @@ def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
     return number
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64, int64, float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1], "
+    "float64[:, ::1], float64[:, ::1], bool[::1]",
+)
 def walk(
     dt: float,
     times: int,

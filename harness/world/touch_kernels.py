@@ -6,7 +6,10 @@ from navstack.jit import njit
 from navstack.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64, float64, float64, float64, float64, float64, float64, float64[:, ::1], int64[::1]",
+)
 def may_touch(
     x: float,
     y: float,
@@ -75,7 +78,7 @@ def _are_apart(
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64, float64, float64, float64[:, ::1], int64[::1], float64[:, ::1], int64[::1]")
 def find_near(
     x: float, y: float, radius: float, corners: FloatArray, first: IntArray, boxes: FloatArray, found: IntArray
 ) -> tuple[int, float]:

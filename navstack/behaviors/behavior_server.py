@@ -4,20 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from navstack.behaviors.behavior import Behavior, BehaviorGoal
-from navstack.behaviors.drive import BackUp, DriveOnHeading
-from navstack.behaviors.spin import Spin
-from navstack.behaviors.wait import Wait
 from navstack.costmap.costmap import Costmap
 from navstack.errors import BehaviorError
 from navstack.types import RobotState, Twist2D
-
-# A new behavior is one line here.
-BEHAVIORS: dict[str, type[Behavior[Any]]] = {
-    "nav2_behaviors::Spin": Spin,
-    "nav2_behaviors::BackUp": BackUp,
-    "nav2_behaviors::DriveOnHeading": DriveOnHeading,
-    "nav2_behaviors::Wait": Wait,
-}
 
 
 class BehaviorServer:

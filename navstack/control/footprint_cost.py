@@ -36,7 +36,7 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     return worst
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint8[:, ::1], float64, float64, float64, float64[:, ::1], float64, float64, float64")
 def outline_cost(
     costs: ByteArray,
     origin_x: float,

@@ -62,9 +62,3 @@ class StoppedGoalChecker(SimpleGoalChecker):
             and abs(velocity.angular_z) <= self._rot_stopped_velocity
             and math.hypot(velocity.linear_x, velocity.linear_y) <= self._trans_stopped_velocity
         )
-
-
-GOAL_CHECKERS: dict[str, type[SimpleGoalChecker]] = {
-    "nav2_controller::SimpleGoalChecker": SimpleGoalChecker,
-    "nav2_controller::StoppedGoalChecker": StoppedGoalChecker,
-}

@@ -55,7 +55,7 @@ class PlanWindow:
         return near
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
 def window_bounds(
     poses: FloatArray, first: int, x: float, y: float, behind: float, ahead: float, search_length: float
 ) -> tuple[int, int]:

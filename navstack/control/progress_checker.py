@@ -55,9 +55,3 @@ class PoseProgressChecker(SimpleProgressChecker):
     def _has_moved(self, since: Pose2D, pose: Pose2D) -> bool:
         turned = abs(shortest_angular_distance(since.yaw, pose.yaw))
         return super()._has_moved(since, pose) or turned > self._required_movement_angle
-
-
-PROGRESS_CHECKERS: dict[str, type[SimpleProgressChecker]] = {
-    "nav2_controller::SimpleProgressChecker": SimpleProgressChecker,
-    "nav2_controller::PoseProgressChecker": PoseProgressChecker,
-}

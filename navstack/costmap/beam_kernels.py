@@ -26,7 +26,10 @@ _u = np.uint64  # unsigned indices spare the treatment of negative ones
 _ARC = 1.05  # asin(x) / x is less for x up to 1/2; and the bearing's number grows by at most 1 per rad
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], float64[:, ::1], UniTuple(float64, 2), float64, UniTuple(float64, 4), float64[:, ::1]",
+)
 def project(
     ranges: FloatArray,
     directions: FloatArray,
@@ -72,7 +75,7 @@ def _bearing(dx: float, dy: float) -> float:
     return share if share >= 0.0 else 4.0 + share
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, float64, int64[::1], float64[:, ::1]")
 def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, ordered: FloatArray) -> None:
     """Sort points (n, 2) into sectors around (ox, oy): sector k holds ``ordered[starts[k]:starts[k + 1]]``."""
     sectors = starts.shape[0] - 1

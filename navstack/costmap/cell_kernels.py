@@ -46,7 +46,11 @@ def grow(changed: IntArray, x: int, y: int) -> None:
     changed[3] = max(changed[3], y + 1)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], int64[::1], UniTuple(float64, 2), "
+    "float64[::1], float64, UniTuple(float64, 2), float64, int32[:, ::1]",
+)
 def clear_hit(
     cells: CellArray,
     count: int,
@@ -94,7 +98,11 @@ def clear_hit(
             flat[_u(place_of(x, y, window, present))] |= DOUBTED
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], UniTuple(float64, 2), "
+    "float64[::1], float64, UniTuple(float64, 2), Array(uint8, 2, 'C', readonly=True), int64, int64[::1]",
+)
 def mark_cells(
     cells: CellArray,
     count: int,
@@ -164,7 +172,7 @@ def drop_doubted(cells: CellArray, count: int, present: ByteArray, window: IntAr
     return kept
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], UniTuple(int64, 4), int64[::1]")
 def drop_outside(
     cells: CellArray,
     count: int,
@@ -185,7 +193,11 @@ def drop_outside(
     return drop_doubted(cells, count, present, window, changed)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64, "
+    "int64[:, ::1], int64[::1]",
+)
 def drop_polygon(
     cells: CellArray,
     count: int,

@@ -44,7 +44,7 @@ def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
 def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, runs: CellArray) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, into ``runs`` (n, 3) as for :func:`stamp`.
 
@@ -76,7 +76,7 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint8[:, ::1], int32[:, ::1], int64, uint8[:, :, ::1], int64, int64, int64, int64, int64")
 def stamp(
     target: ByteArray,
     runs: CellArray,
@@ -150,7 +150,10 @@ def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn:
                 costs[y, x] = cost
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="Array(uint8, 2, 'C', readonly=True), int64, int64, uint8[:, ::1], int64[::1], int64[:, ::1]",
+)
 def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray) -> None:
     """Copy lattice boxes (k, 4) x0, xn, y0, yn (ends exclusive), all in the window, from ``source`` to ``target``.
 

@@ -155,7 +155,10 @@ def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float,
     return bool(limits[0] * limits[0] <= squared < limits[1] * limits[1])
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="uint8[:, ::1], float64[:, ::1], float64, float64, float64[::1], float64, UniTuple(float64, 2), float64[::1]",
+)
 def mark_points(
     grid: ByteArray,
     points: FloatArray,
@@ -204,7 +207,7 @@ def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, hig
             y += step_y
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64, float64[:, ::1]")
 def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatArray) -> None:
     """Express points (N, 2), given in the frame that stands at (x, y) [m], ``yaw`` [rad], in its parent."""
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -213,7 +216,7 @@ def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatAr
         moved[i, 1] = points[i, 0] * sin + points[i, 1] * cos + y
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64[::1], float64, int64, int64, int64[::1], int64[::1]")
 def polygon_columns(
     polygon: FloatArray,
     origin: FloatArray,
@@ -249,7 +252,7 @@ def polygon_columns(
     return first, last
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint8[:, ::1], int64, int64, int64[::1], int64[::1]")
 def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highest: IntArray) -> None:
     """Free the cells of a polygon given by :func:`polygon_columns`."""
     for x in range(first, last + 1):
@@ -257,7 +260,7 @@ def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highe
             grid[y, x] = _FREE
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
 def combine_maximum(
     master: ByteArray, region: tuple[int, int, int, int], layer: ByteArray, x: int, y: int, keep_unknown: bool
 ) -> None:

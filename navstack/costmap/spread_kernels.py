@@ -21,7 +21,7 @@ DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]")
 def measure_columns(
     cells: CellArray,
     count: int,
@@ -71,7 +71,11 @@ def measure_columns(
                 nearest[_u(begin + k)] = min(nearest[_u(begin + k)], around[_u(k - low)])
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="uint8[:, ::1], UniTuple(int64, 2), int64, uint8[:, ::1], UniTuple(int64, 4), uint8[::1], "
+    "int64[:, ::1], uint8[::1]",
+)
 def spread(
     target: ByteArray,
     corner: tuple[int, int],

@@ -65,7 +65,7 @@ def _reach(ends: FloatArray) -> float:
     return math.sqrt(squared) + 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64, float64")
 def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
     """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place; returns whether one is NaN."""
     has_nan = False
@@ -76,7 +76,7 @@ def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
     return has_nan
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64")
 def beam_ends(
     ranges: FloatArray, directions: FloatArray, range_max: float, sensor_x: float, sensor_y: float
 ) -> FloatArray:
@@ -99,7 +99,7 @@ def beam_ends(
     return ends[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="uint16[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64")
 def sum_over_beams(
     codes: CodeArray, values: FloatArray, poses: FloatArray, ends: FloatArray, first: float
 ) -> FloatArray:

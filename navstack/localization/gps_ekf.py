@@ -75,7 +75,7 @@ _ENGINES: dict[str, type[KernelEngine] | type[FilterpyEngine]] = {"kernel": Kern
 
 
 class GpsEkfLocalizer(Localizer):
-    """Extended Kalman filter over wheel odometry, inertial unit and fixes; without fixes it is ``odom_imu``.
+    """Extended Kalman filter over wheel odometry, inertial unit and fixes.
 
     Messages count at their own stamps: one that comes late is put where it belongs and what followed is applied anew.
     One that is older, or of a time farther ahead, than ``history_length`` is passed over.
@@ -270,6 +270,13 @@ class GpsEkfLocalizer(Localizer):
             return Health.LOST
         is_degraded = variance > params.degraded_above**2 or age > params.degraded_after
         return Health.DEGRADED if is_degraded else Health.TRACKING
+
+
+class DeadReckoningLocalizer(GpsEkfLocalizer):
+    """The same filter without fixes, ``odom_imu``: its error grows with the way."""
+
+    def __init__(self, params: GpsEkfParams) -> None:
+        super().__init__(params, uses_fixes=False)
 
 
 def _is_sound(*numbers: float) -> bool:

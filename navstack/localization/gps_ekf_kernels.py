@@ -93,7 +93,7 @@ def process_noise(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, den
     return noise
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64, float64, float64[::1]")
 def propagate(
     mean: FloatArray,
     covariance: FloatArray,
@@ -130,7 +130,7 @@ def propagate(
     move(mean, dt, yaw_rate, gyro, acceleration)
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64[::1], float64, float64")
 def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float) -> None:
     """Correct in place by one scalar measurement: ``x += K nu``, ``P -= K S K'``.
 
@@ -154,7 +154,7 @@ def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovatio
             covariance[i, j] -= gain * projected[j]
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64")
 def age_shared_error(mean: FloatArray, covariance: FloatArray, decay: float, variance: float) -> None:
     """Age the error that fixes share, in place: a first-order Gauss-Markov process.
 
@@ -173,7 +173,7 @@ def age_shared_error(mean: FloatArray, covariance: FloatArray, decay: float, var
         covariance[k, k] += variance * (1.0 - decay * decay)
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64")
 def fix_innovation(
     mean: FloatArray, covariance: FloatArray, x: float, y: float, variance: float
 ) -> tuple[float, float, float]:

@@ -75,7 +75,9 @@ def count_bins(poses: FloatArray) -> int:
     return bins
 
 
-@njit(cache=True)
+@njit(
+    cache=True, ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64"
+)
 def resample(
     poses: FloatArray,
     cumulative: FloatArray,
@@ -132,7 +134,7 @@ def _first_above(rising: FloatArray, value: float) -> int:
     return low
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1]")
 def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
     """The cluster (N,) of each pose: bins that touch, at a corner at least, form one. Numbered as they appear."""
     keys = _empty_table(len(poses))

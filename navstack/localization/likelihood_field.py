@@ -87,7 +87,7 @@ class LikelihoodField:
         return found
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64, float64")
 def _scaled(poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float) -> FloatArray:
     """Poses (N, 3) with x, y counted from an origin, in cells and moved by ``offset``."""
     cells = np.empty_like(poses)

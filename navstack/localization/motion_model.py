@@ -26,7 +26,10 @@ def _off_axis(angle: float) -> float:
     return min(ahead, math.pi - ahead)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64, float64, float64, float64, UniTuple(float64, 5), float64[:, ::1]",
+)
 def move_differential(
     poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
 ) -> None:

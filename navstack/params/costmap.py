@@ -1,7 +1,7 @@
 """Parameters of a layered costmap: names and defaults are those of Nav2 Jazzy's ``nav2_costmap_2d``.
 
 The layers stand in :attr:`CostmapParams.layers` under their instance names; ``plugins`` and then ``filters`` give their
-order. A layer's type selects its dataclass in :data:`LAYER_PARAMS`.
+order. A layer's type selects its dataclass in ``navstack.params.registry.costmaps``.
 """
 
 import math
@@ -111,17 +111,6 @@ LayerParams = (
     | KeepoutFilterParams
     | SpeedFilterParams
 )
-
-# Nav2 loads ``plugins`` and ``filters`` alike: each type may stand in either list.
-LAYER_PARAMS: dict[str, type[LayerParams]] = {
-    "nav2_costmap_2d::StaticLayer": StaticLayerParams,
-    "nav2_costmap_2d::ObstacleLayer": ObstacleLayerParams,
-    "nav2_costmap_2d::VoxelLayer": ObstacleLayerParams,
-    "nav2_costmap_2d::InflationLayer": InflationLayerParams,
-    "nav2_costmap_2d::DenoiseLayer": DenoiseLayerParams,
-    "nav2_costmap_2d::KeepoutFilter": KeepoutFilterParams,
-    "nav2_costmap_2d::SpeedFilter": SpeedFilterParams,
-}
 
 
 def _default_layers() -> dict[str, LayerParams]:

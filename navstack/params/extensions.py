@@ -5,20 +5,25 @@ A package declares an entry point of the group for each of its algorithms; the n
 """
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, TypeVar
+from typing import Any
 
 from navstack.errors import NavstackError, ParameterError
-from navstack.params.nav2_file.bindings import Params
-from navstack.params.nav2_file.schema import nodes
+from navstack.params.registry.block import Block
+from navstack.params.registry.entry import Entry, Params
+from navstack.params.registry.localizers import INPUTS, LOCALIZERS, OWN_NODE, LocalizerEntry
+from navstack.params.registry.nodes import FAMILIES
 
 GROUP = "navstack.plugins"
-FAMILIES = ("controllers", "dwb_critics", "planners")  # to which a package can add
-
-T = TypeVar("T")
+NEEDS = {  # family to which a package can add -> what its factories take behind the parameters
+    "controllers": ("footprint", "control_frequency", "xy_goal_tolerance"),
+    "dwb_critics": ("dwb",),
+    "planners": ("robot_shape",),
+    "localizers": ("static_map",),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +32,15 @@ class Extension:
 
     ``make`` is called as those of this program are: a controller with its parameters, the padded footprint (V, 2) in
     [m], the control frequency in [Hz] and the goal checker's xy tolerance in [m]; a critic of DWB with its parameters
-    and DWB's; a planner with its parameters and the robot's shape.
+    and DWB's; a planner with its parameters and the robot's shape; a localizer with its parameters, which stand in the
+    file's node ``localizer``, and the occupancy grid that it may match scans against.
     """
 
-    family: str  # of FAMILIES
-    type: str  # its name in a Nav2 file, with the package: my_robot::Cautious
+    family: str  # of NEEDS
+    type: str  # its name in a Nav2 file (a localizer's: in a stack file), with the package: my_robot::Cautious
     params: Params  # frozen dataclass whose fields are the parameters, with defaults
     make: Callable[..., Any]
+    inputs: tuple[str, ...] = ()  # of a localizer: what it cannot work without, of INPUTS
 
     def __post_init__(self) -> None:
         """Check what other packages may get wrong.
@@ -41,12 +48,14 @@ class Extension:
         Raises:
             ParameterError: an unknown family, a type without package or one that Nav2 has, or no dataclass.
         """
-        if self.family not in FAMILIES:
-            raise ParameterError(f"'{self.type}': unknown family '{self.family}'; known: {', '.join(FAMILIES)}")
-        if not all(self.type.partition("::")) or self.type in nodes.FAMILIES[self.family]:
+        if self.family not in NEEDS:
+            raise ParameterError(f"'{self.type}': unknown family '{self.family}'; known: {', '.join(NEEDS)}")
+        if not all(self.type.partition("::")) or self.type in FAMILIES.get(self.family, {}):
             raise ParameterError(f"'{self.type}' is no name of a plug-in's own; give package::Class, e.g. mine::Slow")
         if not (isinstance(self.params, type) and dataclasses.is_dataclass(self.params)):
             raise ParameterError(f"'{self.type}': params is {self.params!r}; give a dataclass of its parameters")
+        if not set(self.inputs) <= set(INPUTS):
+            raise ParameterError(f"'{self.type}': inputs {self.inputs}; give some of: {', '.join(INPUTS)}")
 
 
 @cache
@@ -70,18 +79,38 @@ def plugin_packages() -> list[str]:
     return sorted({point.dist.name for point in entry_points(group=GROUP) if point.dist is not None})
 
 
-def with_extensions(family: str, own: Mapping[str, T]) -> Mapping[str, T]:
-    """A family's name table, joined with what other packages bring for it."""
-    added: dict[str, Any] = {each.type: _maker(each) for each in extensions() if each.family == family}
-    return {**own, **added}
+def algorithms(family: str) -> dict[str, Entry]:
+    """The algorithms of a family that run here, by type: this program's, then those of other packages."""
+    own = {kind: entry for kind, entry in FAMILIES[family].items() if entry.is_available}
+    return own | {each.type: _entry(each) for each in extensions() if each.family == family}
 
 
-def extension_params() -> dict[str, dict[str, Params]]:
-    """The dataclasses of what other packages bring, by family and type."""
-    table: dict[str, dict[str, Params]] = {}
-    for each in extensions():
-        table.setdefault(each.family, {})[each.type] = each.params
-    return table
+def localizers() -> dict[str, LocalizerEntry]:
+    """The localizers by name: this program's, then those of other packages."""
+    others = [each for each in extensions() if each.family == "localizers"]
+    return {**LOCALIZERS, **{each.type: _localizer(each) for each in others}}
+
+
+def uses_map(localizer: str) -> bool:
+    """Whether a localizer compares scans with a map, which somebody has to survey; False for one that is unknown."""
+    entry = localizers().get(localizer)
+    return entry is not None and entry.uses_map
+
+
+def _entry(extension: Extension) -> Entry:
+    keys = Block(frozenset(field.name for field in dataclasses.fields(extension.params)) | {"plugin", "class"})
+    return Entry(keys, _maker(extension), extension.params, NEEDS[extension.family])
+
+
+def _localizer(extension: Extension) -> LocalizerEntry:
+    return LocalizerEntry(
+        make=_maker(extension),
+        params=extension.params,
+        needs=NEEDS["localizers"],
+        nodes=(OWN_NODE,),
+        inputs=extension.inputs,
+        uses=tuple(each for each in INPUTS if each not in extension.inputs),
+    )
 
 
 def _maker(extension: Extension) -> Callable[..., Any]:

@@ -35,7 +35,11 @@ def is_background(
     return not (0 <= column < width and 0 <= row < height) or background[row, column] == 1
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], float64, float64, float64, float64, float64[::1], uint8[:, ::1], float64[::1], "
+    "float64, bool[::1]",
+)
 def mark_foreground(
     ranges: FloatArray,
     angle_min: float,
@@ -75,7 +79,7 @@ def mark_foreground(
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]")
 def find_bodies(
     ranges: FloatArray,
     foreground: BoolArray,

@@ -24,7 +24,11 @@ def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
     return bool(found != 0)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float32[::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64, UniTuple(int64, "
+    "4), bool",
+)
 def take_in_changes(
     potential: Float32Array,
     costs: ByteArray,
@@ -58,7 +62,7 @@ def take_in_changes(
     return level
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64")
 def crosses_costlier(
     points: FloatArray, costs: ByteArray, known: ByteArray, crossing: Float32Array, width: int
 ) -> bool:

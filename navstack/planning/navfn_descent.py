@@ -152,7 +152,7 @@ def step(
     return m, dx, dy, n
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], int64, int64, int64, float32[:, ::1]")
 def descend(potential: Float32Array, width: int, start: int, source: int, path: Float32Array) -> int:
     """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
 
@@ -187,7 +187,7 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
     return EXHAUSTED
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], int64, float64, float64, float64, float64, float64, float64")
 def nearest_reachable(
     potential: Float32Array,
     width: int,

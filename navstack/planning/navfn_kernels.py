@@ -50,7 +50,7 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
     return crossing.astype(np.float32), gain.astype(np.float32)
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], uint8[::1]")
 def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
     """Set the potential back to POT_HIGH in the dirty blocks only; their number is a multiple of 8."""
     words = dirty.view(np.uint64)
@@ -238,7 +238,11 @@ def run_wave(
     return threshold if n_current > 0 or n_overflow > 0 else POT_HIGH
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float32[::1], uint8[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], int64, "
+    "int64, int64, bool, uint32[:, ::1], float64, float32[::1], float64",
+)
 def propagate(
     potential: Float32Array,  # (height * width,) POT_HIGH where the wave has not been
     dirty: ByteArray,  # (blocks,) set where the wave writes
@@ -282,7 +286,7 @@ def propagate(
     return threshold
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64")
 def round_half_away(value: float) -> int:
     """C's round(): halves go away from zero."""
     return int(math.copysign(math.floor(abs(value) + 0.5), value))

@@ -71,7 +71,10 @@ def within_reach(points: FloatArray, reach: float) -> tuple[FloatArray, int]:
     return near, count
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64",
+)
 def collision_time(
     points: FloatArray,
     vertices: FloatArray,

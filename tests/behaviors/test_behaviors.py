@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from navstack.behaviors.behavior_server import BEHAVIORS, BehaviorServer
+from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.behaviors.drive import BackUp, BackUpGoal, DriveGoal, DriveOnHeading
 from navstack.behaviors.spin import Spin, SpinGoal
 from navstack.behaviors.wait import Wait, WaitGoal
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.errors import BehaviorError, ParameterError
 from navstack.params.behaviors import BehaviorServerParams, DriveParams
-from navstack.params.nav2_file.bindings import PLUGINS
+from navstack.params.extensions import algorithms
 from navstack.types import Pose2D, RobotState, Twist2D
 
 FOOTPRINT = np.array([[0.2, 0.2], [0.2, -0.2], [-0.6, -0.2], [-0.6, 0.2]])  # a long tail
@@ -33,6 +33,10 @@ def field() -> Costmap:
 
 
 def make(kind, params=None, server=SERVER):
+    """A behavior by its class, or by its type in a Nav2 file."""
+    if isinstance(kind, str):
+        entry = algorithms("behaviors")[kind]
+        return entry.create(server, FOOTPRINT, entry.params and (params or entry.params()), parts={})
     is_driver = issubclass(kind, DriveOnHeading)
     return kind(server, FOOTPRINT, (params or DriveParams()) if is_driver else None)
 
@@ -60,21 +64,21 @@ def run(behavior, goal, costmap, start=START, began=0.0, obeys=True):
     raise AssertionError("it never ends")
 
 
-def test_the_table_and_the_bindings_name_the_same_behaviors() -> None:
-    assert BEHAVIORS.keys() == PLUGINS["behaviors"].keys() == GOALS.keys()
+def test_every_behavior_has_a_goal() -> None:
+    assert algorithms("behaviors").keys() == GOALS.keys()
 
 
-@pytest.mark.parametrize("name", BEHAVIORS)
+@pytest.mark.parametrize("name", GOALS)
 def test_every_behavior_ends_and_starts_afresh(name: str) -> None:
-    behavior = make(BEHAVIORS[name])
+    behavior = make(name)
     first = run(behavior, GOALS[name], field())
     assert first[0]
     assert run(behavior, GOALS[name], field(), began=100.0) == first
 
 
-@pytest.mark.parametrize("name", BEHAVIORS)
+@pytest.mark.parametrize("name", GOALS)
 def test_every_behavior_fails_when_its_time_is_up(name: str) -> None:
-    behavior, goal = make(BEHAVIORS[name]), GOALS[name]
+    behavior, goal = make(name), GOALS[name]
     behavior.start(type(goal)(*_values(goal), time_allowance=0.5), RobotState(START, Twist2D(), 10.0))
     assert behavior.step(RobotState(START, Twist2D(), 10.5), field()) is not None
     if name == "nav2_behaviors::Wait":

@@ -120,9 +120,10 @@ def test_both_state_spaces_are_compiled_before_the_first_planner_starts(monkeypa
 
     def make(params: OmplParams, shape: RobotShape) -> OmplPlanner:
         spaces.append(params.state_space)
-        return OmplPlanner(params, shape)
+        return planner(params, shape)
 
-    monkeypatch.setitem(planning.PLANNERS, planning.OMPL, make)
+    planner = OmplPlanner
+    monkeypatch.setattr("navstack.planning.ompl_planner.OmplPlanner", make)
     planning.compile_first(RobotShape(BODY, 0.14))
     assert spaces == list(STATE_SPACES)
 

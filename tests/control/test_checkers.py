@@ -5,8 +5,8 @@ import pytest
 
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
-from navstack.control.goal_checker import GOAL_CHECKERS, SimpleGoalChecker, StoppedGoalChecker
-from navstack.control.progress_checker import PROGRESS_CHECKERS, PoseProgressChecker, SimpleProgressChecker
+from navstack.control.goal_checker import SimpleGoalChecker, StoppedGoalChecker
+from navstack.control.progress_checker import PoseProgressChecker, SimpleProgressChecker
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
@@ -14,7 +14,7 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.nav2_file.bindings import PLUGINS
+from navstack.params.extensions import algorithms
 from navstack.params.servers import ControllerServerParams
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
@@ -58,9 +58,10 @@ def test_a_robot_that_circles_within_the_radius_is_stuck_after_the_allowance() -
     assert checker.check(Pose2D(0.0, 0.51), 30.0)
 
 
-def test_the_tables_and_the_bindings_name_the_same_checkers() -> None:
-    assert GOAL_CHECKERS.keys() == PLUGINS["goal_checkers"].keys()
-    assert PROGRESS_CHECKERS.keys() == PLUGINS["progress_checkers"].keys()
+@pytest.mark.parametrize("family", ["goal_checkers", "progress_checkers"])
+def test_every_checker_of_the_registry_can_be_made(family: str) -> None:
+    for kind, entry in algorithms(family).items():
+        assert type(entry.create(entry.params(), parts={})).__name__ == kind.partition("::")[2]
 
 
 def test_a_symmetric_robot_may_arrive_backwards() -> None:

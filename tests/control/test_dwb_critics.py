@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from navstack.control.dwb.critics import CRITICS, build_critics
+from navstack.control.dwb.critics import build_critics
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import Scene
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.dwb import AlignParams, DistParams, DwbParams, OscillationParams, RotateToGoalParams
+from navstack.params.registry.controllers import DWB_CRITICS as CRITICS
 from navstack.types import Pose2D, Twist2D
 
 LIMITS = {
@@ -59,7 +60,8 @@ def roll_out(params: DwbParams, scene: Scene) -> Rollouts:
 
 def make_critic(name: str, params: DwbParams | None = None) -> Critic:
     params = params or make_params()
-    return CRITICS[name](getattr(params, name), params)
+    critic: Critic = CRITICS[name].create(getattr(params, name), parts={"dwb": params})
+    return critic
 
 
 def random_costs(seed: int) -> np.ndarray:

@@ -10,7 +10,6 @@ import pytest
 from ruckig import InputParameter, Ruckig, Trajectory
 from shapely import Point, Polygon, affinity
 
-from navstack.build import CONTROLLERS
 from navstack.control.controller import Surroundings
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.mpc_controller import JerkLimitedMpcController
@@ -19,6 +18,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.costmap import InflationLayerParams
+from navstack.params.extensions import algorithms
 from navstack.params.mpc import MpcParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.views import read_controller
@@ -298,5 +298,6 @@ def test_parameters_out_of_range_are_refused(key: str, value: object) -> None:
 def test_the_nav2_file_selects_it() -> None:
     plugin = read_controller(load_nav2(NAV2_FILE))
     assert plugin.type == "navstack::JerkLimitedMPC" and isinstance(plugin.params, MpcParams)
-    controller = CONTROLLERS[plugin.type](plugin.params, FOOTPRINT, FREQUENCY, 0.5)
+    parts = {"footprint": FOOTPRINT, "control_frequency": FREQUENCY, "xy_goal_tolerance": 0.5}
+    controller = algorithms("controllers")[plugin.type].create(plugin.params, parts=parts)
     assert isinstance(controller, JerkLimitedMpcController)

@@ -7,7 +7,6 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from navstack.build import CONTROLLERS
 from navstack.control.controller import Surroundings
 from navstack.control.mppi.mppi_controller import MppiController
 from navstack.control.rotation_shim import RotationShimController
@@ -15,6 +14,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.params.costmap import InflationLayerParams
+from navstack.params.extensions import algorithms
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.mppi_critics import CostParams, PathAlignParams
@@ -322,7 +322,8 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath)
     )
     own = {name for name in file.ignored if "FollowPath" in name}
     assert own == {"controller_server: FollowPath.visualize", "controller_server: FollowPath.TrajectoryVisualizer"}
-    assert isinstance(CONTROLLERS[plugin.type](plugin.params, FOOTPRINT, 20.0, 0.25), MppiController)
+    parts = {"footprint": FOOTPRINT, "control_frequency": 20.0, "xy_goal_tolerance": 0.25}
+    assert isinstance(algorithms("controllers")[plugin.type].create(plugin.params, parts=parts), MppiController)
 
 
 @pytest.mark.parametrize(

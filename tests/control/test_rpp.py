@@ -7,7 +7,6 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from navstack.build import CONTROLLERS
 from navstack.control.controller import Surroundings
 from navstack.control.footprint_cost import footprint_cost
 from navstack.control.rpp.arc_check import ArcCheck
@@ -25,6 +24,7 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.costmap.inflation import inflation_cost
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.geometry import relative_to
+from navstack.params.extensions import algorithms
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.views import read_controller, read_primary_controller
 from navstack.params.rpp import RppParams
@@ -316,5 +316,6 @@ def test_it_runs_below_a_rotation_shim(tmp_path: FilePath) -> None:
     file = load_nav2(path)
     primary = read_primary_controller(file, read_controller(file))
     assert primary.params == RppParams(desired_linear_vel=0.8, rotate_to_heading_angular_vel=1.1)
-    below = CONTROLLERS[primary.type](primary.params, FOOTPRINT, 20.0, 0.25)
+    parts = {"footprint": FOOTPRINT, "control_frequency": 20.0, "xy_goal_tolerance": 0.25}
+    below = algorithms("controllers")[primary.type].create(primary.params, parts=parts)
     assert below.compute_velocity(RobotState(Pose2D(), STILL), straight(), surroundings()).linear_x == 0.8

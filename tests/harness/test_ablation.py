@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from harness.ablation.analysis import Ablation, Declaration, analyse, break_even_interval, points
-from harness.ablation.arms import SENSORS_OF, arms_of, drives_by_scan
+from harness.ablation.arms import arms_of, drives_by_scan
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import nav2_parameters
@@ -17,7 +17,7 @@ from harness.statistics import Interval
 from harness.storage.shipped import shipped
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run
-from harness.task.stack import LOCALIZERS, Stack, load_stack
+from harness.task.stack import Stack, load_stack, localizer_names
 from navstack.errors import InputError
 
 WriteRun = Callable[..., Path]
@@ -54,10 +54,6 @@ def costly(row: dict[str, Any]) -> None:
     row["localization_error_p95_m"] = 2.0 * row["localization_error_median_m"]
 
 
-def test_every_localizer_says_which_sensors_it_needs() -> None:
-    assert set(LOCALIZERS) <= set(SENSORS_OF)
-
-
 def test_arms_are_named_by_what_differs_and_carry_what_they_need() -> None:
     made = arms("gps", "amcl", "amcl@navigation_mesh", errors=("position=0.1,1 heading=2",))
     assert [arm.name for arm in made] == [
@@ -74,7 +70,7 @@ def test_arms_are_named_by_what_differs_and_carry_what_they_need() -> None:
 
 
 def test_without_a_choice_all_localizers_are_arms() -> None:
-    assert tuple(arm.name for arm in arms()) == LOCALIZERS
+    assert tuple(arm.name for arm in arms()) == localizer_names()
 
 
 def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:

@@ -1,27 +1,23 @@
-"""The table of kernels holds what deliveries call, and compiling them ahead leaves them in the cache, once."""
+"""Kernels say how deliveries call them, and compiling them ahead leaves them in the cache, once."""
 
 import fcntl
-import importlib
 import inspect
 import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 from numba import types
 
 from harness.study import compile_ahead as module
-from harness.study.compile_ahead import ALWAYS, Kernel, compile_ahead, load_table, needed_kernels
+from harness.study.compile_ahead import compile_ahead, kernels_of, needed_modules
 from harness.task.stack import load_stack
-from navstack import jit
+from navstack.params.registry.localizers import LOCALIZERS
+from navstack.params.registry.nodes import FAMILIES
 
-TO_CELL = "(float64, float64, float64, float64, float64, int64, int64)"
-KERNELS = [
-    Kernel("navstack.costmap.kernels", "to_cell", TO_CELL),
-    Kernel("navstack.control.dwb.kernels", "sine_cosine", "(float64,)"),
-    Kernel("harness.world.lidar_kernels", "gone", "(float64,)"),
-]
+MODULES = ["navstack.costmap.spread_kernels", "navstack.localization.kld", "harness.world.gone"]
 # Drives the first seconds of a delivery and prints the kernels called from Python: module, name, types.
 DRIVE = """
 import sys
@@ -48,53 +44,55 @@ drive(Course(Loop(sys.argv[1], sys.argv[1], False, 1.0), Path(tempfile.mkdtemp()
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache, and a table of a few kernels, one of which does not exist."""
+    """An empty cache, and a few modules, one of which does not exist."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
     monkeypatch.setattr(module, "LEAST", 1)
     monkeypatch.setattr(module, "available_cores", lambda: 2)
-    monkeypatch.setattr(module, "load_table", lambda: dict.fromkeys(KERNELS, frozenset({ALWAYS})))
+    monkeypatch.setattr(module, "needed_modules", lambda stacks: MODULES)
+    monkeypatch.setattr(module, "_modules_of", lambda entries: MODULES)
+    stamp = module.source_stamp
+    monkeypatch.setattr(module, "source_stamp", lambda source: stamp(source) if source.is_file() else b"")
     return folder
 
 
-def test_table_is_in_numbas_notation() -> None:
-    for kernel in load_table():
-        function = getattr(importlib.import_module(kernel.module), kernel.name).py_func
-        assert len(argument_types(kernel)) == len(inspect.signature(function).parameters), kernel
-        assert kernel.source.is_file()
+def test_types_are_in_numbas_notation() -> None:
+    modules = module._modules_of(
+        [*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())]
+    )
+    for name in modules:
+        assert kernels_of(name), name
+        for kernel in kernels_of(name):
+            assert len(argument_types(kernel)) == len(inspect.signature(kernel.py_func).parameters), kernel
 
 
-def test_sections_follow_the_stack() -> None:
+def test_modules_follow_the_stack() -> None:
     def modules(stack: str) -> set[str]:
-        return {kernel.module.removeprefix("navstack.") for kernel in needed_kernels([load_stack(stack)])}
+        return {name.removeprefix("navstack.") for name in needed_modules([load_stack(stack)])}
 
     assert "control.dwb.choice_kernels" in modules("paper-gps") & modules("nav2-amcl")
     assert "localization.amcl_kernels" in modules("nav2-amcl") - modules("paper-gps")
-    assert not any(name.startswith(("control.dwb", "planning")) for name in modules("parked"))
-    assert needed_kernels([]) == []
+    assert not any(name.startswith(("control.dwb", "planning", "safety")) for name in modules("parked"))
+    assert needed_modules([]) == []
 
 
 def test_kernels_are_compiled_once(cache: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compile_ahead([load_stack("parked")])
-    assert {path.name.split("-")[0] for path in cache.rglob("*.nbi")} >= {"kernels.to_cell", "kernels.sine_cosine"}
-    assert "compiling 3 kernels" in capsys.readouterr().err
-    compile_ahead([load_stack("parked")])  # that one of them cannot be compiled is not tried again
+    compiled = {path.name.split("-")[0] for path in cache.rglob("*.nbi")}
+    assert compiled >= {"spread_kernels.measure_columns", "spread_kernels.spread", "kld.resample"}
+    assert "compiling the kernels of 3 modules" in capsys.readouterr().err
+    compile_ahead([load_stack("parked")])  # that one of them does not exist is not tried again
     assert capsys.readouterr().err == ""
 
 
-def test_changed_source_counts_as_new(cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_changed_source_counts_as_new(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiled: list[str] = []
-    monkeypatch.setattr(module, "_compile_all", lambda kernels: compiled.extend(kernel.name for kernel in kernels))
-    source = tmp_path / "source.py"
-    source.write_text("")
-    monkeypatch.setattr(Kernel, "source", property(lambda _: source))
-    for text in ("", "", "changed"):
-        source.write_text(text)
-        for seen in (jit.source_stamp, jit._content, jit._imported):  # as a new process sees it
-            seen.cache_clear()
+    monkeypatch.setattr(module, "_compile_all", compiled.extend)
+    for stamp in (b"", b"", b"changed"):
+        monkeypatch.setattr(module, "source_stamp", lambda _, stamp=stamp: stamp)
         compile_ahead([load_stack("parked")])
-    assert compiled == 2 * [kernel.name for kernel in KERNELS]
-    assert len((cache / module.DONE).read_text().split()) == len(KERNELS)  # old marks are dropped
+    assert compiled == 2 * MODULES
+    assert len((cache / module.DONE).read_text().split()) == len(MODULES)  # old marks are dropped
 
 
 def test_folder_that_cannot_be_written_changes_nothing(
@@ -108,7 +106,7 @@ def test_folder_that_cannot_be_written_changes_nothing(
 
 def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiled: list[int] = []
-    monkeypatch.setattr(module, "_compile_all", lambda kernels: compiled.append(len(kernels)))
+    monkeypatch.setattr(module, "_compile_all", lambda modules: compiled.append(len(modules)))
     cache.mkdir()
     done = cache / module.DONE
     with done.open("a+") as first:
@@ -117,23 +115,26 @@ def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.Mon
         second.start()
         second.join(0.5)
         assert second.is_alive()
-        module._note(first, [module._mark(kernel) for kernel in KERNELS])
+        module._note(first, [module._mark(name) for name in MODULES])
     second.join(10.0)
     assert compiled == [0]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stack", ["paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf"])
-def test_table_holds_what_deliveries_call(stack: str) -> None:
+def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str) -> None:
     command = [sys.executable, "-c", DRIVE, stack]
     lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     called = {line for line in lines if line.startswith("called ")}
-    needed = needed_kernels([load_stack(stack)])
-    listed = {f"called {each.module} {each.name} {[str(one) for one in argument_types(each)]}" for each in needed}
+    needed = [(name, kernel) for name in needed_modules([load_stack(stack)]) for kernel in kernels_of(name)]
+    listed = {
+        f"called {name} {kernel.py_func.__qualname__} {[str(one) for one in argument_types(kernel)]}"
+        for name, kernel in needed
+    }
     assert called
-    assert called <= listed, f"{module.TABLE.name} lacks what is called"
+    assert called <= listed, "a registry entry lacks a module, or a kernel its types"
 
 
-def argument_types(kernel: Kernel) -> tuple[types.Type, ...]:
-    found: tuple[types.Type, ...] = eval(kernel.arguments, vars(importlib.import_module(kernel.module)), vars(types))
+def argument_types(kernel: Any) -> tuple[types.Type, ...]:
+    found: tuple[types.Type, ...] = eval(f"({kernel.ahead},)", kernel.py_func.__globals__, vars(types))
     return found

@@ -17,7 +17,6 @@ from navstack.localization.likelihood_field import squared_distances
 from navstack.params.amcl import AmclParams
 from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.views import read_amcl_gps
 from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 RESOLUTION = 0.05  # [m]
@@ -203,7 +202,7 @@ def test_its_parameters_stand_in_a_node_of_their_own(landmarks, tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text("amcl: {ros__parameters: {max_particles: 700}}\namcl_gps: {ros__parameters: {patience: 7}}\n")
     nav2 = load_nav2(file)
-    assert read_amcl_gps(nav2) == AmclGpsParams(patience=7)
+    assert nav2.read(AmclGpsParams, "amcl_gps") == AmclGpsParams(patience=7)
     assert isinstance(build_localizer("amcl-gps", nav2, landmarks), AmclGpsLocalizer)
     file.write_text("amcl_gps: {ros__parameters: {patiense: 7}}\n")
     with pytest.raises(ParameterError, match="patience"):

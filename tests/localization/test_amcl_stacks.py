@@ -13,8 +13,8 @@ from harness.task.study import make_study
 from harness.world.scene import Scene
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import UnknownNameError
+from navstack.params.amcl import AmclParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.views import read_amcl
 from navstack.types import Pose2D
 
 NAV2 = shipped("params") / "nav2"
@@ -28,7 +28,7 @@ PUBLISHED = {
 
 @pytest.mark.parametrize(("name", "alphas"), [("stock", (0.2, 0.2, 0.2)), ("tuned", (0.03, 0.03, 0.05))])
 def test_the_published_values_of_amcl(name, alphas):
-    params = read_amcl(load_nav2(NAV2 / f"{name}.yaml", False))
+    params = load_nav2(NAV2 / f"{name}.yaml", False).read(AmclParams, "amcl")
     assert {key: getattr(params, key) for key in PUBLISHED} == PUBLISHED
     assert (params.alpha1, params.alpha2, params.alpha3) == alphas
     assert params.alpha4 == params.alpha5 == alphas[2]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from navstack.build import LOCALIZERS, build_localizer
+from navstack.build import build_localizer
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.gps import LOST_AFTER
 from navstack.localization.gps_ekf import GpsEkfLocalizer
@@ -217,6 +217,5 @@ def test_it_is_chosen_by_name_and_reads_its_section(tmp_path, name):
     file.write_text("gps_ekf: {ros__parameters: {gps0_lockout_count: 9, yaw_offset: 1.5}}\n", encoding="utf-8")
     room = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 1.0, Pose2D())
     localizer = build_localizer(name, load_nav2(file, False), room)
-    assert name in LOCALIZERS
     assert isinstance(localizer, GpsEkfLocalizer)
     assert localizer._params == dataclasses.replace(PARAMS, gps0_lockout_count=9, yaw_offset=1.5)

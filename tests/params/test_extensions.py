@@ -7,11 +7,12 @@ from typing import Any
 
 import pytest
 
-from navstack.build import CONTROLLERS
-from navstack.control.dwb.critics import CRITICS, build_critics
+from harness.task.stack import load_stack
+from navstack.build import build_localizer
+from navstack.control.dwb.critics import build_critics
 from navstack.errors import ParameterError
 from navstack.params.dwb import DwbParams, TwirlingParams
-from navstack.params.extensions import Extension, extensions, plugin_packages, with_extensions
+from navstack.params.extensions import Extension, algorithms, extensions, localizers, plugin_packages, uses_map
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2, load_nav2
 from navstack.params.nav2_file.views import read_controller
 
@@ -27,6 +28,7 @@ class Params:
 
 CRITIC = Extension("dwb_critics", "mine::Calm", Params, TwirlingCritic)
 CONTROLLER = Extension("controllers", "mine::Slow", Params, lambda *given: given)
+LOCALIZER = Extension("localizers", "mine::Still", Params, lambda *given: given, inputs=("odometry", "scan"))
 """
 DWB = """
 controller_server:
@@ -92,13 +94,25 @@ def test_a_controller_of_another_package_is_read_and_written_merged(install: Ins
     assert (plugin.type, plugin.params.limit) == ("mine::Slow", 0.125)
     merged = file.merged()["controller_server"]["ros__parameters"]["FollowPath"]
     assert merged == {"plugin": "mine::Slow", "limit": 0.125, "scale": 1.0}
-    assert with_extensions("controllers", CONTROLLERS)["mine::Slow"](1, 2) == (1, 2)
+    parts = dict.fromkeys(("footprint", "control_frequency", "xy_goal_tolerance"), 2.0)
+    assert algorithms("controllers")["mine::Slow"].create(1, parts=parts) == (1, 2.0, 2.0, 2.0)
+
+
+def test_a_localizer_of_another_package_reads_its_node_and_drives_a_stack(install: Install, load: Any) -> None:
+    install("mine", "LOCALIZER")
+    file = load("localizer: {ros__parameters: {limit: 0.125}}\n")
+    grid = object()
+    params, given = build_localizer("mine::Still", file, grid)
+    assert (params.limit, given) == (0.125, grid)
+    assert uses_map("mine::Still") and not file.notices and not file.ignored
+    assert load_stack("nav2-gps", localizer="mine::Still").localizer == "mine::Still"
 
 
 def test_a_factory_that_fails_is_named_in_one_line(install: Install) -> None:
     install("mine", "CONTROLLER", module=MODULE.replace("lambda *given: given", "lambda: None"))
+    parts = dict.fromkeys(("footprint", "control_frequency", "xy_goal_tolerance"), 2.0)
     with pytest.raises(ParameterError, match="'mine::Slow' cannot be made .*TypeError.*; mend its package"):
-        with_extensions("controllers", CONTROLLERS)["mine::Slow"](1, 2)
+        algorithms("controllers")["mine::Slow"].create(1, parts=parts)
 
 
 @pytest.mark.parametrize("text", [DWB.replace("limit", "limt"), OWN.replace("limit", "limt")])
@@ -113,7 +127,7 @@ def test_a_misspelt_parameter_of_it_is_an_error_with_a_hint(install: Install, tm
 def test_without_the_package_its_types_are_unknown(load: Any) -> None:
     with pytest.raises(ParameterError, match="unknown plugin 'mine::Calm'"):
         load(DWB)
-    assert with_extensions("dwb_critics", CRITICS) == CRITICS
+    assert not any("::" in kind for kind in (*algorithms("dwb_critics"), *localizers()))
 
 
 @pytest.mark.parametrize(
@@ -121,7 +135,10 @@ def test_without_the_package_its_types_are_unknown(load: Any) -> None:
     [
         ("import nowhere", r"'critic = mine:CRITIC' of package mine cannot be loaded \(ModuleNotFoundError.*uninstall"),
         ("CRITIC = 3", "of package mine is int; it has to be an Extension"),
-        (MODULE.replace("dwb_critics", "critics"), "unknown family 'critics'; known: controllers, dwb_critics"),
+        (
+            MODULE.replace("dwb_critics", "critics"),
+            "unknown family 'critics'; known: controllers, dwb_",
+        ),
     ],
 )
 def test_a_package_that_cannot_be_used_is_one_line(install: Install, load: Any, module: str, complaint: str) -> None:

@@ -10,7 +10,6 @@ from harness.task.stack import load_stack
 from navstack.errors import ParameterError
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.nav2_file.file import inspect_nav2, load_nav2
-from navstack.params.nav2_file.views import read_gps_ekf
 
 
 def file_with(tmp_path, text):
@@ -21,7 +20,7 @@ def file_with(tmp_path, text):
 
 def test_without_a_section_the_defaults_hold():
     nav2 = load_nav2(shipped("params") / "nav2" / "tuned.yaml")
-    assert read_gps_ekf(nav2) == GpsEkfParams()
+    assert nav2.read(GpsEkfParams, "gps_ekf") == GpsEkfParams()
 
 
 def test_every_parameter_is_known_and_read(tmp_path):
@@ -31,7 +30,7 @@ def test_every_parameter_is_known_and_read(tmp_path):
     }
     text = ", ".join(f"{name}: {str(value).lower()}" for name, value in other.items())
     nav2 = load_nav2(file_with(tmp_path, text))
-    assert read_gps_ekf(nav2) == GpsEkfParams(**other)
+    assert nav2.read(GpsEkfParams, "gps_ekf") == GpsEkfParams(**other)
     assert not nav2.warnings
     assert not nav2.ignored
     assert nav2.merged()["gps_ekf"]["ros__parameters"] == other
@@ -57,7 +56,7 @@ def test_a_misspelt_parameter(tmp_path):
 )
 def test_a_value_that_cannot_be(tmp_path, text, said):
     with pytest.raises(ParameterError, match=said) as raised:
-        read_gps_ekf(load_nav2(file_with(tmp_path, text)))
+        load_nav2(file_with(tmp_path, text)).read(GpsEkfParams, "gps_ekf")
     assert "\n" not in str(raised.value)
 
 
@@ -67,7 +66,7 @@ def test_the_stacks_files_differ_from_those_without_it_by_its_section_only(name,
     assert (stack.localizer, stack.planning_map, stack.carries) == ("gps-ekf", "geometry", ("lidar", "gps"))
     own, other = load_nav2(Path(stack.nav2_file)), load_nav2(shipped("params") / "nav2" / f"{base}.yaml")
     calibrated = dataclasses.replace(GpsEkfParams(), imu0_yaw_offset_std=0.05, imu0_yaw_offset_walk=0.003)
-    assert read_gps_ekf(own) == calibrated
+    assert own.read(GpsEkfParams, "gps_ekf") == calibrated
     merged, without = own.merged(), other.merged()
     del merged["gps_ekf"], without["gps_ekf"]
     assert merged == without

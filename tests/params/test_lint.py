@@ -90,7 +90,7 @@ def test_the_table_is_complete_and_its_ids_are_unique():
 
 
 def test_every_finding_of_the_reader_is_in_the_table():
-    source = "".join(path.read_text() for path in (ROOT / "navstack" / "params").glob("*.py"))
+    source = "".join(path.read_text() for path in (ROOT / "navstack" / "params").rglob("*.py"))
     used = set(re.findall(r'(?:Notice|_error|_warn|_remark)\(\s*"([a-z-]+)"', source))
     assert used
     assert used <= {*ERRORS, *WARNINGS}

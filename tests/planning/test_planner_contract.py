@@ -5,9 +5,9 @@ import pytest
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
+from navstack.params.extensions import algorithms
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
 from navstack.planning.planner import Planner
-from navstack.planning.planners import PLANNERS
 from navstack.types import Pose2D
 
 PARAMS = {
@@ -24,10 +24,10 @@ def room():
     return Costmap(costs, 0.1, -2.0, 1.0)
 
 
-@pytest.fixture(params=sorted(PLANNERS))
+@pytest.fixture(params=sorted(algorithms("planners")))
 def make(request):
     def planner() -> Planner:
-        made = PLANNERS[request.param](PARAMS[request.param], None)
+        made = algorithms("planners")[request.param].create(PARAMS[request.param], parts={"robot_shape": None})
         made.reset(np.random.default_rng(4))
         return made
 
@@ -35,7 +35,7 @@ def make(request):
 
 
 def test_every_name_has_parameters():
-    assert set(PARAMS) == set(PLANNERS)
+    assert set(PARAMS) == set(algorithms("planners"))
 
 
 def test_path_joins_start_and_goal_through_free_cells(make):

@@ -37,7 +37,13 @@ class Drive(NamedTuple):
     sim_time: float  # [s]
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
+    "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1]), Terms), float64[:, ::1], "
+    "float64[:, ::1], UniTuple(float64, 2), NamedTuple((uint8[:, ::1], UniTuple(float64, 3), "
+    "float64[:, ::1]), Surface), int64, float64[::1]",
+)
 def best_command(
     robot: FloatArray,
     sampling: Sampling,

@@ -27,7 +27,12 @@ _STANDING = 1e-3  # [m/s] of the fastest point of the footprint, below which a p
 _ROUNDING = 1e-9
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], float64, float64, float64, float64[::1], int64, NamedTuple((uint8[:, ::1], "
+    "UniTuple(float64, 3), float64[::1], float64), Field), float64[:, ::1], float64[::1], "
+    "float64[:, ::1], float64",
+)
 def guarded(
     state: FloatArray,
     j: float,

@@ -28,7 +28,7 @@ def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) 
     out[6] = alpha + dt * ja
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64[::1]")
 def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArray:
     """The states (N + 1, 7) from ``start`` (7,) under jerks (N, 2) held for ``steps`` (N,) [s]."""
     states = np.empty((len(jerks) + 1, 7))
@@ -38,7 +38,7 @@ def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArr
     return states
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64[::1], float64")
 def shifted(jerks: FloatArray, steps: FloatArray, elapsed: float) -> FloatArray:
     """The jerks (N, 2) on the same grid, ``elapsed`` [s] later: each step takes the mean over its time; 0 beyond."""
     count = len(jerks)

@@ -48,7 +48,11 @@ class Clearances(NamedTuple):
     bias: float  # [m] sideways
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64[:, ::1], float64[::1], NamedUniTuple(float64[::1], 5, PathLine), int64, "
+    "NamedUniTuple(float64, 3, Wishes), float64[::1]",
+)
 def fill_stages(
     stages: FloatArray,
     states: FloatArray,
@@ -104,7 +108,11 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64[:, ::1], float64[::1], NamedTuple((uint8[:, ::1], UniTuple(float64, 3), "
+    "float64[::1], float64), Field), float64[:, ::1], NamedUniTuple(float64, 6, Clearances)",
+)
 def fill_obstacles(
     stages: FloatArray, states: FloatArray, circles: FloatArray, field: Field, people: FloatArray, keep: Clearances
 ) -> None:
@@ -133,7 +141,10 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64[::1], int64, float64[:, ::1], int64, NamedUniTuple(float64, 6, Clearances)",
+)
 def fill_people(
     stages: FloatArray, times: FloatArray, circles: int, people: FloatArray, room: int, keep: Clearances
 ) -> None:
@@ -210,7 +221,10 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], int64",
+)
 def best_between(
     start: FloatArray,
     jerks: FloatArray,

@@ -21,7 +21,7 @@ def _add_size(row: Float32Array, total: Float32Array) -> None:
         total[b] += abs(row[b])
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[:, ::1], int64, float32, float32")
 def sum_outside(values: Float32Array, steps: int, least: np.float32, most: np.float32) -> Float32Array:
     """By how much the first ``steps`` rows lie outside [``least``, ``most``], in all (B,)."""
     total = np.zeros(values.shape[1], dtype=np.float32)

@@ -140,7 +140,12 @@ def _add_costs(
         scores[b] += critical if cost >= near else cost * share
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="NamedUniTuple(float32[:, ::1], 5, Poses), int64, uint8[:, ::1], UniTuple(float64, 3), "
+    "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[::1], bool, "
+    "float64, bool), Body), bool, int64, float32, float32, bool",
+)
 def cost_scores(
     poses: Poses,
     step: int,

@@ -66,7 +66,7 @@ class PathHandler:
             self._end = self._next_end(plan)
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
 def window(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float, prune_distance: float
 ) -> tuple[int, int]:
@@ -94,7 +94,7 @@ def window(
     return nearest, end
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
 def on_grid(poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]) -> int:
     """The first pose from ``begin`` on that is off the grid (origin x and y, width, height in [m]), or ``end``."""
     origin_x, origin_y, width, height = grid

@@ -12,7 +12,7 @@ _TABLE_FINENESS = 16  # places per point of the path
 _ROUNDING = 0.999  # share of a gap between distances that single precision surely does not close
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], float32[::1], float32[::1], float32[::1]")
 def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float32Array) -> int:
     """The furthest of the path's points that is nearest to some trajectory's last position (B,).
 
@@ -41,7 +41,7 @@ def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float
     return furthest
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
 def free_points(
     px: Float32Array,
     py: Float32Array,
@@ -61,7 +61,11 @@ def free_points(
     return free
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float32[:, ::1], float32[:, ::1], float32[:, ::1], int64, float32[::1], float32[::1], float32[::1], "
+    "bool[::1], bool",
+)
 def mean_misalignment(
     x: Float32Array,
     y: Float32Array,
@@ -149,7 +153,7 @@ def angle_between(start: np.float32, end: np.float32) -> np.float32:
     return np.float32(turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)))
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], float32[::1], float32[::1], float64, float64, int64, float64")
 def bearing_errors(
     x: Float32Array, y: Float32Array, yaw: Float32Array, target_x: float, target_y: float, mode: int, target_yaw: float
 ) -> Float32Array:
@@ -168,7 +172,7 @@ def bearing_errors(
     return errors
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[:, ::1], float32[:, ::1], float32, float32")
 def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32) -> Float32Array:
     """Mean distance (B,) in [m] of the poses (T, B) to a point."""
     total = np.zeros(x.shape[1], dtype=np.float32)

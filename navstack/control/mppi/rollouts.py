@@ -40,7 +40,7 @@ class Rollouts:
         return int(self.x.shape[1])
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
 def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Array) -> None:
     """Write ``sequence`` (T,) plus ``noise`` (T, B) into rows 1..T of ``controls`` (T + 1, B)."""
     for t in range(len(sequence)):
@@ -49,7 +49,7 @@ def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Arra
             controls[t + 1, b] = wanted + noise[t, b]
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float32[:, ::1], float32, float32, float32")
 def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32) -> None:
     """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
 
@@ -63,7 +63,11 @@ def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, f
             controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float32[:, ::1], float32[:, ::1], float32, float32, float32, float32[:, ::1], float32[:, ::1], "
+    "float32[:, ::1], float32[:, ::1], float32[:, ::1]",
+)
 def roll_out(
     v: Float32Array,
     w: Float32Array,

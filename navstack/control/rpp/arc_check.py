@@ -60,7 +60,11 @@ class ArcCheck:
         return duration, distance
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="uint8[:, ::1], float64, float64, float64, float64[:, ::1], float64, float64, float64, float64, "
+    "float64, float64, float64, float64",
+)
 def arc_collides(
     costs: ByteArray,
     origin_x: float,

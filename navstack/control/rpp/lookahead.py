@@ -11,7 +11,7 @@ from navstack.types import FloatArray
 SAME_HEADING = 1e-4  # [rad]
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, bool")
 def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point ``distance`` [m] along the path, as (x, y).
 
@@ -77,7 +77,7 @@ def distance_to_cusp(path: FloatArray) -> float:
     return math.inf
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1]")
 def path_length(path: FloatArray) -> float:
     """Length along the path in [m]."""
     length = 0.0

@@ -56,7 +56,7 @@ class PathWindow:
         return window
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
 def window_bounds(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
 ) -> tuple[int, int]:
@@ -86,7 +86,7 @@ def window_bounds(
     return nearest, end
 
 
-@njit(cache=True)
+@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64")
 def in_base_frame(poses: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
     """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
     cosine, sine = math.cos(yaw), math.sin(yaw)

@@ -10,7 +10,7 @@ from navstack.params.costmap import CostmapParams, InflationLayerParams, Observa
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
-from navstack.params.nav2_file.schema.costmaps import COSTMAP
+from navstack.params.registry.costmaps import COSTMAP
 from navstack.types import FloatArray
 
 STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"

@@ -7,34 +7,29 @@ from dataclasses import dataclass
 from typing import Any
 
 from navstack.errors import did_you_mean
-from navstack.params.extensions import extension_params
+from navstack.params.extensions import algorithms
 from navstack.params.nav2_file import bindings
-from navstack.params.nav2_file.bindings import Params
-from navstack.params.nav2_file.schema import nodes
-from navstack.params.nav2_file.schema.block import OPEN, Block
-
-PluginTable = Mapping[str, Mapping[str, Params | None]]  # family -> type -> parameters
+from navstack.params.registry import nodes
+from navstack.params.registry.block import OPEN, Block
+from navstack.params.registry.entry import Entry, Params
 
 
 @dataclass(frozen=True)
 class Catalog:
     """Blocks by node and by plugin type, and the plugins that are available."""
 
-    families: Mapping[str, Mapping[str, Block]]
-    available: PluginTable
+    families: Mapping[str, Mapping[str, Entry]]  # of Nav2 and of this program, by type
+    available: Mapping[str, Mapping[str, Params | None]]  # those that run here, with their parameters
 
     @staticmethod
-    def build(more: PluginTable | None = None) -> "Catalog":
-        """The catalog of this program's plugins, of installed packages' (``navstack.plugins``), and of ``more``."""
-        available = {family: dict(types) for family, types in bindings.PLUGINS.items()}
-        for table in (extension_params(), more or {}):
-            for family, types in table.items():
-                available.setdefault(family, {}).update(types)
-        families = {family: dict(types) for family, types in nodes.FAMILIES.items()}
-        for family, types in available.items():
-            for name, params in types.items():
-                families.setdefault(family, {}).setdefault(name, _block_of(family, params))
-        return Catalog(families, available)
+    def build() -> "Catalog":
+        """The catalog of this program's plugins and of installed packages' (``navstack.plugins``)."""
+        families = {family: {**types, **algorithms(family)} for family, types in nodes.FAMILIES.items()}
+        available = {
+            family: {kind: entry.params for kind, entry in types.items() if _has_own_params(family, entry)}
+            for family, types in families.items()
+        }
+        return Catalog(families, {family: types for family, types in available.items() if types})
 
     def is_available(self, family: str, plugin: str) -> bool:
         """Whether a plugin runs here."""
@@ -68,6 +63,11 @@ class Catalog:
             ours = known.keys() & nested_params(bindings.CRITICS[family]).keys()
             return ours | self.available.get(family, {}).keys()
         return self.available.get(family) or known
+
+
+def _has_own_params(family: str, entry: Entry) -> bool:
+    """Whether an algorithm runs here; the parameters of this program's critics are fields of their controller's."""
+    return entry.is_available and (entry.params is not None or family not in bindings.CRITICS)
 
 
 def plugin_type(value: Any) -> str:
@@ -113,7 +113,3 @@ def nested_params(params: Params) -> dict[str, Params]:
     hints = typing.get_type_hints(params)
     nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
     return {**nested, **bindings.NAMED_SECTIONS.get(params, {})}
-
-
-def _block_of(family: str, params: Params | None) -> Block:
-    return Block(field_names(params) | {"class" if family in bindings.CRITICS else "plugin"})

@@ -2,16 +2,17 @@
 
 from dataclasses import replace
 
-from navstack.params.nav2_file.bindings import SUBSTITUTES, Params
 from navstack.params.nav2_file.catalog import Catalog, plugin_type
 from navstack.params.nav2_file.findings import Findings, Notice, Section, Visit
 from navstack.params.nav2_file.hints import nearly_equal, unknown_name
 from navstack.params.nav2_file.place import Place, joined, type_of
 from navstack.params.nav2_file.ros_yaml import Entry, is_placeholder
-from navstack.params.nav2_file.schema.block import OPEN, Block, PluginList
-from navstack.params.nav2_file.schema.kinds import wrong_kind
-from navstack.params.nav2_file.schema.nodes import COMMON
 from navstack.params.nav2_file.values import form_notices
+from navstack.params.registry.block import OPEN, Block, PluginList
+from navstack.params.registry.entry import Params
+from navstack.params.registry.kinds import wrong_kind
+from navstack.params.registry.localizers import OWN_NODE
+from navstack.params.registry.nodes import COMMON
 
 EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a delegate may be
 
@@ -26,7 +27,7 @@ class Checker:
 
     def check_node(self, block: Block, root: Section, params: Params | None) -> Findings:
         """Check a whole node; ``params`` is what this program reads of it."""
-        if params is None:
+        if params is None and self._node != OWN_NODE:
             self.findings.ignored.append(self._node)
         self._check(Place(joined(block, COMMON), root, "", () if params is None else (params,)))
         return self.findings
@@ -89,9 +90,9 @@ class Checker:
         params = self._params_of(place, plugins, kind, name)
         if place.params and params is None and name in place.section.sections:
             self._note_unread(plugins, kind, where, child)
-        if params is not None and kind in SUBSTITUTES:
-            self._warn("substitute", where, f"{kind} {SUBSTITUTES[kind]}", child.first_line())
-        inner = Place(known[kind], child, f"{where}.", () if params is None else (params,))
+        if params is not None and known[kind].note:
+            self._warn("substitute", where, f"{kind} {known[kind].note}", child.first_line())
+        inner = Place(known[kind].keys, child, f"{where}.", () if params is None else (params,))
         self._check(inner, "" if plugins.name_is_type else kind)
 
     def _params_of(self, place: Place, plugins: PluginList, kind: str, name: str) -> Params | None:
@@ -103,7 +104,7 @@ class Checker:
     def _note_unread(self, plugins: PluginList, kind: str, where: str, child: Section) -> None:
         """A plugin that does not run here, or that runs without parameters of its own."""
         if self._catalog.is_available(plugins.family, kind):
-            known = self._catalog.families[plugins.family][kind].own_keys - {plugins.selector}
+            known = self._catalog.families[plugins.family][kind].keys.own_keys - {plugins.selector}
             self.findings.ignored += [f"{self._node}: {where}.{key}" for key in child.values if key in known]
         elif plugins.family in self._catalog.available:
             self._warn("unavailable-plugin", where, self._catalog.refusal(plugins.family, kind), child.first_line())
@@ -139,7 +140,7 @@ class Checker:
             known = self._catalog.families.get(plugins.family, {})
             kind = type_of(self._catalog, plugins, name, child)
             if kind is not None and kind in known:
-                return known[kind]
+                return known[kind].keys
         for inner in place.block.named.values():
             if child.values and child.values.keys() <= inner.own_keys:
                 return inner
@@ -171,7 +172,7 @@ class Checker:
         if place.params and params is None:
             self._warn("unavailable-plugin", where, self._catalog.refusal(family, kind), line)
             return OPEN, ()
-        return known[kind], (params,) if place.params and params is not None else ()
+        return known[kind].keys, (params,) if place.params and params is not None else ()
 
     def _require_delegate(self, place: Place, key: str) -> None:
         section = place.section.sections.get(key)
@@ -233,7 +234,8 @@ class Checker:
         entry = place.section.values.get("plugin")
         kind = plugin_type(entry.value) if entry else ""
         types = next((types for types in self._catalog.families.values() if kind in types), {})
-        return next((other for other, block in types.items() if name in block.own_keys | set(block.groups)), "")
+        blocks = {other: entry.keys for other, entry in types.items()}
+        return next((other for other, block in blocks.items() if name in block.own_keys | set(block.groups)), "")
 
     def _error(self, kind: str, path: str, message: str, line: int) -> None:
         self.findings.notices.append(Notice(kind, f"{self._node}: {path}", message, line=line, is_error=True))

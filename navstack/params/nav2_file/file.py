@@ -13,8 +13,7 @@ from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 from navstack.errors import ParameterError
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file import edit
-from navstack.params.nav2_file.bindings import Params
-from navstack.params.nav2_file.catalog import Catalog, PluginTable, node_block, node_params, plugin_type
+from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
 from navstack.params.nav2_file.dwb import fallback_scales
 from navstack.params.nav2_file.filters import filter_notices
@@ -33,9 +32,10 @@ from navstack.params.nav2_file.nodes import (
     tree_notices,
 )
 from navstack.params.nav2_file.ros_yaml import Document, Entry, Value, load_document, parse_document, parse_scalar
-from navstack.params.nav2_file.schema import nodes
 from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
+from navstack.params.registry import nodes
+from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
 
@@ -167,18 +167,17 @@ class Nav2File:
         return (holding or own)[-1].path if holding or own else default_path(node)
 
 
-def load_nav2(path: Path, allow_unknown: bool = False, more: PluginTable | None = None) -> Nav2File:
+def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
     """Read and check a Nav2 parameter file.
 
     Args:
         path: the file.
         allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors.
-        more: plugins of other packages, by family and type, with the dataclass of their parameters.
 
     Raises:
         ParameterError: the file cannot be read, or has errors; the message is one line with the first of them.
     """
-    file = inspect_nav2(path, allow_unknown, more)
+    file = inspect_nav2(path, allow_unknown)
     errors = file.errors
     if errors:
         others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
@@ -186,13 +185,13 @@ def load_nav2(path: Path, allow_unknown: bool = False, more: PluginTable | None 
     return file
 
 
-def inspect_nav2(path: Path, allow_unknown: bool = False, more: PluginTable | None = None) -> Nav2File:
+def inspect_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
     """As :func:`load_nav2`, but errors of content stay in ``notices``; for a linter.
 
     Raises:
         ParameterError: the file is not a parameter file at all.
     """
-    return _checked(load_document(path), path, allow_unknown, Catalog.build(more))
+    return _checked(load_document(path), path, allow_unknown, Catalog.build())
 
 
 def parse_nav2(text: str, path: Path, catalog: Catalog, allow_unknown: bool = False) -> Nav2File:

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from navstack.params.nav2_file.bindings import Params
 from navstack.params.nav2_file.ros_yaml import Entry, Value
+from navstack.params.registry.entry import Params
 
 UNKNOWN = "unknown-plugin"  # id of a notice
 

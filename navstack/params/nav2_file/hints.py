@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 
 from navstack.errors import did_you_mean
 from navstack.params.nav2_file.catalog import Catalog
-from navstack.params.nav2_file.schema import nodes
-from navstack.params.nav2_file.schema.block import Block
+from navstack.params.registry import nodes
+from navstack.params.registry.block import Block
 
 NEARLY_EQUAL = 0.85  # similarity from which a name is taken for a misspelt one
 MOST_HOMES = 3  # places named at most
@@ -54,8 +54,8 @@ def _homes(catalog: Catalog, name: str) -> Iterator[str]:
     for node, block in nodes.NODES.items():
         yield from _homes_in(node, block, name)
     for plugins in catalog.families.values():
-        for kind, block in plugins.items():
-            yield from _homes_in(kind, block, name)
+        for kind, entry in plugins.items():
+            yield from _homes_in(kind, entry.keys, name)
 
 
 def _homes_in(where: str, block: Block, name: str) -> Iterator[str]:

@@ -9,8 +9,8 @@ from navstack.params.nav2_file.catalog import node_block, node_names
 from navstack.params.nav2_file.findings import Findings, Notice
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
-from navstack.params.nav2_file.schema import nodes
-from navstack.params.nav2_file.schema.block import OPEN
+from navstack.params.registry import nodes
+from navstack.params.registry.block import OPEN
 
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name
 LIKE_A_NODE = 0.75  # similarity from which an unknown node is taken for a misspelt one

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from navstack.params.nav2_file.bindings import NO_EFFECT, ONLY_WITHOUT, Params
+from navstack.params.nav2_file.bindings import NO_EFFECT, ONLY_WITHOUT
 from navstack.params.nav2_file.catalog import Catalog, field_names, nested_params, plugin_type
 from navstack.params.nav2_file.findings import Section, names_in
 from navstack.params.nav2_file.hints import nearly_equal
-from navstack.params.nav2_file.schema.block import Block, PluginList
+from navstack.params.registry.block import Block, PluginList
+from navstack.params.registry.entry import Params
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, names_in
 from navstack.params.nav2_file.nodes import COSTMAPS
 from navstack.params.nav2_file.ros_yaml import Entry, Value
-from navstack.params.nav2_file.schema.costmaps import COSTMAP
+from navstack.params.registry.costmaps import COSTMAP
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a whole
 

@@ -5,8 +5,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
-from navstack.params.amcl import AmclParams
-from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.behaviors import BehaviorServerParams
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
@@ -15,7 +13,6 @@ from navstack.params.collision_monitor import (
     VelocityPolygonParams,
 )
 from navstack.params.costmap import (
-    LAYER_PARAMS,
     CostmapParams,
     InflationLayerParams,
     LayerParams,
@@ -25,7 +22,6 @@ from navstack.params.costmap import (
 )
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
-from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.mppi import LocalCosts, MppiParams
 from navstack.params.nav2_file.catalog import nested_params, plugin_type
 from navstack.params.nav2_file.file import Nav2File
@@ -33,7 +29,6 @@ from navstack.params.nav2_file.filters import find_mask
 from navstack.params.nav2_file.findings import names_in
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
-from navstack.params.tracker import TrackerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
 MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
@@ -47,27 +42,7 @@ class Plugin:
 
     name: str
     type: str
-    params: Any  # the dataclass that bindings.PLUGINS gives for the type; None: it has no parameters
-
-
-def read_amcl(nav2: Nav2File) -> AmclParams:
-    """The parameters of AMCL."""
-    return nav2.read(AmclParams, "amcl")
-
-
-def read_amcl_gps(nav2: Nav2File) -> AmclGpsParams:
-    """What AMCL with GPS has beside AMCL's own parameters."""
-    return nav2.read(AmclGpsParams, "amcl_gps")
-
-
-def read_tracker(nav2: Nav2File) -> TrackerParams:
-    """The parameters of the tracker, this program's own."""
-    return nav2.read(TrackerParams, "tracker")
-
-
-def read_gps_ekf(nav2: Nav2File) -> GpsEkfParams:
-    """The parameters of the GPS-EKF."""
-    return nav2.read(GpsEkfParams, "gps_ekf")
+    params: Any  # the dataclass that the registry gives for the type; None: it has no parameters
 
 
 def read_controller_server(nav2: Nav2File) -> ControllerServerParams:
@@ -256,12 +231,13 @@ def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
 
 def _read_layer(nav2: Nav2File, node: str, name: str) -> LayerParams:
     kind = nav2.plugin(node, name, "layers")
-    params = LAYER_PARAMS[kind]
+    params: Any = nav2.catalog.available["layers"][kind]
+    layer: LayerParams = nav2.read(params, node, name)
     if params is not ObstacleLayerParams:
-        return nav2.read(params, node, name)
+        return layer
     sources = names_in(nav2.value(node, f"{name}.observation_sources"))
     described = {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources}
-    return nav2.read(params, node, name, sources=described)
+    return nav2.read(ObstacleLayerParams, node, name, sources=described)
 
 
 def _plugin(nav2: Nav2File, node: str, family: str, name: str) -> Plugin:

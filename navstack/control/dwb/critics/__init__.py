@@ -1,33 +1,10 @@
 """DWB's critics by the names of Nav2, one file each."""
 
-from collections.abc import Callable
-from typing import Any
-
-from navstack.control.dwb.critics.align import GoalAlignCritic, PathAlignCritic
-from navstack.control.dwb.critics.base_obstacle import BaseObstacleCritic
 from navstack.control.dwb.critics.critic import Critic
-from navstack.control.dwb.critics.dist import GoalDistCritic, PathDistCritic
-from navstack.control.dwb.critics.obstacle_footprint import ObstacleFootprintCritic
-from navstack.control.dwb.critics.oscillation import OscillationCritic
-from navstack.control.dwb.critics.prefer_forward import PreferForwardCritic
-from navstack.control.dwb.critics.rotate_to_goal import RotateToGoalCritic
-from navstack.control.dwb.critics.twirling import TwirlingCritic
 from navstack.errors import UnknownNameError
 from navstack.params.dwb import DwbParams
-from navstack.params.extensions import with_extensions
-
-CRITICS: dict[str, Callable[[Any, DwbParams], Critic]] = {
-    "BaseObstacle": BaseObstacleCritic,
-    "GoalAlign": GoalAlignCritic,
-    "GoalDist": GoalDistCritic,
-    "ObstacleFootprint": ObstacleFootprintCritic,
-    "Oscillation": OscillationCritic,
-    "PathAlign": PathAlignCritic,
-    "PathDist": PathDistCritic,
-    "PreferForward": PreferForwardCritic,
-    "RotateToGoal": RotateToGoalCritic,
-    "Twirling": TwirlingCritic,
-}
+from navstack.params.extensions import algorithms
+from navstack.params.registry.controllers import DWB_CRITICS
 
 
 def build_critics(params: DwbParams) -> dict[str, Critic]:
@@ -39,15 +16,16 @@ def build_critics(params: DwbParams) -> dict[str, Critic]:
     Raises:
         UnknownNameError: a name stands for no critic.
     """
-    critics, table = {}, with_extensions("dwb_critics", CRITICS)
+    critics: dict[str, Critic] = {}
+    table = algorithms("dwb_critics")
     for given in params.critics:
         if given in params.named_critics:
             named = params.named_critics[given]
-            critics[given] = table[named.type](named.params, params)
+            critics[given] = table[named.type].create(named.params, parts={"dwb": params})
             continue
         namespace, _, bare = given.rpartition("::")
         name = bare.removesuffix("Critic")
-        if name not in CRITICS or (namespace and namespace not in params.default_critic_namespaces):
-            raise UnknownNameError("critic", given, CRITICS)
-        critics[name] = CRITICS[name](getattr(params, name), params)
+        if name not in DWB_CRITICS or (namespace and namespace not in params.default_critic_namespaces):
+            raise UnknownNameError("critic", given, DWB_CRITICS)
+        critics[name] = table[name].create(getattr(params, name), parts={"dwb": params})
     return critics

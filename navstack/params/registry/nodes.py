@@ -1,14 +1,16 @@
 """The nodes that appear in a Nav2 parameter file."""
 
-from dataclasses import fields
+from collections.abc import Mapping
 
 from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.params.nav2_file.schema import controllers, costmaps, planners, tasks
-from navstack.params.nav2_file.schema.block import OPEN, Block, PluginList, keys, words
+from navstack.params.registry import controllers, costmaps, planners, tasks
+from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, words
+from navstack.params.registry.entry import Family
+from navstack.params.registry.localizers import OWN_NODE
 from navstack.params.tracker import TrackerParams
 
-FAMILIES = {
+FAMILIES: Mapping[str, Family] = {
     "controllers": controllers.CONTROLLERS,
     "dwb_critics": controllers.DWB_CRITICS,
     "mppi_critics": controllers.MPPI_CRITICS,
@@ -52,9 +54,7 @@ _AMCL = Block(
     groups={"initial_pose": keys("x y z yaw")},
 )
 
-_AMCL_GPS, _GPS_EKF, _TRACKER = (  # this program's own nodes
-    Block(frozenset(field.name for field in fields(params))) for params in (AmclGpsParams, GpsEkfParams, TrackerParams)
-)
+_AMCL_GPS, _GPS_EKF, _TRACKER = map(of_fields, (AmclGpsParams, GpsEkfParams, TrackerParams))  # this program's own
 
 _BT_NAVIGATOR = Block(
     words(
@@ -198,6 +198,7 @@ NODES = {
     "amcl_gps": _AMCL_GPS,
     "gps_ekf": _GPS_EKF,
     "tracker": _TRACKER,
+    OWN_NODE: OPEN,  # its keys are those of a localizer of another package
     "bt_navigator": _BT_NAVIGATOR,
     "controller_server": _CONTROLLER_SERVER,
     "local_costmap": costmaps.COSTMAP,

@@ -1,7 +1,9 @@
 """What one namespace of parameters may hold."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 
 def words(text: str) -> frozenset[str]:
@@ -41,6 +43,11 @@ class Block:
 def keys(text: str, *more: frozenset[str]) -> Block:
     """A block of plain parameters."""
     return Block(words(text).union(*more))
+
+
+def of_fields(params: type[Any], *more: str) -> Block:
+    """A block of the fields of a dataclass, for what is this program's own."""
+    return Block(frozenset(field.name for field in dataclasses.fields(params)).union(more))
 
 
 OPEN = Block(is_open=True)

@@ -1,6 +1,6 @@
 """Kinds of the parameters that this program does not read, by name: each name means the same wherever Nav2 has it."""
 
-from navstack.params.nav2_file.schema.block import words
+from navstack.params.registry.block import words
 
 SWITCHES = words(
     """use_sim_time do_beamskip set_initial_pose tf_broadcast first_map_only always_reset_initial_pose

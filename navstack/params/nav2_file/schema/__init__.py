@@ -1,1 +1,0 @@
-"""The parameters that Nav2's nodes and plugins declare, Foxy to Rolling, as data."""

@@ -1,0 +1,38 @@
+"""One algorithm: everything that checking, building and compiling it takes."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from navstack.params.registry.block import Block
+
+Params = type[Any]  # a frozen dataclass whose fields are named like the parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An algorithm by its type in a Nav2 file. One without ``make`` and ``params`` is Nav2's and not available here."""
+
+    keys: Block = Block()  # what Nav2 declares, in any release
+    make: str | Callable[..., Any] = ""  # "module:name", imported when it is asked for; empty for a layer
+    params: Params | None = None  # None: it has none
+    needs: tuple[str, ...] = ()  # what ``make`` takes behind the parameters: names of :data:`build`'s parts
+    kernels: tuple[str, ...] = ()  # modules of compiled functions that it calls
+    note: str = ""  # in what it is less than Nav2's
+
+    @property
+    def is_available(self) -> bool:
+        """Whether it runs here."""
+        return bool(self.make) or self.params is not None
+
+    def create(self, *given: Any, parts: Mapping[str, Any]) -> Any:
+        """The algorithm, made of its parameters and of the parts that it needs."""
+        make = self.make
+        if isinstance(make, str):
+            module, _, name = make.partition(":")
+            make = getattr(import_module(module), name)
+        return make(*given, *(parts[name] for name in self.needs))
+
+
+Family = Mapping[str, Entry]
