@@ -15,6 +15,7 @@ from PIL import Image
 from ruamel.yaml import YAML
 
 from harness.cli.app import main
+from harness.execution.process_cache import forget
 from harness.execution.workers import InProcess, Workers
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
@@ -60,6 +61,8 @@ def status_of(words: list[str]) -> int | str | None:
         main(words)
     except SystemExit as ended:
         return ended.code
+    finally:
+        forget()  # its worlds, which the next one is not likely to take
     raise AssertionError("navbench returned")
 
 
