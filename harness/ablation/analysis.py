@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.ablation.arms import KINDS, TRUTH, injected_kind, injected_level, is_buildable
+from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_model import running
@@ -17,7 +17,7 @@ from harness.metrics import Row
 from harness.statistics import Interval, bootstrap_quantile, holm, paired_slope
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
-from harness.task.stack import PLANNING_MAPS, Stack
+from harness.task.stack import PLANNING_MAPS, TRUTH, Stack
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
 from navstack.types import FloatArray

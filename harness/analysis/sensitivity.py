@@ -1,5 +1,6 @@
 """What the money of a stored run hangs on: every price, pairs of prices, and what its deliveries leave open."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -131,7 +132,7 @@ def _document(result: Sensitivity) -> Row:
             {
                 "x": {"price": each.x.key, "unit": each.x.unit or "factor", "values": each.x.values.tolist()},
                 "y": {"price": each.y.key, "unit": each.y.unit or "factor", "values": each.y.values.tolist()},
-                "profit_usd_per_run": np.where(np.isnan(each.profit), None, each.profit).tolist(),
+                "profit_usd_per_run": [[_known(value) for value in row] for row in each.profit.tolist()],
             }
             for each in result.maps
         ],
@@ -155,3 +156,8 @@ def quantiles(spread: BreakEvenSpread) -> dict[str, float | None]:
         key: float(number) if np.isfinite(number) else None
         for key, number in (("value", middle), ("low", low), ("high", high))
     }
+
+
+def _known(value: float) -> float | None:
+    """A figure for JSON, which has no NaN."""
+    return None if math.isnan(value) else value

@@ -133,5 +133,5 @@ def _paid(contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, del
         ],
         dtype=np.bool_,
     )
-    sums: FloatArray = np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries)
-    return sums
+    sums = np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries)
+    return sums.astype(np.float64)

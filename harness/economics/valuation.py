@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -120,7 +120,7 @@ def value(
 
 def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
     """:func:`harness.metrics.summarize` delivery by delivery: arrays in place of means; None where one is undefined."""
-    columns = {
+    columns: dict[str | None, FloatArray] = {
         metric.mean_key: _column(rows, metric.key) / metric.mean_divisor
         for metric in EPISODE_METRICS
         if metric.is_published
@@ -130,8 +130,9 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
     if (outcomes == ARRIVED).any():
         shares |= {"sla": np.array([np.nan]), "spoiled": np.array([np.nan])}
     power = rolling_resistance_force * columns["avg_velocity_mps"] / 1000.0
-    known = {**shares, **columns, "avg_mechanical_power_kw": power}
-    return Measured(**{key: None if np.isnan(values).any() else values for key, values in known.items()})
+    known: dict[Any, FloatArray] = {**shares, **columns, "avg_mechanical_power_kw": power}
+    fields: dict[Any, Any] = {key: None if np.isnan(values).any() else values for key, values in known.items()}
+    return Measured(**fields)
 
 
 def beyond(measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None) -> dict[str, Beyond]:

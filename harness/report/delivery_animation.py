@@ -152,7 +152,7 @@ def _draw_bucket(axes: "Axes", task: EpisodeTask, frame: Frame) -> None:
     cargo: CargoParams = world_params(task.world, task.pedestrians, task.people).cargo
     half, height = 50.0 * cargo.bucket_width, 100.0 * cargo.bucket_height  # [cm]
     axes.plot((-half, -half, half, half), (height, 0.0, 0.0, height), color="#475569", lw=3.0, zorder=5)
-    order = np.argsort(frame.pieces[:, 1]) if len(frame.pieces) else []
+    order = np.argsort(frame.pieces[:, 1]) if len(frame.pieces) else np.empty(0, dtype=np.intp)
     for px, _, pz in (100.0 * frame.pieces[order]).tolist():
         colour = PIECE if abs(px) <= half and 0.0 <= pz <= height else GONE
         axes.add_patch(Circle((px, pz), 100.0 * cargo.piece_radius, fc=colour, ec="white", lw=0.6))

@@ -21,6 +21,7 @@ from navstack.types import FloatArray, Pose2D
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SMALL: Any = {"font.size": 7, "svg.hashsalt": "explain"}
 WIDTH_INCH, HEIGHT_INCH = 7.1, 4.1  # both columns of a paper
 FORMATS = (".png", ".pdf", ".svg")
 MARGIN, LEAST, SHAPE = 1.5, 7.0, 1.25  # [m] around what is shown, [m] of its width, its height over its width
@@ -45,7 +46,7 @@ def draw_seconds(evidence: Evidence, seconds: Seconds, scene: Scene | None, path
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with rc_context(FONT), rc_context({"font.size": 7, "svg.hashsalt": "explain"}):
+    with rc_context(FONT), rc_context(SMALL):
         figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), layout="constrained")
         FigureCanvasAgg(figure)
         parts: Any = figure.subfigures(1, 2, width_ratios=(1.0, 1.25))

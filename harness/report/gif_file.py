@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image
@@ -18,8 +18,8 @@ def drawn(figure: "Figure") -> Image.Image:
     """What a figure on an Agg canvas shows now."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    canvas = figure.canvas
-    assert isinstance(canvas, FigureCanvasAgg)
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    canvas: Any = figure.canvas  # matplotlib does not type what Agg adds
     canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
 

@@ -118,8 +118,10 @@ class _Picture:
             ec="white",
         )
         axes.add_collection(self._people, autolim=False)
-        self._robot = axes.add_patch(Polygon(footprint, fc=ROBOT, ec="white", lw=1.0, zorder=8))
-        self._belief = axes.add_patch(Polygon(footprint, fill=False, ec=BELIEF, lw=1.2, ls="--", zorder=8))
+        self._robot = Polygon(footprint, fc=ROBOT, ec="white", lw=1.0, zorder=8)
+        self._belief = Polygon(footprint, fill=False, ec=BELIEF, lw=1.2, ls="--", zorder=8)
+        for patch in (self._robot, self._belief):
+            axes.add_patch(patch)
 
     def show(self, time: float) -> float:
         """Show a moment [s]; returns what contacts have cost until then [USD]."""

@@ -108,7 +108,7 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
     if explanation.optimism is not None:
         rows.append(("margin", "optimism", "", "", "", span(explanation.optimism), "", ""))
     headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
-    notes = (
+    notes: tuple[str, ...] = (
         "Margins, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same "
         "ones for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
         "difference. Optimism: the margin's difference on training missions less that on test missions.",

@@ -9,7 +9,6 @@ from harness.statistics.bootstrap import (
     percentile_interval,
     resampled_means,
 )
-from harness.statistics.counts import fisher_p, rates_p
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import (
     PairedDifference,
@@ -30,14 +29,12 @@ __all__ = [
     "bootstrap_quantile",
     "compare_pairs",
     "cvar",
-    "fisher_p",
     "holm",
     "mcnemar_p",
     "number_clusters",
     "paired_slope",
     "pairs_needed",
     "percentile_interval",
-    "rates_p",
     "resampled_means",
     "sign_flip_p",
     "smallest_detectable",

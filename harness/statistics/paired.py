@@ -99,7 +99,7 @@ def mcnemar_p(only_first: int, only_second: int) -> float:
     """
     disagree = only_first + only_second
     below = sum(math.comb(disagree, k) for k in range(min(only_first, only_second) + 1))
-    return min(1.0, 2 * below / 2**disagree)
+    return float(min(1.0, 2 * below / 2**disagree))
 
 
 def pairs_needed(differences: FloatArray, clusters: IntArray | None = None, confidence: float = 0.95) -> int | None:

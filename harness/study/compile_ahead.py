@@ -68,7 +68,8 @@ def _modules_of(entries: Iterable[Entry]) -> list[str]:
 
 def compile_ahead(stacks: Sequence[Stack]) -> None:
     """Compile what the deliveries of stacks need with all cores, unless it has been done; says so on stderr."""
-    if numba.config.DISABLE_JIT or available_cores() == 1:
+    config: Any = numba.config
+    if config.DISABLE_JIT or available_cores() == 1:
         return
     with contextlib.suppress(OSError):  # a folder that cannot be written, or a file system without locks
         marks = {module: _mark(module) for module in needed_modules(stacks)}
@@ -124,7 +125,8 @@ def _save_in_turn(lock: Path) -> None:
 
         return alone
 
-    IndexDataCacheFile.save, IndexDataCacheFile.load = in_turn(_SAVE), in_turn(_LOAD)
+    cache: Any = IndexDataCacheFile
+    cache.save, cache.load = in_turn(_SAVE), in_turn(_LOAD)
 
 
 def _mark(module: str) -> str:

@@ -210,7 +210,7 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
         soft = impulses[steps < threshold].sum()
         shares.append(float(soft / impulses.sum()) if impulses.size else 0.0)
     difference = Interval(shares[1] - shares[0], None, None, pairs.n)
-    return [Evidence("impulse exchanged with people below the threshold", "share", *shares, difference)]
+    return [Evidence("impulse exchanged with people below the threshold", "share", shares[0], shares[1], difference)]
 
 
 def _progress_evidence(pairs: Pairs, before: FloatArray, after: FloatArray) -> list[Evidence]:

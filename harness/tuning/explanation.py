@@ -128,7 +128,9 @@ def explain(
     rows = (study.test_rows[0], study.test_rows[1]) if tested else study.train_rows
     who = players(study, [each.name for each in ranked], most_players)
     missions = (study.test_missions if tested else study.train_missions)[:waterfall_missions]
-    steps, alone, note = None, (), ""
+    steps: Waterfall | None = None
+    alone: tuple[Step, ...] = ()
+    note = ""
     try:
         steps = waterfall(study, evaluator, missions, who)
         alone = set_back(study, evaluator, missions) if steps is not None else ()

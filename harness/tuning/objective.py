@@ -212,7 +212,7 @@ class MarginAtSla:
 
     def shortfall(self, rows: Sequence[Row]) -> float:
         """Of the share."""
-        return max(0.0, self.least - sum(row["outcome"] == "sla" for row in rows) / len(rows))
+        return max(0.0, self.least - sum(bool(row["outcome"] == "sla") for row in rows) / len(rows))
 
     def is_hopeless(self, rows: Sequence[Row]) -> bool:
         """Whether even the upper end of the share's interval lies below."""

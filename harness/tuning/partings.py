@@ -82,7 +82,6 @@ def _has_margin(row: Row) -> bool:
 
 def _parting(original: Row, incumbent: Row) -> Parting:
     start = (original["start_x_m"], original["start_y_m"], original["start_yaw_rad"])
-    told = ({key: row.get(key) for key in TOLD} for row in (original, incumbent))
-    return Parting(
-        original["seed"], original["episode"], *told, start=start, goal=(original["goal_x_m"], original["goal_y_m"])
-    )
+    goal = (original["goal_x_m"], original["goal_y_m"])
+    old, new = ({key: row.get(key) for key in TOLD} for row in (original, incumbent))
+    return Parting(original["seed"], original["episode"], old, new, start, goal)

@@ -12,7 +12,7 @@ and the same first missions for all trials: an incumbent that is lucky on them l
 of eight).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.stats import rankdata
@@ -77,7 +77,7 @@ def p_no_worse(trial: FloatArray, incumbent: FloatArray, resolution: float = RES
     return float(ways[: ranks[differences > 0.0].sum() + 1].sum())
 
 
-def adjusted(trial: Sequence[float], incumbent: Sequence[float], known_mean: float) -> float:
+def adjusted(trial: FloatArray, incumbent: FloatArray, known_mean: float) -> float:
     """Mean of a trial on part of the missions, adjusted by how the incumbent's mean on them is off its mean on all.
 
     The control variate with coefficient estimated from the pairs (e.g. Glasserman 2004, section 4.1), held to 0..1. It

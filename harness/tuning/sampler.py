@@ -164,12 +164,12 @@ def _distribution(parameter: Parameter) -> BaseDistribution:
 
 def _possible(parameter: Parameter, value: Value) -> Any:
     """The nearest value that a sampler could have chosen: a file's own may lie between the steps."""
-    distribution = _distribution(parameter)
-    if isinstance(distribution, CategoricalDistribution) or distribution._contains(  # type: ignore[attr-defined]
+    distribution: Any = _distribution(parameter)
+    if isinstance(distribution, CategoricalDistribution) or distribution._contains(
         distribution.to_internal_repr(value)
     ):
         return value
-    step, low, high = float(parameter.step or 1.0), distribution.low, distribution.high  # type: ignore[attr-defined]
+    step, low, high = float(parameter.step or 1.0), distribution.low, distribution.high
     nearest = min(max(low + round((float(value) - low) / step) * step, low), high)
     return int(nearest) if parameter.is_int else nearest
 
@@ -179,4 +179,4 @@ def _levels(parameter: Parameter, count: int) -> Iterator[Value]:
     low, high = parameter.low, parameter.high
     spaced = np.geomspace(low, high, count) if parameter.is_log else np.linspace(low, high, count)
     values = (parameter.rounded(_possible(parameter, float(value))) for value in spaced)
-    yield from dict.fromkeys(round(value) if parameter.is_int else value for value in values)
+    yield from dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values)

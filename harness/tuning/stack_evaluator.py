@@ -144,7 +144,7 @@ def margin_of(row: Row, prices: Prices) -> float | None:
     if row["pieces_at_start"] is None:
         return None
     margin = running(deliveries([row], prices.rolling_resistance_force), prices).contribution_margin
-    return None if margin is None else float(margin[0])  # type: ignore[index]
+    return None if margin is None else float(margin[0])
 
 
 def shared_margin_of(row: Row, prices: Prices) -> float | None:

@@ -50,7 +50,7 @@ class TuningStudy:
     def episodes_of_explanation(self) -> int:
         """Of the waterfall at most: every mixture of its players, and each parameter set back."""
         changed = len(self.plan.space.parameters)
-        mixtures = 2 ** min(changed, MOST_PLAYERS) - 2 + changed
+        mixtures = int(2 ** min(changed, MOST_PLAYERS)) - 2 + changed
         return mixtures * self.declaration.waterfall_missions
 
 

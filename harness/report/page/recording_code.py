@@ -201,7 +201,7 @@ class _Fields:
         if whole_column is not None:
             scales[whole_column] = 1.0
         first: list[int] = []
-        steps = np.zeros(table.T.shape, dtype=np.int32)
+        steps: npt.NDArray[np.int32] = np.zeros(table.T.shape, dtype=np.int32)
         for column, own, step in zip(table.T, steps, scales, strict=True):  # one at a time: scans are large
             scaled = np.nan_to_num(column.astype(np.float64) * (unit / step), nan=FAR)
             whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
