@@ -6,9 +6,11 @@ import sys
 import time
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -43,12 +45,26 @@ RUNS = {  # folders in results, and the names of their stacks
 }
 
 
+class InThisProcess(InProcess):
+    """Runs deliveries here, without the parts of those before: a page drives more stacks than a worker keeps."""
+
+    _stack: object = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Run a call to its end."""
+        stack = getattr(args[0], "stack", None)
+        if stack != self._stack:
+            forget()
+            self._stack = stack
+        return super().submit(function, *args, **kwargs)
+
+
 @contextmanager
 def in_this_process() -> Iterator[None]:
     """Deliveries are driven in this process, which saves starting others."""
     before = Workers.__init__.__defaults__
     assert before is not None
-    Workers.__init__.__defaults__ = (InProcess, *before[1:])  # type: ignore[misc]
+    Workers.__init__.__defaults__ = (InThisProcess, *before[1:])  # type: ignore[misc]
     try:
         yield
     finally:

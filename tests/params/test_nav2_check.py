@@ -200,19 +200,6 @@ def test_another_behavior_tree_is_warned_of(inspect):
     assert not inspect(text.replace("mine", "navigate_to_pose_w_replanning_and_recovery")).warnings
 
 
-def test_plugins_of_other_packages_can_be_brought(inspect):
-    from navstack.params.planners import NavfnParams
-
-    text = "planner_server: {ros__parameters: {GridBased: {plugin: mine::Planner, tolerance: 0.2}}}"
-    unknown = inspect(text)
-    assert not unknown.errors
-    with pytest.raises(ParameterError, match="GridBased: unknown plugin 'mine::Planner'; .*available: "):
-        unknown.plugin("planner_server", "GridBased", "planners")
-    file = inspect(text, more={"planners": {"mine::Planner": NavfnParams}})
-    assert not file.errors
-    assert file.read(NavfnParams, "planner_server", "GridBased").tolerance == 0.2
-
-
 def test_own_planner_keys_are_known(inspect):
     text = "planner_server: {ros__parameters: {GridBased: {plugin: navstack::OmplPlanner, algorithm: RRTstar}}}"
     assert not inspect(text).errors
