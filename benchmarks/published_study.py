@@ -34,8 +34,8 @@ STUDY = ROOT / "results" / "baseline" / "study"
 BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"
 
 
-def headline(results: Results, figures: str) -> str:
-    """What README says of the study: how much there is, the margins, and their picture."""
+def headline(results: Results) -> str:
+    """What README says of the study: how much there is, and the margins."""
     done = sum(each.n for each in results.standings)
     declared = sum(each.declared for each in results.standings)
     state = f"{done} deliveries" if done == declared else f"so far {done} of {declared} deliveries"
@@ -45,7 +45,7 @@ def headline(results: Results, figures: str) -> str:
         f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
         "missions. Costs, outcomes, break-even and paired differences: [the published study](docs/study.md)."
     )
-    return f"{wrapped(text)}\n\n{margins(results)}\n\n![{FIGURES['margin']}]({figures}/margin.png)\n"
+    return f"{wrapped(text)}\n\n{margins(results)}\n"
 
 
 def filled(text: str, content: str) -> str:
@@ -74,7 +74,7 @@ def publish(results: Results, study: Path, root: Path) -> None:
     if missing:
         print(f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet")
         return
-    text = filled(readme.read_text(encoding="utf-8"), headline(results, figures="docs/study"))
+    text = filled(readme.read_text(encoding="utf-8"), headline(results))
     readme.write_text(text, encoding="utf-8")
 
 

@@ -27,7 +27,7 @@ from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT
 
 # What pages take for granted beside a checkout, where no command of theirs makes it. Tutorials are not among them.
 GIVEN = {
-    "README.md": ("my_robot_nav2.yaml", "my_map.yaml", "my_vectors", "drive.bag", "latest", "a", "b"),  # an overview
+    "commands.md": ("my_robot_nav2.yaml", "my_map.yaml", "my_vectors", "drive.bag", "latest", "a", "b"),  # an overview
     "money.md": ("my_prices.yaml", "latest", "before", "after", "both"),  # finished runs of the reader's
     "parity.md": ("my_vectors",),  # recorded on another machine
     "pedestrians.md": ("recorded.csv",),  # a data set
