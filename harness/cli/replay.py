@@ -20,30 +20,30 @@ if TYPE_CHECKING:
 @click.argument("episode", type=click.IntRange(min=0))
 @click.option("--html", type=click.Path(path_type=Path), metavar="FILE.html", help="A page that plays it.")
 @click.option("--gif", type=click.Path(path_type=Path), metavar="FILE.gif", help="An animation of all of it.")
-@click.option("--close-up", type=click.Path(path_type=Path), metavar="FILE.gif", help="One of its strongest contact.")
 @click.option("--mcap", type=click.Path(path_type=Path), metavar="FILE.mcap", help="ROS 2 messages.")
 @click.option("--rerun", is_flag=True, help="Show it in the Rerun viewer (pip install 'navbench[rerun]').")
 # fmt: on
 def replay(
-    run: str, episode: int, html: Path | None, gif: Path | None, close_up: Path | None, mcap: Path | None, rerun: bool
+    run: str, episode: int, html: Path | None, gif: Path | None, mcap: Path | None, rerun: bool
 ) -> None:
     """Show one recorded delivery: as a page, in the tools of ROS, or in the Rerun viewer.
 
     RUN is a run folder of navbench run --record full, or RUN:STACK where it has several stacks; EPISODE is the number
     of the delivery. The page plays it with map, scan, people, tracks, plan, belief and costs. The MCAP file holds tf,
     map, scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole
-    delivery from above; the close-up drives it again and shows its strongest contact with the bucket beside it.
+    delivery from above.
     """
     from harness.analysis.compare import side_of
     from harness.study.stored_run import load_run
 
-    if not (html or gif or close_up or mcap or rerun):
+    if not (html or gif or mcap or rerun):
         raise InputError(
-            "nothing to make of the delivery; give --html FILE, --gif FILE, --close-up FILE, --mcap FILE or --rerun"
+            "nothing to make of the delivery; give --html FILE, --gif FILE, --mcap FILE or --rerun"
         )
     for what, path, suffixes in (
-        *(("page", html, PAGES), ("MCAP file", mcap, (".mcap",))),
-        *(("animation", gif, (".gif",)), ("animation", close_up, (".gif",))),
+        ("page", html, PAGES),
+        ("MCAP file", mcap, (".mcap",)),
+        ("animation", gif, (".gif",)),
     ):
         if path is not None:
             require_writable(what, path, suffixes)
@@ -59,8 +59,6 @@ def replay(
         _write_mcap(stored, episode, mcap)
     if gif:
         _write_gif(stored, episode, gif)
-    if close_up:
-        _write_close_up(stored, episode, close_up)
     if rerun:
         _show_rerun(stored, episode)
 
@@ -99,27 +97,6 @@ def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
     scene, events = scene_of_run(run), recorded.entry.events_of(episode)
     count = write_gif(path, arrays, events, scene, robot.polygon, radius, ending)
     click.echo(f"{path}: {count} frames, {path.stat().st_size / 1e6:.1f} MB")
-
-
-def _write_close_up(run: "StoredRun", episode: int, path: Path) -> None:
-    from harness.economics.accountings import EVENT
-    from harness.report.delivery_animation import animate
-    from harness.study.manifest import load_study
-
-    name = run.stacks[0].name
-    touching = sorted({event["episode"] for event in run.events if (event["stack"], event["type"]) == (name, EVENT)})
-    if episode not in touching and any(row["episode"] == episode for row in run.stacks[0].rows):
-        some = ", ".join(map(str, touching[:10])) or "none"
-        raise InputError(
-            f"{run.folder}: {name} touched nothing in episode {episode}, and --close-up shows a contact; episodes with "
-            f"contacts: {some}"
-        )
-    wanted = (task for task in load_study(run.folder).tasks() if (task.stack.name, task.episode) == (name, episode))
-    task = next(wanted, None)
-    if task is None:
-        raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
-    animate(task, path, [event for event in run.events if (event["stack"], event["episode"]) == (name, episode)])
-    click.echo(str(path))
 
 
 def _show_rerun(run: "StoredRun", episode: int) -> None:

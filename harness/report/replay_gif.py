@@ -6,20 +6,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from PIL import Image
 
 from harness.economics.accountings import is_grave
 from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
-from harness.report.gif_file import drawn, write_frames
 from harness.report.map_picture import draw_scene
 from harness.report.replay_places import contacts_shown
+from harness.storage.files import replacing
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
+from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FRAMES_PER_SECOND = 10
 SPEED = 4.0  # times as fast as it was
@@ -145,3 +148,34 @@ class _Picture:
         height = REACH * HEIGHT_INCH * self._axes.get_position().height / WIDTH_INCH
         self._axes.set(xlim=(x - REACH, x + REACH), ylim=(y - height, y + height))
         return float(sum(each["cost_usd"] or 0.0 for each in hits))
+
+
+def drawn(figure: "Figure") -> Image.Image:
+    """What a figure on an Agg canvas shows now."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    canvas: Any = figure.canvas  # matplotlib does not type what Agg adds
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+
+def write_frames(path: Path, frames: Sequence[Image.Image], frames_per_second: float) -> None:
+    """Write pictures as a GIF that repeats.
+
+    Args:
+        path: of the file; an existing one is replaced once the new one is complete.
+        frames: the pictures, at least one, all of one size.
+        frames_per_second: how fast they follow each other.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    first, *others = frames
+    try:
+        with replacing(path) as stream:
+            first.save(
+                stream, "GIF", save_all=True, append_images=others, duration=round(1000.0 / frames_per_second), loop=0
+            )
+    except OSError as error:
+        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None

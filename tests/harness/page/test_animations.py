@@ -9,16 +9,11 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from harness.metrics import event_rows
-from harness.report import delivery_animation, gif_file, replay_gif
-from harness.report.delivery_animation import Frame, animate
-from harness.report.gif_file import write_frames
-from harness.report.replay_gif import write_gif
-from harness.task.study import EpisodeTask, make_study
+from harness.report import replay_gif
+from harness.report.replay_gif import write_frames, write_gif
 from harness.world.scene_io import load_scene
-from harness.world.truth import CargoState, Contact, CountedContact, Partner, Truth
+from harness.world.truth import Partner
 from navstack.errors import InputError
-from navstack.types import Pose2D, Twist2D
 
 ROW = {"duration_s": 5.0, "start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 8.0, "goal_y_m": 0.0}
 CORNERS = np.array([[0.1, 0.2], [0.1, -0.2], [-0.6, -0.2], [-0.6, 0.2]])
@@ -75,52 +70,3 @@ def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_l
     with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); choose another"):
         write_frames(tmp_path / "d.gif", frames, 10.0)
     assert list(tmp_path.iterdir()) == []
-
-
-def frames_of(impulse: float, cargo: CargoState | None = None) -> list[Frame]:
-    """Two seconds of standing still, with a contact in the middle."""
-    event = Contact(**HIT, **SPEEDS, duration=0.1, impulse=impulse, impacts=1, delta_v=0.5, peak_step_impulse=impulse)
-    counted = CountedContact(**HIT, **SPEEDS, impulse=impulse)
-    return [
-        Frame(
-            Truth(stamp, Pose2D(), 0.0, Twist2D(), np.zeros((0, 4)), (counted,), (event,), cargo, 0.0),
-            np.zeros((0, 3)),
-        )
-        for stamp in np.arange(0.0, 2.0, 0.1).tolist()
-    ]
-
-
-@pytest.fixture
-def task() -> EpisodeTask:
-    return next(make_study(stacks=["nav2-gps"], episodes=1, workers=1).tasks())
-
-
-def test_a_close_up_is_of_the_delivery_that_is_stored(
-    task: EpisodeTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(delivery_animation, "drive", lambda task: frames_of(80.0))
-    stored = event_rows(frames_of(80.0)[-1].truth, [3.0])
-    animate(task, tmp_path / "same.gif", stored)
-    with Image.open(tmp_path / "same.gif") as animation:
-        assert animation.format == "GIF"
-    other = event_rows(frames_of(81.0)[-1].truth, [3.0])
-    for rows in (other, stored[:1], [*stored, stored[0]]):
-        with pytest.raises(InputError, match="episode 0 of nav2-gps comes out otherwise when it is driven again"):
-            animate(task, tmp_path / "other.gif", rows)
-    assert not (tmp_path / "other.gif").exists()
-
-
-def test_a_close_up_tells_of_pieces_only_where_there_is_cargo(
-    task: EpisodeTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told: list[str] = []
-
-    def drawn(figure: Any) -> Image.Image:
-        told.append(figure.texts[-1].get_text())
-        return gif_file.drawn(figure)
-
-    monkeypatch.setattr(delivery_animation, "drawn", drawn)
-    for cargo, said in ((None, False), (CargoState(50, 2), True)):
-        monkeypatch.setattr(delivery_animation, "drive", lambda task, cargo=cargo: frames_of(80.0, cargo)[8:12])
-        animate(task, tmp_path / "d.gif")
-        assert ("pieces lost 2 of 50" in told[-1], "pieces" in told[-1]) == (said, said)

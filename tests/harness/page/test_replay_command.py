@@ -189,11 +189,11 @@ def test_our_own_reader_of_recorded_logs_takes_the_file(folder: Path, tmp_path: 
 def test_what_cannot_be_shown_is_said_in_one_line(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], write_run: Callable[..., Path]
 ) -> None:
-    two, still = write_run("two", stacks=("a", "b"), episodes=2), write_run("still", episodes=2, crowd=0.0)
+    two = write_run("two", stacks=("a", "b"), episodes=2)
     page = ("--html", str(tmp_path / "p.html"))
     (tmp_path / "d.mcap").mkdir()
     for arguments, said in (
-        ((str(folder), "1"), "give --html FILE, --gif FILE, --close-up FILE, --mcap FILE or"),
+        ((str(folder), "1"), "give --html FILE, --gif FILE, --mcap FILE or"),
         ((str(folder), "0", *page), "was not recorded (recorded: 1)"),
         ((str(folder), "0", "--gif", str(tmp_path / "d.gif")), "was not recorded (recorded: 1)"),
         ((str(folder), "9", *page), "finished no episode 9"),
@@ -204,11 +204,6 @@ def test_what_cannot_be_shown_is_said_in_one_line(
         ((str(folder), "1", "--mcap", str(tmp_path / "d.mcap")), "it is a folder; give a file"),
         ((str(folder), "1", "--gif", str(tmp_path / "d.png")), "give a name that ends with .gif"),
         ((str(folder), "1", *page, "--mcap", str(tmp_path / "no" / "d.mcap")), "its folder does not exist"),
-        ((str(folder), "1", *page, "--close-up", str(tmp_path / "d.png")), "give a name that ends with .gif"),
-        (
-            (str(still), "0", "--close-up", str(tmp_path / "d.gif")),
-            "touched nothing in episode 0, and --close-up shows a contact",
-        ),
     ):
         assert run(*arguments) == 1
         err = capsys.readouterr().err
