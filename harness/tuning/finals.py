@@ -12,31 +12,13 @@ import contextlib
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from harness.metrics import Row
 from harness.tuning.audit_pairs import has_error
-from harness.tuning.evaluation import Candidate, Evaluator
+from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, UndefinedError
-from harness.tuning.result import COMPLETE, Trial
+from harness.tuning.result import COMPLETE, Finalist, Trial
 
 MOST_LOST = 0.1  # share of its missions; a trial that loses more cannot be driven
-
-
-@dataclass(frozen=True, slots=True)
-class Finalist:
-    """One that took part."""
-
-    number: int  # of its trial; 0: the original
-    candidate: Candidate
-    missions: int  # final ones that it and those that it met finished
-    value: float  # of the first objective on them; minus infinity where it could not be driven
-    shortfall: float  # by how much it misses the objective's side condition on them
-
-    def as_json(self) -> Row:
-        """The finalist as one JSON object."""
-        value = self.value if math.isfinite(self.value) else None
-        return {"trial": self.number, "missions": self.missions, "value": value}
 
 
 def decide(

@@ -1,15 +1,12 @@
 """What a tuning study found."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from harness.metrics import Row
 from harness.tuning.evaluation import Candidate, Value
 from harness.tuning.space import Space
-
-if TYPE_CHECKING:
-    from harness.tuning.finals import Finalist
 
 COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
 
@@ -33,6 +30,22 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
+class Finalist:
+    """One trial that took part in the final choice."""
+
+    number: int  # of its trial; 0: the original
+    candidate: Candidate
+    missions: int  # final ones that it and those that it met finished
+    value: float  # of the first objective on them; minus infinity where it could not be driven
+    shortfall: float  # by how much it misses the objective's side condition on them
+
+    def as_json(self) -> Row:
+        """The finalist as one JSON object."""
+        value = self.value if math.isfinite(self.value) else None
+        return {"trial": self.number, "missions": self.missions, "value": value}
+
+
+@dataclass(frozen=True, slots=True)
 class StudyResult:
     """Everything that the search and the test brought. Rows stand in the order of the missions."""
 
@@ -47,4 +60,4 @@ class StudyResult:
     test_missions: tuple[int, ...]
     train_rows: tuple[Sequence[Row], Sequence[Row]]  # of original and incumbent
     test_rows: tuple[Sequence[Row], ...]  # of original and incumbent; empty where no test was asked for
-    finals: tuple["Finalist", ...] = ()  # who took part in the final choice, the best first; empty: there was none
+    finals: tuple[Finalist, ...] = ()  # who took part in the final choice, the best first; empty: there was none

@@ -10,12 +10,12 @@ from harness.storage.run_folder import TUNING
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
 from harness.tuning.evaluation import Candidate, Evaluator, unseen_missions
-from harness.tuning.finals import Finalist, decide
+from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.racing import stratified
-from harness.tuning.result import StudyResult
+from harness.tuning.result import Finalist, StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
 from harness.tuning.shapley import MOST_PLAYERS

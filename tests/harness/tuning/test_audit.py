@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from harness.economics.prices import load_prices
+from harness.statistics import Interval
 from harness.tuning.audit import audit
+from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_edges import edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES
 from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit_scores import Score
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
@@ -57,6 +60,18 @@ def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], Stu
     found = audit(dataclasses.replace(study, test_rows=rows), PRICES)
     document = json.dumps(found.as_json(), allow_nan=False)
     assert '"original": null' in document and "timeout" in {check.key for check in found.flagged}
+
+
+@pytest.mark.parametrize(("way", "gain", "is_flagged"), [(0.9, 1.0, True), (0.9, 0.0, False), (0.1, 0.0, True)])
+def test_more_timeouts_are_flagged_where_the_robot_stood_or_earns_by_them(
+    exploiting: Callable[[str], StudyResult], way: float, gain: float, is_flagged: bool
+) -> None:
+    study = exploiting("timeout")
+    original, incumbent = study.test_rows
+    rows = [{**row, "shortest_path_m": 100.0, "goal_distance_m": 100.0 * (1.0 - way)} for row in incumbent]
+    pairs = pair_up(original, rows, PRICES, 0)
+    score = Score("published", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0)
+    assert timeouts(pairs, [score]).is_flagged == is_flagged
 
 
 def test_a_value_at_the_end_of_its_range_is_to_be_looked_at(auditor_studies: ModuleType, stacks: Deliveries) -> None:

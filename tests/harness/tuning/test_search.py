@@ -200,6 +200,14 @@ def test_control_variate_takes_off_half_of_the_noise_where_missions_decide() -> 
     assert adjusted(*with_gaps, float(other.mean())) == adjusted(own[:16], other[:16], float(other.mean()))
 
 
+@pytest.mark.parametrize(("factor", "slope"), [(-1.0, 0.0), (0.5, 0.5), (2.0, 1.0)])
+def test_the_coefficient_of_the_control_variate_is_held_to_0_to_1(factor: float, slope: float) -> None:
+    other = np.random.default_rng(2).normal(0.0, 10.0, 16)
+    own = factor * other + 3.0
+    assert adjusted(own, other, 7.0) == pytest.approx(own.mean() - slope * (other.mean() - 7.0), rel=1e-12)
+    assert adjusted(own, np.full(16, 2.0), 7.0) == own.mean(), "an incumbent that always earns the same tells nothing"
+
+
 def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Path) -> None:
     world, objectives = MadeUp(), parse_objectives("margin")
     plan = Plan(SPACE, objectives, tuple(range(32)), 30)
