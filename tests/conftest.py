@@ -1,7 +1,6 @@
 """A real browser for whatever writes pages, and the memory of the processes that run tests."""
 
 import contextlib
-import functools
 import gc
 import resource
 import shutil
@@ -20,8 +19,7 @@ SWITCHES = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
-ROOM = 600e6  # [bytes] beyond which a process forgets the worlds of earlier tests
-OURS = ("harness.", "navstack.")
+ROOM = 800e6  # [bytes] beyond which a process forgets the worlds of earlier tests
 
 
 def pytest_sessionstart() -> None:
@@ -31,9 +29,6 @@ def pytest_sessionstart() -> None:
 def pytest_runtest_logfinish() -> None:
     if MEMORY.exists() and int(MEMORY.read_text().split()[1]) * resource.getpagesize() > ROOM:
         forget()
-        for each in gc.get_objects():
-            if isinstance(each, functools._lru_cache_wrapper) and each.__module__.startswith(OURS):
-                each.cache_clear()
         gc.collect()
 
 
