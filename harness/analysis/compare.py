@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.economics.cost_model import running
-from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries
+from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, mean_columns
 from harness.metrics import EPISODE_METRICS, RUN_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import PairedDifference, compare_pairs, holm, number_clusters
@@ -150,11 +150,8 @@ def _columns(side: Side, rows: Sequence[Row]) -> dict[str, FloatArray]:
     columns: dict[str, FloatArray | None] = {
         **{key: getattr(each, key) for key in OUTCOMES},
         **{term: getattr(costs, term) for term in DOLLARS},
+        **mean_columns(rows),
     }
-    for metric in EPISODE_METRICS:
-        if metric.mean_key:
-            values = np.array([np.nan if row[metric.key] is None else row[metric.key] for row in rows])
-            columns[metric.mean_key] = values / metric.mean_divisor
     known = {key: np.broadcast_to(column, len(rows)) for key, column in columns.items() if column is not None}
     return {key: column for key, column in known.items() if not np.isnan(column).all()}
 

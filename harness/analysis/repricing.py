@@ -1,7 +1,7 @@
 """A stored run at other prices: the documents of ``navbench run``, and what other accounting would make of them."""
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,16 +10,15 @@ from harness.economics.accountings import ACCOUNTINGS, COUNTED, accounted, conta
 from harness.economics.break_even import break_even_runs
 from harness.economics.contact_costs import injury_costs
 from harness.economics.cost_model import Economics, Measured, Running, price, running
-from harness.economics.optional_terms import TERMS, OptionalPrices, check_terms, load_optional_prices, together
-from harness.economics.price import check_prices, price_keys, with_unit, with_values
+from harness.economics.optional_terms import TERMS, OptionalTerms, check_terms, load_optional_prices, together
+from harness.economics.price import check_prices, names_of, price_keys, with_values
 from harness.economics.prices import Prices, checked, load_prices
-from harness.economics.sensitivity import Evaluate
 from harness.economics.valuation import (
     CENT,
-    OptionalTerms,
     Valuation,
     beyond,
     deliveries,
+    margins,
     mean_intervals,
     missions,
     valuation_document,
@@ -31,6 +30,8 @@ from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
+# Prices that replace those of today, by key -> the money then, and all prices then.
+Evaluate = Callable[[Mapping[str, float]], tuple[Economics, Prices]]
 VARIED = ("pedestrian_safety", "property_damage", "opex", "contribution_margin")
 
 
@@ -75,7 +76,7 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
     loaded = run.prices() if prices is None else load_prices(prices)
     optional = load_optional_prices()
     values = dict(_setting(text) for text in settings)
-    own, other = _names(loaded), _names(optional)
+    own, other = names_of(loaded), names_of(optional)
     for key in values:
         if key not in own | other:
             raise UnknownNameError("price", key, sorted(own | other))
@@ -84,20 +85,10 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
     check_prices(optional, "--set")
     names = check_terms([name.strip() for text in terms for name in text.split(",")])
     for key in (key for key in values if key in other):
-        users = [term for term, (_, used) in TERMS.items() if key in {n for u in used for n in _spelt(optional, u)}]
+        users = [term for term, (_, used) in TERMS.items() if other[key] in used]
         if not set(users) & set(names):
             raise InputError(f"--set {key} has no effect without an optional term; add --with {' or '.join(users)}")
     return Choices(checked(loaded, "--set"), OptionalTerms(names, optional), values)
-
-
-def _names(group: Prices | OptionalPrices) -> set[str]:
-    """Every key, with and without its unit."""
-    return {name for key in price_keys(group) for name in _spelt(group, key)}
-
-
-def _spelt(group: Prices | OptionalPrices, key: str) -> tuple[str, str]:
-    """A key without and with its unit."""
-    return key, with_unit(key, price_keys(group)[key])
 
 
 def _setting(text: str) -> tuple[str, float]:
@@ -154,10 +145,10 @@ def accounted_margins(first: StoredRun, parts: Sequence[tuple[StoredRun, StoredS
     choices = choose(first, None, (), ())
     driven = [(run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows]
     known = [dict(_running_costs(run, stack, choices)) for run, stack in driven]
-    margins = {name: [costs[name].contribution_margin for costs in known] for name in ACCOUNTINGS}
+    found = {name: [costs[name].contribution_margin for costs in known] for name in ACCOUNTINGS}
     columns = {
         name: np.concatenate([margin for margin in each if margin is not None])
-        for name, each in margins.items()
+        for name, each in found.items()
         if each and all(margin is not None for margin in each)
     }
     rows = [row for _, stack in driven for row in stack.rows]
@@ -235,7 +226,7 @@ def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
     stack = repriced(stack, run.events, choices.prices)
     each = deliveries(stack.rows, choices.prices.rolling_resistance_force)
     extra = together(beyond(each, stack, choices.prices, choices.optional).values())
-    margin: FloatArray | None = running(each, choices.prices, extra).contribution_margin
+    margin = margins(stack.rows, choices.prices, extra=extra)
     if margin is None:
         raise InputError(f"{stack.name}: the margin is undefined, because the cargo was not simulated")
     return margin

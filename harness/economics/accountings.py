@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.contact_costs import injury_costs, property_cost
+from harness.economics.contact_costs import injury_costs
 from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices
-from harness.metrics import PRICED_PROPERTY, Row
+from harness.metrics import PRICED_PROPERTY, PROPERTY_IMPULSE, Row
 from navstack.types import FloatArray
 
 PUBLISHED = "published"  # of :data:`ACCOUNTINGS`
@@ -35,16 +35,16 @@ class Contacts:
     """Contacts of many deliveries; arrays have one entry per contact."""
 
     delivery: npt.NDArray[np.int64]  # number of the delivery's row
-    kinds: tuple[str, ...]  # 'pedestrian' or the property's type
+    kinds: npt.NDArray[np.str_]  # 'pedestrian' or the property's type
     impulses: FloatArray  # [N s]
     robot_speeds: FloatArray  # [m/s] of the robot towards the other
     partner_speeds: FloatArray  # [m/s] of the other towards the robot
-    faults: tuple[str, ...]  # who moved into whom, as in events.parquet
+    faults: npt.NDArray[np.str_]  # who moved into whom, as in events.parquet
 
     @property
     def with_people(self) -> npt.NDArray[np.bool_]:
         """Which of them are with people."""
-        return np.array([kind == PERSON for kind in self.kinds], dtype=np.bool_)
+        return np.asarray(self.kinds == PERSON)
 
 
 def contacts_of(rows: Sequence[Row], events: Sequence[Row], kind: str) -> Contacts:
@@ -58,16 +58,16 @@ def contacts_of(rows: Sequence[Row], events: Sequence[Row], kind: str) -> Contac
     numbers = {(row["stack"], row["episode"]): number for number, row in enumerate(rows)}
     own = [event for event in events if event["type"] == kind and (event["stack"], event["episode"]) in numbers]
 
-    def column(key: str) -> FloatArray:
-        return np.array([event[key] for event in own], dtype=np.float64)
+    def column(key: str, kind: type = float) -> Any:
+        return np.array([event[key] for event in own], dtype=kind)
 
     return Contacts(
         delivery=np.array([numbers[event["stack"], event["episode"]] for event in own], dtype=np.int64),
-        kinds=tuple(event["kind"] for event in own),
+        kinds=column("kind", str),
         impulses=column("impulse_ns"),
         robot_speeds=column("robot_speed_mps"),
         partner_speeds=column("partner_speed_mps"),
-        faults=tuple(event["fault"] for event in own),
+        faults=column("fault", str),
     )
 
 
@@ -78,7 +78,7 @@ def whole(contacts: Contacts) -> FloatArray:
 
 def at_fault_only(contacts: Contacts) -> FloatArray:
     """The robot pays where it moved into the other at least as fast as the other into it, for property always."""
-    return np.array([fault in ROBOT_MOVED for fault in contacts.faults], dtype=np.float64)
+    return np.isin(contacts.faults, ROBOT_MOVED).astype(np.float64)
 
 
 def shared(contacts: Contacts) -> FloatArray:
@@ -86,8 +86,7 @@ def shared(contacts: Contacts) -> FloatArray:
     robot, partner = np.maximum(contacts.robot_speeds, 0.0), np.maximum(contacts.partner_speeds, 0.0)
     closing = robot + partner
     share = np.divide(robot, closing, out=np.ones_like(closing), where=closing > 0.0)
-    standing = np.array([fault == PERSON_MOVED for fault in contacts.faults], dtype=np.bool_)
-    return np.where(~contacts.with_people, 1.0, np.where(standing, 0.0, share))
+    return np.where(~contacts.with_people, 1.0, np.where(contacts.faults == PERSON_MOVED, 0.0, share))
 
 
 # Accounting -> which contacts, and the robot's share of their cost.
@@ -126,12 +125,6 @@ def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: 
 
 def _paid(contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int) -> FloatArray:
     """Paid contacts with one kind of property, delivery by delivery, weighted with the robot's share."""
-    paid = np.array(
-        [
-            own == kind and property_cost(own, impulse, prices) > 0.0
-            for own, impulse in zip(contacts.kinds, contacts.impulses, strict=True)
-        ],
-        dtype=np.bool_,
-    )
-    sums = np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries)
-    return sums.astype(np.float64)
+    has_price = getattr(prices.property_damage, kind).value > 0.0
+    paid = (contacts.kinds == kind) & (contacts.impulses >= PROPERTY_IMPULSE) & has_price
+    return np.bincount(contacts.delivery[paid], weights=shares[paid], minlength=deliveries).astype(np.float64)

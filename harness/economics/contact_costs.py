@@ -1,12 +1,44 @@
-"""What contacts cost: the one place where impulses become dollars."""
+"""What contacts cost: the one place where impulses become dollars.
+
+A contact with a person costs the risk of injury by its severity, times the cost of that severity. Severity is the
+maximum abbreviated injury scale (MAIS). The risk curves are Wang 2022's logistic fits over the change of velocity
+delta_v, for all crash modes; the paper scales their cost by the robot's mass over a vehicle's. They were fitted to
+people inside cars: a proxy, as the paper says itself (appendix "Pedestrian injury-cost proxy").
+"""
 
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.injury import injury_cost
 from harness.economics.prices import Prices
 from harness.metrics import PRICED_PROPERTY, PROPERTY_IMPULSE, Row
 from navstack.types import FloatArray
+
+MPH_PER_MPS = 2.23694  # [mph / (m/s)]
+SEVERITIES = ("mais_0", "mais_1", "mais_2", "mais_3", "mais_4", "mais_5", "fatal")
+
+
+def mais_probabilities(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
+    """Probability of each severity of :data:`SEVERITIES`, shape ``delta_v.shape + (7,)``; sums to one.
+
+    Args:
+        delta_v: change of velocity [m/s], any shape; 0 or less is MAIS 0 with certainty.
+        prices: with the risk curves. Where a fitted curve lies above that of a lesser severity it is cut down to it.
+    """
+    speed = np.asarray(delta_v, dtype=np.float64)[..., np.newaxis]
+    with np.errstate(over="ignore"):  # far below the curve: 1 / infinity
+        log_odds = np.asarray(prices.mais_intercepts) + np.asarray(prices.mais_slopes) * (MPH_PER_MPS * speed)
+        at_least = 1.0 / (1.0 + np.exp(-log_odds))
+    at_least = np.where(speed <= 0.0, 0.0, np.minimum.accumulate(at_least, axis=-1))
+    bounds = np.concatenate((np.ones_like(speed), at_least, np.zeros_like(speed)), axis=-1)
+    probabilities: FloatArray = bounds[..., :-1] - bounds[..., 1:]
+    return probabilities
+
+
+def injury_cost(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
+    """Expected cost [USD] of one counted contact per entry of ``delta_v`` [m/s]; same shape (paper, eq. pedestrian)."""
+    costs = np.asarray(prices.mais_costs)
+    expected: FloatArray = prices.injury_mass_factor * (mais_probabilities(delta_v, prices)[..., : costs.size] @ costs)
+    return expected
 
 
 def injury_measures(impulses: npt.ArrayLike, prices: Prices) -> Row:

@@ -1,11 +1,13 @@
 """From what was measured to what it costs: the paper's cost model (its sections CAPEX, OPEX and break-even point)."""
 
+import dataclasses
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
 from harness.economics.break_even import break_even_days, break_even_runs
 from harness.economics.prices import Prices
+from harness.metrics import PRICED_PROPERTY
 from navstack.errors import UnknownNameError
 
 Quantity = Any  # a mean over deliveries (float), or an array with one value per delivery
@@ -113,14 +115,7 @@ def price(
         hardware_usd=hardware,
         data_collection_usd=data,
         capex_usd=capex,
-        electricity=costs.electricity,
-        service_compensation=costs.service_compensation,
-        pedestrian_safety=costs.pedestrian_safety,
-        property_damage=costs.property_damage,
-        repair=costs.repair,
-        opex=costs.opex,
-        revenue=costs.revenue,
-        contribution_margin=costs.contribution_margin,
+        **dataclasses.asdict(costs),
         break_even_runs=runs,
         break_even_days=break_even_days(runs, prices),
     )
@@ -159,16 +154,10 @@ def _service_compensation(measured: Measured, prices: Prices) -> float | None:
 
 def _property_damage(measured: Measured, prices: Prices) -> float:
     """Damage to property [USD/run]; what the world does not contain cannot be damaged."""
-    damage = prices.property_damage
-    contacts = (
-        (measured.mailbox_contacts, damage.mailbox),
-        (measured.trash_bin_contacts, damage.trash_bin),
-        (measured.building_glass_contacts, damage.building_glass),
-        (measured.bollard_contacts, damage.bollard),
-        (measured.plant_contacts, damage.plant),
-        (measured.fence_contacts, damage.fence),
-    )
-    return sum(count * cost.value for count, cost in contacts if count is not None)
+    counts = {kind: getattr(measured, f"{kind}_contacts") for kind in PRICED_PROPERTY}
+    costs = prices.property_damage
+    damage: float = sum(count * getattr(costs, kind).value for kind, count in counts.items() if count is not None)
+    return damage
 
 
 def _sum(*terms: float | None) -> float | None:

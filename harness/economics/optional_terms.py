@@ -29,6 +29,14 @@ class OptionalPrices:
 
 
 @dataclass(frozen=True, slots=True)
+class OptionalTerms:
+    """Costs beyond the paper that a user wants counted."""
+
+    names: tuple[str, ...]
+    prices: OptionalPrices
+
+
+@dataclass(frozen=True, slots=True)
 class Inputs:
     """What the terms are worked out from."""
 
@@ -103,11 +111,6 @@ def check_terms(names: Collection[str]) -> tuple[str, ...]:
     if "operator" in names and "remote_assistance" in names:
         raise InputError("the optional term operator pays for remote_assistance, too; give one of the two")
     return tuple(name for name in TERMS if name in names)
-
-
-def worked_out(names: Collection[str], given: Inputs) -> dict[str, Beyond]:
-    """Each term by itself."""
-    return {name: TERMS[name][0](given) for name in names}
 
 
 def together(terms: Collection[Beyond]) -> Beyond:

@@ -47,6 +47,12 @@ def with_unit(key: str, price: Price) -> str:
     return f"{key}_{unit}" if unit else key
 
 
+def names_of(group: Any) -> dict[str, str]:
+    """Every name of a price, its key with and without its unit, and the key."""
+    known = price_keys(group)
+    return {with_unit(key, price): key for key, price in known.items()} | {key: key for key in known}
+
+
 def limits_of(group: Any, key: str) -> tuple[float, float]:
     """Least and largest value that a price of a group may have."""
     *path, name = key.split(".")
@@ -62,8 +68,7 @@ def with_values(group: Group, values: Mapping[str, float]) -> Group:
     Raises:
         UnknownNameError: a key that is not one of :func:`price_keys`, with or without its unit.
     """
-    known = price_keys(group)
-    names = {with_unit(key, price): key for key, price in known.items()} | {key: key for key in known}
+    known, names = price_keys(group), names_of(group)
     for name, value in values.items():
         if name not in names:
             raise UnknownNameError("price", name, names)

@@ -7,11 +7,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.break_even import break_even_probability
-from harness.economics.cost_model import Beyond, Economics, Measured, price, running
-from harness.economics.optional_terms import Inputs, OptionalPrices, together, worked_out
+from harness.economics.cost_model import NOTHING_BEYOND, Beyond, Economics, Measured, price, running
+from harness.economics.optional_terms import TERMS, Inputs, OptionalTerms, together
 from harness.economics.prices import Prices
 from harness.metrics import EPISODE_METRICS, Row, summarize, summarize_more
+from harness.metrics.metric import Metric
 from harness.statistics import (
     Interval,
     bootstrap_cvar,
@@ -44,14 +46,6 @@ class Priced(Protocol):
     @property
     def localizer(self) -> str:
         """Name of its localizer."""
-
-
-@dataclass(frozen=True, slots=True)
-class OptionalTerms:
-    """Costs beyond the paper that a user wants counted."""
-
-    names: tuple[str, ...]
-    prices: OptionalPrices
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +97,7 @@ def value(
     clusters = missions(rows)
     means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
     dollars = {term: getattr(each_running, term) for term in DOLLARS}
+    further = [metric for metric in EPISODE_METRICS if not metric.is_published]
     return Valuation(
         measured=summary,
         more=summarize_more(rows),
@@ -110,7 +105,7 @@ def value(
         intervals={
             **_rates(rows),
             **mean_intervals(means, clusters, seed),
-            **mean_intervals(_further(rows), clusters, seed),
+            **mean_intervals(mean_columns(rows, further), clusters, seed),
             **mean_intervals(dollars, clusters, seed, CENT),
         },
         risk=_risk(each_running.opex, each_running.contribution_margin, economics.capex_usd, clusters, prices, seed),
@@ -120,11 +115,7 @@ def value(
 
 def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
     """:func:`harness.metrics.summarize` delivery by delivery: arrays in place of means; None where one is undefined."""
-    columns: dict[str | None, FloatArray] = {
-        metric.mean_key: _column(rows, metric.key) / metric.mean_divisor
-        for metric in EPISODE_METRICS
-        if metric.is_published
-    }
+    columns = mean_columns(rows, [metric for metric in EPISODE_METRICS if metric.is_published])
     outcomes = np.array([row["outcome"] for row in rows])
     shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
     if (outcomes == ARRIVED).any():
@@ -135,11 +126,45 @@ def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured
     return Measured(**fields)
 
 
+def mean_columns(rows: Sequence[Row], metrics: Sequence[Metric] = EPISODE_METRICS) -> dict[str, FloatArray]:
+    """Each delivery's share in the means of metrics, shape (n,), by the key of the mean; NaN where undefined."""
+    return {metric.mean_key: column(rows, metric.key) / metric.mean_divisor for metric in metrics if metric.mean_key}
+
+
+def column(rows: Sequence[Row], key: str) -> FloatArray:
+    """A column (n,) of rows; NaN where it is null."""
+    return np.array([np.nan if row[key] is None else row[key] for row in rows], dtype=np.float64)
+
+
+def margins(
+    rows: Sequence[Row],
+    prices: Prices,
+    events: Sequence[Row] = (),
+    accounting: str = PUBLISHED,
+    extra: Beyond = NOTHING_BEYOND,
+) -> FloatArray | None:
+    """Each delivery's contribution margin [USD], shape (n,); None where the cargo of one is not modelled.
+
+    Args:
+        rows: of the deliveries.
+        prices: the price file.
+        events: rows of ``events.parquet``, for accountings other than the published one.
+        accounting: a name of :data:`harness.economics.accountings.ACCOUNTINGS`.
+        extra: costs beyond the paper.
+    """
+    each = deliveries(rows, prices.rolling_resistance_force)
+    if accounting != PUBLISHED:
+        each = accounted(each, rows, events, accounting, prices)
+    margin = running(each, prices, extra).contribution_margin
+    return None if margin is None else np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
+
+
 def beyond(measured: Measured, stack: Priced, prices: Prices, optional: OptionalTerms | None) -> dict[str, Beyond]:
     """The optional terms, each by itself, of a run's means or of each delivery."""
     if optional is None:
         return {}
-    return worked_out(optional.names, Inputs(measured, stack.localizer, prices, optional.prices))
+    given = Inputs(measured, stack.localizer, prices, optional.prices)
+    return {name: TERMS[name][0](given) for name in optional.names}
 
 
 def missions(rows: Sequence[Row]) -> IntArray:
@@ -173,16 +198,6 @@ def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
     outcomes = [row["outcome"] for row in rows]
     names = OUTCOMES if ARRIVED not in outcomes else ("timeout", "physical_assistance")
     return {name: wilson_interval(outcomes.count(name), len(rows)) for name in names}
-
-
-def _further(rows: Sequence[Row]) -> dict[str, FloatArray]:
-    """Columns of the means that the paper's table does not have; NaN where a delivery's is undefined."""
-    more = [metric for metric in EPISODE_METRICS if metric.mean_key and not metric.is_published]
-    return {metric.mean_key: _column(rows, metric.key) / metric.mean_divisor for metric in more if metric.mean_key}
-
-
-def _column(rows: Sequence[Row], key: str) -> FloatArray:
-    return np.array([np.nan if row[key] is None else row[key] for row in rows], dtype=np.float64)
 
 
 def _risk(

@@ -6,8 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from harness.analysis.sensitivity import Sensitivity, quantiles
-from harness.economics.sensitivity import STATED
+from harness.analysis.sensitivity import STATED, Sensitivity, quantiles
 from harness.report.tables import report_table
 
 
@@ -42,7 +41,7 @@ def _tornado(result: Sensitivity) -> Table:
         span = bar.range
         numbers = [f"{number:g}" for number in (span.low, span.value, span.high)]
         money = [f"{number:.4f}" for number in (bar.profit_at_low, bar.profit_at_high, bar.swing)]
-        origin = "source" if span.origin == STATED else ""
+        origin = "source" if span.range == STATED else ""
         table.add_row(*map(Text, (bar.key, *numbers, *money, span.unit, origin)))
     return table
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.analysis.sensitivity import Sensitivity
-from harness.economics.sensitivity import Axis, BreakEvenSpread, TwoWay
+from harness.analysis.sensitivity import Axis, BreakEvenSpread, Sensitivity, TwoWay
 from harness.report.figures import save_figure
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from harness.statistics.paired import (
     compare_pairs,
     holm,
     mcnemar_p,
+    paired_slope,
     pairs_needed,
     sign_flip_p,
     smallest_detectable,
 )
-from harness.statistics.slope import paired_slope
 
 __all__ = [
     "Interval",

@@ -4,17 +4,19 @@ Deliveries of one mission are alike, so missions are drawn, not deliveries: the 
 2007). Where each mission occurs once, it is the plain bootstrap.
 """
 
-from collections.abc import Hashable, Iterator, Sequence
+import functools
+from collections.abc import Callable, Hashable, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from harness.statistics.interval import Interval, check_confidence
+from harness.statistics.interval import CONFIDENCE, Interval
 from navstack.types import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 
 DRAWS = 10_000
+TAIL = (1.0 - CONFIDENCE) / 2.0
 LEAST_TAIL = 5  # values among the worst from which their mean has an interval
 DRAWS_AT_ONCE = 500  # bootstrap draws per block; bounds the memory
 
@@ -34,13 +36,9 @@ def number_clusters(labels: Sequence[Hashable]) -> IntArray:
 
 
 def bootstrap_mean(
-    values: npt.ArrayLike,
-    rng: np.random.Generator,
-    draws: int = DRAWS,
-    confidence: float = 0.95,
-    clusters: IntArray | None = None,
+    values: npt.ArrayLike, rng: np.random.Generator, draws: int = DRAWS, clusters: IntArray | None = None
 ) -> Interval:
-    """Mean with its percentile bootstrap interval.
+    """Mean with its 95 % percentile bootstrap interval.
 
     One cluster has a mean but no interval.
 
@@ -48,26 +46,24 @@ def bootstrap_mean(
         values: shape (n,), finite.
         rng: source of the resamples.
         draws: number of resamples.
-        confidence: share of the resampled means inside the interval.
         clusters: number of each value's cluster, shape (n,), from 0; None: each value is its own.
 
     Raises:
-        ValueError: values that are not finite or not one-dimensional, or a confidence outside 0..1.
+        ValueError: values that are not finite or not one-dimensional.
     """
-    sample, numbers = _checked(values, clusters, confidence)
+    sample, numbers = _checked(values, clusters)
     if sample.size == 0:
         return Interval(None, None, None, 0)
     mean = float(sample.mean())
     if numbers.max() == 0:
         return Interval(mean, None, None, sample.size)
     means = resampled_means(sample[:, np.newaxis], rng, draws, numbers)[:, 0]
-    return percentile_interval(mean, means, sample.size, confidence)
+    return percentile_interval(mean, means, sample.size)
 
 
-def percentile_interval(value: float, resampled: FloatArray, n: int, confidence: float = 0.95) -> Interval:
-    """The interval between percentiles of ``resampled`` (draws,), NaN where it is undefined."""
-    tail = (1.0 - confidence) / 2.0
-    low, high = np.quantile(resampled[~np.isnan(resampled)], (tail, 1.0 - tail))
+def percentile_interval(value: float, resampled: FloatArray, n: int) -> Interval:
+    """The 95 % interval between percentiles of ``resampled`` (draws,), NaN where it is undefined."""
+    low, high = np.quantile(resampled[~np.isnan(resampled)], (TAIL, 1.0 - TAIL))
     return Interval(value, float(low), float(high), n)
 
 
@@ -102,9 +98,9 @@ def cvar(values: npt.ArrayLike, level: float = 0.95) -> float:
     Where that share is no whole number of values, the last one counts in part (Rockafellar and Uryasev 2002, prop. 8).
 
     Raises:
-        ValueError: no values, values that are not finite, or a level outside 0..1.
+        ValueError: no values, or values that are not finite.
     """
-    sample, _ = _checked(values, None, level)
+    sample, _ = _checked(values, None)
     if sample.size == 0:
         raise ValueError("the mean of the worst needs at least one value")
     return float(_tail_means(np.ones((1, sample.size)), -np.sort(-sample), 1.0 - level)[0])
@@ -115,7 +111,6 @@ def bootstrap_cvar(
     rng: np.random.Generator,
     draws: int = DRAWS,
     level: float = 0.95,
-    confidence: float = 0.95,
     clusters: IntArray | None = None,
 ) -> Interval:
     """:func:`cvar` with its percentile bootstrap interval; arguments and errors as in :func:`bootstrap_mean`.
@@ -123,16 +118,10 @@ def bootstrap_cvar(
     There is no interval where fewer than five values are in the tail: they say too little of what is worse still. Also
     above it is too narrow; how much: docs/money.md.
     """
-    sample, numbers = _checked(values, clusters, confidence)
-    if sample.size == 0:
-        return Interval(None, None, None, 0)
-    value = cvar(sample, level)
-    if numbers.max() == 0 or sample.size * (1.0 - level) < LEAST_TAIL - 1e-9:
-        return Interval(value, None, None, sample.size)
+    sample, numbers = _checked(values, clusters)
     order = np.argsort(-sample, kind="stable")
-    weights = _weights(int(numbers.max()) + 1, rng, draws)
-    tails = [_tail_means(w[:, numbers[order]], sample[order], 1.0 - level) for w in weights]
-    return percentile_interval(value, np.concatenate(tails), sample.size, confidence)
+    statistic = functools.partial(_tail_means, falling=sample[order], share=1.0 - level)
+    return _of_order(statistic, numbers[order], 1.0 - level, rng, draws)
 
 
 def bootstrap_quantile(
@@ -140,7 +129,6 @@ def bootstrap_quantile(
     level: float,
     rng: np.random.Generator,
     draws: int = DRAWS,
-    confidence: float = 0.95,
     clusters: IntArray | None = None,
 ) -> Interval:
     """The smallest value that at least the share ``level`` of the values does not exceed, with its bootstrap interval.
@@ -148,17 +136,31 @@ def bootstrap_quantile(
     That is the inverse of the empirical distribution function (Hyndman and Fan 1996, definition 1). Where fewer than
     five values are on either side there is no interval. Other arguments and errors as in :func:`bootstrap_mean`.
     """
-    check_confidence(level)
-    sample, numbers = _checked(values, clusters, confidence)
-    if sample.size == 0:
-        return Interval(None, None, None, 0)
+    sample, numbers = _checked(values, clusters)
     order = np.argsort(sample, kind="stable")
-    value = float(_quantiles(np.ones((1, sample.size)), sample[order], level)[0])
-    if numbers.max() == 0 or sample.size * min(level, 1.0 - level) < LEAST_TAIL - 1e-9:
-        return Interval(value, None, None, sample.size)
+    statistic = functools.partial(_quantiles, rising=sample[order], level=level)
+    return _of_order(statistic, numbers[order], min(level, 1.0 - level), rng, draws)
+
+
+def _of_order(
+    statistic: Callable[[FloatArray], FloatArray],
+    numbers: IntArray,
+    share: float,
+    rng: np.random.Generator,
+    draws: int,
+) -> Interval:
+    """A statistic of weights (b, n) of ordered values with its interval, if ``share`` of the values are enough for it.
+
+    ``numbers`` are the clusters of the values, in their order.
+    """
+    n = numbers.size
+    if n == 0:
+        return Interval(None, None, None, 0)
+    value = float(statistic(np.ones((1, n)))[0])
+    if numbers.max() == 0 or n * share < LEAST_TAIL - 1e-9:
+        return Interval(value, None, None, n)
     weights = _weights(int(numbers.max()) + 1, rng, draws)
-    resampled = [_quantiles(w[:, numbers[order]], sample[order], level) for w in weights]
-    return percentile_interval(value, np.concatenate(resampled), sample.size, confidence)
+    return percentile_interval(value, np.concatenate([statistic(w[:, numbers]) for w in weights]), n)
 
 
 def _quantiles(weights: FloatArray, rising: FloatArray, level: float) -> FloatArray:
@@ -185,8 +187,7 @@ def _weights(clusters: int, rng: np.random.Generator, draws: int) -> Iterator[Fl
         yield np.bincount(drawn.ravel(), minlength=block * clusters).reshape(block, clusters).astype(np.float64)
 
 
-def _checked(values: npt.ArrayLike, clusters: IntArray | None, confidence: float) -> tuple[FloatArray, IntArray]:
-    check_confidence(confidence)
+def _checked(values: npt.ArrayLike, clusters: IntArray | None) -> tuple[FloatArray, IntArray]:
     sample = np.asarray(values, dtype=np.float64)
     if sample.ndim != 1 or not np.isfinite(sample).all():
         raise ValueError(f"bootstrap needs a list of finite numbers; got shape {sample.shape}")

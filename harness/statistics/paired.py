@@ -8,12 +8,13 @@ from statistics import NormalDist
 import numpy as np
 
 from harness.statistics.bootstrap import DRAWS, IntArray, bootstrap_mean
-from harness.statistics.interval import Interval, normal_quantile
+from harness.statistics.interval import Interval, Z
 from navstack.types import FloatArray
 
 EXACT_UP_TO = 12  # clusters of which every pattern of signs is tried
 SIGNS_AT_ONCE = 1_000_000  # of a block of patterns; bounds the memory
 POWER = 0.8
+Z_OF_TEST = Z + NormalDist().inv_cdf(POWER)  # standard errors that a difference must measure to be found with the power
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +103,7 @@ def mcnemar_p(only_first: int, only_second: int) -> float:
     return float(min(1.0, 2 * below / 2**disagree))
 
 
-def pairs_needed(differences: FloatArray, clusters: IntArray | None = None, confidence: float = 0.95) -> int | None:
+def pairs_needed(differences: FloatArray, clusters: IntArray | None = None) -> int | None:
     """Pairs that resolve a mean difference as observed with a power of 0.8, by the normal approximation.
 
     That is (z_confidence + z_power)^2 * variance / mean^2 (e.g. Chow et al. 2008, section 3.1), the variance that of
@@ -111,25 +112,17 @@ def pairs_needed(differences: FloatArray, clusters: IntArray | None = None, conf
     mean, variance = float(differences.mean()), _pair_variance(differences, clusters)
     if variance is None or mean == 0.0:
         return None
-    z = _z_of_test(confidence)
-    return max(2, math.ceil(z * z * variance / (mean * mean)))
+    return max(2, math.ceil(Z_OF_TEST * Z_OF_TEST * variance / (mean * mean)))
 
 
-def smallest_detectable(
-    differences: FloatArray, clusters: IntArray | None = None, confidence: float = 0.95
-) -> float | None:
+def smallest_detectable(differences: FloatArray, clusters: IntArray | None = None) -> float | None:
     """The smallest true mean difference that as many pairs, as variable as these, find with a power of 0.8.
 
     That is (z_confidence + z_power) * sqrt(variance / n), :func:`pairs_needed` solved for the difference (e.g. Bloom
     1995, Evaluation Review 19(5), "minimum detectable effects"). None where the pairs tell nothing of their variance.
     """
     variance = _pair_variance(differences, clusters)
-    return math.sqrt(variance / differences.size) * _z_of_test(confidence) if variance else None
-
-
-def _z_of_test(confidence: float) -> float:
-    """How many standard errors a difference must measure to be found with the power."""
-    return normal_quantile(confidence) + NormalDist().inv_cdf(POWER)
+    return math.sqrt(variance / differences.size) * Z_OF_TEST if variance else None
 
 
 def _pair_variance(differences: FloatArray, clusters: IntArray | None) -> float | None:
@@ -151,3 +144,29 @@ def holm(p_values: Sequence[float]) -> list[float]:
         largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
         adjusted[i] = largest
     return adjusted
+
+
+def paired_slope(levels: FloatArray, values: FloatArray, clusters: IntArray, rng: np.random.Generator) -> Interval:
+    """Slope of the least-squares line through values over levels, every mission with an intercept of its own.
+
+    This is the fixed-effects ("within") estimator (e.g. Wooldridge 2010, Econometric Analysis of Cross Section and
+    Panel Data, section 10.5). Where each mission meets every level it is the mean of the missions' own slopes, and
+    these are resampled, whole missions at a time: the pairs cluster bootstrap (Cameron, Gelbach and Miller 2008).
+
+    Args:
+        levels: shape (k,), at least two different ones.
+        values: shape (n, k), finite: of each delivery at each level.
+        clusters: number of each delivery's mission, shape (n,).
+        rng: source of the resamples.
+
+    Raises:
+        ValueError: levels that are all alike.
+    """
+    centred = levels - levels.mean()
+    spread = float(centred @ centred)
+    if spread == 0.0:
+        raise ValueError("a slope needs two different levels at least")
+    slopes = values @ centred / spread
+    if slopes.size == 0 or np.ptp(slopes) == 0.0:
+        return Interval(float(slopes.mean()) if slopes.size else None, None, None, slopes.size)
+    return bootstrap_mean(slopes, rng, clusters=clusters)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.economics.injury import SEVERITIES, injury_cost, mais_probabilities
+from harness.economics.contact_costs import SEVERITIES, injury_cost, mais_probabilities
 from harness.economics.prices import load_prices
 
 MODEL = load_prices("costnav")

@@ -30,7 +30,7 @@ def test_wilson_equals_the_published_table(successes, n, low, high):
 @given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_wilson_equals_scipy(case):
     successes, n = case
-    interval, expected = wilson_interval(successes, n, 0.9), binomtest(successes, n).proportion_ci(0.9, "wilson")
+    interval, expected = wilson_interval(successes, n), binomtest(successes, n).proportion_ci(method="wilson")
     assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), abs=1e-12)
     assert 0.0 <= interval.low <= interval.value <= interval.high <= 1.0
 

@@ -13,7 +13,7 @@ import pytest
 
 from harness.analysis.repricing import choose, document, reprice
 from harness.cli.price import price
-from harness.economics.injury import injury_cost
+from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import load_prices
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics import EVENT_COLUMNS

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, document, reprice
+from harness.analysis.sensitivity import break_even_spread
 from harness.cli.sensitivity import sensitivity
 from harness.economics.price import price_keys
-from harness.economics.sensitivity import break_even_spread
 from harness.study.stored_run import load_run
 from navstack.errors import InputError
 
