@@ -36,7 +36,7 @@ def gain_of(found: Audit) -> str:
     """The published difference of the margin with its interval."""
     if not found.scores:
         return "--"
-    difference = found.scores[0].difference
+    difference = found.scores["published"].difference
     if difference.low is None or difference.high is None:
         return f"{difference.value:.2f}"
     return f"{difference.value:.2f} [{difference.low:.2f}, {difference.high:.2f}]"

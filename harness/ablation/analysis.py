@@ -10,9 +10,8 @@ import numpy as np
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
-from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.economics.valuation import CENT, deliveries, missions
+from harness.economics.valuation import CENT, margins, missions
 from harness.metrics import Row
 from harness.statistics import Interval, bootstrap_quantile, holm, paired_slope
 from harness.study.drive import StackResult
@@ -20,7 +19,6 @@ from harness.study.stored_run import StoredRun
 from harness.task.stack import PLANNING_MAPS, TRUTH, Stack
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
-from navstack.types import FloatArray
 
 GEOMETRY = PLANNING_MAPS[0]
 MARGIN = "contribution_margin"
@@ -218,11 +216,13 @@ def _prices(arms: Sequence[Arm], rows: dict[str, tuple[Row, ...]], prices: Price
             continue
         levels = np.array([0.0, *(injected_level(arm.stack, kind) for arm in injected)])
         own = _paired([rows[arm.name] for arm in (truth, *injected)])
-        margins = [_margins(each, prices) for each in own]
-        if not own[0] or any(margin is None for margin in margins):
+        is_modelled = all(row["pieces_at_start"] is not None for rows in own for row in rows)
+        found = [margins(each, prices) if is_modelled else None for each in own]
+        known = [margin for margin in found if margin is not None]
+        if not own[0] or len(known) < len(own):
             yield ErrorPrice(kind, tuple(levels.tolist()), NO_INTERVAL)
             continue
-        costs = -np.column_stack([margin for margin in margins if margin is not None])
+        costs = -np.column_stack(known)
         slope = paired_slope(levels, costs, missions(own[0]), np.random.default_rng(seed))
         if np.ptp(costs, axis=1).max() < CENT:  # what is rare has not been seen
             slope = Interval(slope.value, None, None, slope.n)
@@ -234,14 +234,6 @@ def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:
     by_episode = [{row["episode"]: row for row in own} for own in rows]
     common = sorted(set.intersection(*(set(own) for own in by_episode)))
     return [[own[episode] for episode in common] for own in by_episode]
-
-
-def _margins(rows: Sequence[Row], prices: Prices) -> FloatArray | None:
-    """Each delivery's margin [USD]; None where the cargo is not modelled, however the deliveries ended."""
-    if any(row["pieces_at_start"] is None for row in rows):
-        return None
-    margin: FloatArray | None = running(deliveries(rows, prices.rolling_resistance_force), prices).contribution_margin
-    return margin
 
 
 def figure_stem(folder: Path) -> Path:

@@ -231,8 +231,9 @@ def _explain(
     from harness.episode.factory import prices_of, world_params
     from harness.report.tables import report_console
     from harness.report.tuning import print_tuning, write_tuning
+    from harness.study.suite import write_document
     from harness.tuning.explanation import explain
-    from harness.tuning.output import run_command, study_document, test_command, write_document, write_files
+    from harness.tuning.output import DOCUMENT, run_command, study_document, test_command, write_files
     from harness.tuning.scores import scores_document
 
     declaration = study.declaration
@@ -240,7 +241,7 @@ def _explain(
     lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
     scores = scores_document(result)
     document = study_document(result, study.nav2, declaration, scores, lint, path)
-    write_document(document, path)
+    write_document(path / DOCUMENT, document)
     progress.phase = "explanation"
     template = base.template
     threshold = world_params(template.world, template.pedestrians, template.people).contacts.counted_impulse
@@ -255,7 +256,7 @@ def _explain(
         print_tuning(result, scores, explanation, command, path, console)
         _print_files(lint, again, path)
 
-    return {**document, "explanation": explanation.as_json()}, report
+    return {**document, "explanation": explanation.document}, report
 
 
 def lint_of(folder: Path, robot: str, allow_unknown: bool) -> "Row":

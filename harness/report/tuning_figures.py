@@ -11,14 +11,14 @@ import numpy as np
 from harness.report.figures import SUFFIXES, save_figure
 from harness.report.tuning_text import bounds, number_text, value_text
 from harness.statistics import Interval
-from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
+from harness.tuning.audit_findings import Evidence
+from harness.tuning.explanation import MARGIN, Explanation
 from harness.tuning.history import Best
 from harness.tuning.importance import Importance
 from harness.tuning.objective import is_money
 from harness.tuning.paths import is_list
-from harness.tuning.result import COMPLETE, StudyResult
+from harness.tuning.result import COMPLETE, StudyResult, TrialTable, trial_table
 from harness.tuning.space import Parameter
-from harness.tuning.trial_table import TrialTable, trial_table
 from harness.tuning.waterfall import Step, Waterfall
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
         height = FRAME_INCH + 1.4 * BAR_INCH * (len(explanation.waterfall.steps) + 2)  # a label may have two lines
         paths += save_figure(folder / "waterfall", height, partial(_waterfall, found=explanation.waterfall))
     if explanation.components:
-        shown = [each for each in explanation.components if _is_shown(each)]
+        shown = [each for key, each in explanation.components.items() if key == MARGIN or _is_shown(each)]
         height = FRAME_INCH + 1.6 * BAR_INCH * len(shown)
         paths += save_figure(folder / "components", height, partial(_components, shown=shown))
     return paths
@@ -201,12 +201,11 @@ def _choices(parameter: Parameter) -> list[str]:
 
 def _step_label(step: Step) -> str:
     """What stands beside a step: one parameter with its values, or how many there are."""
-    names = step.player.names
-    if len(names) > 1:
-        return f"{step.player.title} ({len(names)})" if len(step.player.title) < LONGEST else f"{len(names)} together"
-    if is_list(step.before[0]):
-        return names[0]
-    return f"{names[0]}\n{value_text(step.before[0])} -> {value_text(step.after[0])}"
+    count = len(step.changes)
+    if count > 1:
+        return f"{step.player} ({count})" if len(step.player) < LONGEST else f"{count} together"
+    ((name, (before, after)),) = step.changes.items()
+    return name if is_list(before) else f"{name}\n{value_text(before)} -> {value_text(after)}"
 
 
 def _waterfall(axes: "Axes", found: Waterfall) -> None:
@@ -214,10 +213,11 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     labels = ["original file", *map(_step_label, found.steps), "tuned file"]
     reached = found.original
     for place, step in enumerate(found.steps, start=1):
-        gain = step.gain.value or 0.0
+        interval = step.gain_usd_per_run
+        gain = interval.value or 0.0
         axes.barh(place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0)
-        if step.gain.low is not None and step.gain.high is not None:
-            ends = [[gain - step.gain.low], [step.gain.high - gain]]
+        if interval.low is not None and interval.high is not None:
+            ends = [[gain - interval.low], [interval.high - gain]]
             axes.errorbar([reached + gain], [place], xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8, capsize=2.0)
         axes.plot([reached + gain] * 2, [place - 0.3, place + 1.3], color=LINE, linewidth=0.6)
         reached += gain
@@ -226,7 +226,7 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     axes.plot(found.incumbent, len(labels) - 1, "s", color=NEW, markersize=7)
     texts = [
         f"{found.original:.2f}",
-        *(number_text(step.gain.value or 0.0, sign="+") for step in found.steps),
+        *(number_text(step.gain_usd_per_run.value or 0.0, sign="+") for step in found.steps),
         f"{found.incumbent:.2f}",
     ]
     axes.set_yticks(range(len(labels)), labels)
@@ -248,7 +248,7 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     axes.set_title(title, loc="left", fontsize=8)
 
 
-def _components(axes: "Axes", shown: Sequence[Component]) -> None:
+def _components(axes: "Axes", shown: Sequence[Evidence]) -> None:
     """Two bars per component; the difference with its interval stands to the right."""
     places = np.arange(len(shown), dtype=np.float64)
     sides = (("original", OLD, -0.19), ("incumbent", NEW, 0.19))
@@ -256,7 +256,7 @@ def _components(axes: "Axes", shown: Sequence[Component]) -> None:
         label = "original file" if key == "original" else "tuned file"
         axes.barh(places + shift, [getattr(each, key) for each in shown], height=0.36, color=colour, label=label)
     axes.axvline(0.0, color=LINE, linewidth=0.8)
-    axes.set_yticks(places, [COMPONENTS[each.key][0] for each in shown])
+    axes.set_yticks(places, [each.what for each in shown])
     texts = [_difference(each.difference) for each in shown]
     right = axes.secondary_yaxis("right")
     right.set_yticks(places, texts)
@@ -272,8 +272,8 @@ def _difference(interval: Interval) -> str:
     return f"{number_text(interval.value or 0.0, sign='+')} {bounds(interval)}".rstrip()
 
 
-def _is_shown(component: Component) -> bool:
-    return component.key == MARGIN or max(abs(component.original), abs(component.incumbent)) >= LEAST_SHOWN
+def _is_shown(component: Evidence) -> bool:
+    return max(abs(component.original or 0.0), abs(component.incumbent)) >= LEAST_SHOWN
 
 
 def _lengths(intervals: Sequence[Interval]) -> list[list[float]]:

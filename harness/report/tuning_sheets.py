@@ -9,7 +9,8 @@ from harness.economics.valuation import CENT
 from harness.metrics import Row
 from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, span, step_title, value_text
 from harness.statistics import Interval
-from harness.tuning.explanation import COMPONENTS, MARGIN, Component, Explanation
+from harness.tuning.audit_findings import Evidence
+from harness.tuning.explanation import MARGIN, Explanation
 from harness.tuning.importance import Importance
 from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence
@@ -77,7 +78,7 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
 
 
 def _proof(explanation: Explanation) -> str:
-    margin = next((each for each in explanation.components if each.key == MARGIN), None)
+    margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
     where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it: no proof"
@@ -105,8 +106,8 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             cells = str(difference.n), *means, span(difference), p_text(score["p"], difference), needed
             rows.append((name, title, *cells))
             missed += _missed(name, title, score["shortfall"])
-    if explanation.optimism is not None:
-        rows.append(("margin", "optimism", "", "", "", span(explanation.optimism), "", ""))
+    if explanation.optimism_usd_per_run is not None:
+        rows.append(("margin", "optimism", "", "", "", span(explanation.optimism_usd_per_run), "", ""))
     headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
     notes: tuple[str, ...] = (
         "Margins, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same "
@@ -211,7 +212,8 @@ def _waterfall(explanation: Explanation) -> Sheet:
         return Sheet("", (), ())
     rows = [("original file", f"{found.original:.2f}", "")]
     rows += [
-        (step_title(step), number_text(step.gain.value or 0.0, sign="+"), bounds(step.gain)) for step in found.steps
+        (step_title(step), number_text(step.gain_usd_per_run.value or 0.0, sign="+"), bounds(step.gain_usd_per_run))
+        for step in found.steps
     ]
     rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {span(found.total)}"))
     kind = "unseen test" if found.unseen else "training"
@@ -224,7 +226,7 @@ def _waterfall(explanation: Explanation) -> Sheet:
 
 def _set_back(explanation: Explanation) -> Sheet:
     rows = tuple(
-        (step_title(step), number_text(step.gain.value or 0.0, sign="+"), bounds(step.gain))
+        (step_title(step), number_text(step.gain_usd_per_run.value or 0.0, sign="+"), bounds(step.gain_usd_per_run))
         for step in explanation.set_back
     )
     notes = (
@@ -235,36 +237,22 @@ def _set_back(explanation: Explanation) -> Sheet:
 
 
 def _components(explanation: Explanation) -> Sheet:
-    rows = tuple(_component(each) for each in explanation.components)
+    rows = tuple(
+        (each.what, *_both(each, 5 if key == "electricity" else 2)) for key, each in explanation.components.items()
+    )
     notes = ("What is paid counts negative; all but the last add up to the last.",)
     headers = ("Cost component [USD/run]", "Original", "Tuned", "Difference", "p")
     return Sheet("Where the money comes from", headers, rows, notes=notes)
 
 
-def _component(component: Component) -> tuple[str, ...]:
-    digits = 5 if component.key == "electricity" else 2
-    means = (number_text(number, digits) for number in (component.original, component.incumbent))
-    return (
-        COMPONENTS[component.key][0],
-        *means,
-        span(component.difference, digits),
-        p_text(component.p, component.difference),
-    )
+def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
+    """Money of original and incumbent, and their difference."""
+    means = (number_text(number or 0.0, digits) for number in (found.original, found.incumbent))
+    return (*means, span(found.difference, digits), p_text(found.p or 0.0, found.difference))
 
 
 def _accountings(explanation: Explanation) -> Sheet:
-    found = {each.accounting: each for each in explanation.audit.scores}
-    rows = tuple(
-        (
-            name.replace("_", " "),
-            f"{found[name].original:.2f}",
-            f"{found[name].incumbent:.2f}",
-            span(found[name].difference),
-            p_text(found[name].p, found[name].difference),
-        )
-        for name in ACCOUNTINGS
-        if name in found
-    )
+    rows = tuple((name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items())
     notes = ("The same deliveries under other accountings of contacts; docs/money.md says what each of them counts.",)
     headers = ("Margin [USD/run] if contacts count as", "Original", "Tuned", "Difference", "p")
     return Sheet("Scored anew: no contact threshold, and by whose fault", headers, rows, notes=notes)
@@ -272,7 +260,7 @@ def _accountings(explanation: Explanation) -> Sheet:
 
 def _interactions(explanation: Explanation) -> Sheet:
     rows = tuple(
-        (f"{each.first} x {each.second}", f"{100.0 * each.share:.1f} %", p_text(each.p_holm))
+        (" x ".join(each.names), f"{100.0 * each.variance_share:.1f} %", p_text(each.p_holm))
         for each in explanation.interactions
     )
     notes = (
@@ -294,7 +282,8 @@ def _checks(explanation: Explanation) -> Sheet:
 
 def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
     rows = tuple(
-        (f"seed {each.seed}, delivery {each.episode}", f"{each.difference:+.2f}", sentence(each)) for each in partings
+        (f"seed {each.seed}, delivery {each.episode}", f"{each.difference_usd:+.2f}", sentence(each))
+        for each in partings
     )
     notes = tuple(each.replay(command) for each in partings)
     return Sheet(

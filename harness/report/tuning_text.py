@@ -2,7 +2,7 @@
 
 from harness.statistics import Interval
 from harness.tuning.paths import is_list
-from harness.tuning.waterfall import Player, Step
+from harness.tuning.waterfall import Step
 
 NOTHING = "--"
 LONG = 1_000_000  # from here on whole numbers are told by their power of ten
@@ -10,13 +10,11 @@ LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 def step_title(step: Step) -> str:
     """A step's parameters with their old and new values; a group by its names alone."""
-    player: Player = step.player
-    if len(player.names) == 1 and is_list(step.before[0]):
-        return player.title
-    if len(player.names) == 1:
-        return f"{player.title} {value_text(step.before[0])} -> {value_text(step.after[0])}"
-    names = ", ".join(player.names)
-    return f"{player.title} ({names})" if player.title not in (names, " + ".join(player.names)) else player.title
+    names = ", ".join(step.changes)
+    if len(step.changes) > 1:
+        return f"{step.player} ({names})" if step.player not in (names, " + ".join(step.changes)) else step.player
+    ((before, after),) = step.changes.values()
+    return step.player if is_list(before) else f"{step.player} {value_text(before)} -> {value_text(after)}"
 
 
 def value_text(value: object) -> str:

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from harness.economics.prices import Prices
 from harness.metrics import Row
+from harness.storage.documents import as_json
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
 from harness.tuning.audit_edges import edges
-from harness.tuning.audit_findings import FAMILY_LEVEL, LEAST_PAIRS, LEVEL, TITLES, Check
-from harness.tuning.audit_pairs import Pairs, pair_up
-from harness.tuning.audit_scores import Score, score
+from harness.tuning.audit_findings import FAMILY_LEVEL, LEAST_PAIRS, LEVEL, TITLES, Check, Evidence
+from harness.tuning.audit_pairs import pair_up
 from harness.tuning.result import StudyResult
 
 THRESHOLD = 50.0  # [N s] in one physics step with one partner, from which a contact counts; published
@@ -24,7 +24,7 @@ class Audit:
     """What the auditor found."""
 
     checks: tuple[Check, ...]
-    scores: tuple[Score, ...]  # margin under every accounting; empty where it is undefined
+    scores: dict[str, Evidence]  # margin under every accounting; empty where it is undefined
     missions: int  # that both finished
     unseen: bool  # these are test missions
 
@@ -41,16 +41,8 @@ class Audit:
             "level_of_each_test": LEVEL,
             "missions": self.missions,
             "unseen": self.unseen,
-            "checks": [check.as_json() for check in self.checks],
-            "accountings": {
-                each.accounting: {
-                    "original": each.original,
-                    "incumbent": each.incumbent,
-                    "difference": each.difference.as_json(),
-                    "p": each.p,
-                }
-                for each in self.scores
-            },
+            "checks": as_json(self.checks),
+            "accountings": as_json(self.scores),
         }
 
 
@@ -62,15 +54,20 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
         prices: the price file.
         threshold: [N s] from which the world counts a contact.
     """
-    unseen = len(study.test_rows) == 2
-    rows = (study.test_rows[0], study.test_rows[1]) if unseen else study.train_rows
-    pairs = pair_up(*rows, prices, study.seed)
-    scores = score(pairs) if pairs.n else ()
+    pairs = pair_up(*study.judged_rows, prices, study.seed)
+    scores = pairs.scores
     absent = _unexaminable(study, pairs.n)
     if absent:
-        checks = [Check(key, False, absent, is_examined=False) for key in TITLES if key != "edge"]
-        return Audit((*checks, edges(study)), scores, pairs.n, unseen)
-    return Audit((*_on_deliveries(pairs, scores, threshold), edges(study)), scores, pairs.n, unseen)
+        checks = tuple(Check(key, False, absent, is_examined=False) for key in TITLES if key != "edge")
+    else:
+        checks = (
+            pushing(pairs, scores, threshold),
+            another_accounting(scores),
+            timeouts(pairs, scores),
+            early_ends(pairs),
+            freezing(pairs),
+        )
+    return Audit((*checks, edges(study)), scores, pairs.n, study.is_tested)
 
 
 def _unexaminable(study: StudyResult, pairs: int) -> str:
@@ -80,13 +77,3 @@ def _unexaminable(study: StudyResult, pairs: int) -> str:
     if not pairs:
         return "no mission was finished by both"
     return f"{pairs} missions are too few, give at least {LEAST_PAIRS}" if pairs < LEAST_PAIRS else ""
-
-
-def _on_deliveries(pairs: Pairs, scores: tuple[Score, ...], threshold: float) -> tuple[Check, ...]:
-    return (
-        pushing(pairs, scores, threshold),
-        another_accounting(scores),
-        timeouts(pairs, scores),
-        early_ends(pairs),
-        freezing(pairs),
-    )

@@ -4,32 +4,34 @@ Every check is a hypothesis about pairs of deliveries on the same missions. It f
 below) and no chance (a paired test at :data:`harness.tuning.audit_findings.LEVEL`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.stats import fisher_exact
 
+from harness.economics.accountings import PUBLISHED
 from harness.economics.contact_costs import injury_costs
 from harness.economics.valuation import CENT
 from harness.statistics import Interval
-from harness.tuning.audit_findings import LEVEL, Check, Evidence, evidence, is_sure, rises
-from harness.tuning.audit_pairs import Pairs, Side
-from harness.tuning.audit_scores import NO_THRESHOLD, PUBLISHED, Score
+from harness.tuning.audit_findings import LEVEL, Check, Evidence
+from harness.tuning.audit_pairs import SHARE, Pairs, Side
 from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
 CLOSE_TOUCHES = 0.02  # [1/run] more touches close to the threshold, from which the check may flag
 SOFT_TOUCHES = 0.25  # [1/run] the same of all soft contacts, where single contacts are not known
 LOST_GAIN = 0.5  # share of the gain; where less of it is lost without the threshold, the gain does not rest on it
-SHARE = 0.05  # of the deliveries: more of them that end so, from which a check may flag
+SHARE_MORE = 0.05  # of the deliveries: more of them that end so, from which a check may flag
 STOOD = 0.5  # share of the way: who made good less until the timeout stood, who made good more drove too long
 SLOW = 0.5  # of the original's pace; a slower incumbent freezes
 LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
-SHARED_FAULT = "shared_fault"
-NEITHER = "no_threshold_shared_fault"
+NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"  # accountings
+NEAR = "personal_intrusion_percent"
+
+Scores = Mapping[str, Evidence]  # the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
 
 
-def pushing(pairs: Pairs, scores: Sequence[Score], threshold: float) -> Check:
+def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
     """Contacts moved just under the threshold from which they count: there are more touches, and they cost nothing.
 
     Two tests, either of which will do: that there are more touches close to the threshold (paired), and that of touches
@@ -37,28 +39,25 @@ def pushing(pairs: Pairs, scores: Sequence[Score], threshold: float) -> Check:
     of the gain is lost once softer contacts are paid for, whether the robot pays for all of them or for its share of
     the fault: people who bump into a robot that stands do not make it one that pushes.
     """
-    before, after = (side.close_touches(threshold) for side in (pairs.original, pairs.incumbent))
-    close, counted = pairs.compare(before, after), pairs.compare(pairs.original.counted, pairs.incumbent.counted)
-    gain = _gain(scores, PUBLISHED)
-    unpaid = _gain(scores, NO_THRESHOLD) if pairs.has_events else _estimated_gain(pairs, gain)
     least = CLOSE_TOUCHES if pairs.has_events else SOFT_TOUCHES
     kind = f"touches close to {threshold:g} N s" if pairs.has_events else "soft contacts"
-    shown = [evidence(kind, "1/run", before, after, close)]
-    shown.append(evidence("counted contacts", "1/run", pairs.original.counted, pairs.incumbent.counted, counted))
-    shown += [_scored(each) for each in scores if each.accounting in (PUBLISHED, NO_THRESHOLD)]
-    shown += _mass(pairs, threshold)
-    moved = (close.difference.value or 0.0) >= least and _p_of_softer(pairs, before, after) <= LEVEL
+    close = pairs.of(kind, "1/run", lambda side: side.close_touches(threshold))
+    moved = (close.difference.value or 0.0) >= least and _p_of_softer(pairs, threshold) <= LEVEL
+    gain = _gain(scores, PUBLISHED)
+    unpaid = _gain(scores, NO_THRESHOLD) if pairs.has_events else _estimated_gain(pairs, gain)
     pays = gain is None or (gain >= CENT and _is_lost(gain, unpaid))
     pays = pays and _is_lost(_gain(scores, SHARED_FAULT), _gain(scores, NEITHER))
-    flagged = (rises(close, least) or moved) and pays
-    says = f"{kind}: {_change(shown[0])}"
+    flagged = (close.rises(least) or moved) and pays
+    says = f"{kind}: {close.change}"
     if flagged and unpaid is not None:
         says += f"; of the gain of {gain:.2f} USD/run {unpaid:.2f} is left without the threshold"
+    shown = [close, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
+    shown += [scores[name] for name in (PUBLISHED, NO_THRESHOLD) if name in scores]
     return Check(
         "threshold",
         flagged,
         says,
-        tuple(shown),
+        (*shown, *_mass(pairs, threshold)),
         why=f"a contact below {threshold:g} N s in one physics step costs nothing, however many there are; whoever is "
         "touched does not care",
         advice="tune for shared_margin, which pays for every contact however soft, or keep uncounted contacts few by "
@@ -66,43 +65,42 @@ def pushing(pairs: Pairs, scores: Sequence[Score], threshold: float) -> Check:
     )
 
 
-def another_accounting(scores: Sequence[Score]) -> Check:
+def another_accounting(scores: Scores) -> Check:
     """A gain that turns into a loss as soon as softer contacts are paid for, also by the robot's share of the fault."""
-    found = {each.accounting: each for each in scores}
-    if NEITHER not in found:
+    if NEITHER not in scores:
         missing = "single contacts are not known" if scores else "the margin is undefined"
         return Check("accounting", False, missing, is_examined=False)
-    published, free, shared = found[PUBLISHED], found[NO_THRESHOLD], found[NEITHER]
-    flagged = published.is_gain and free.is_loss and (shared.difference.value or 0.0) < 0.0
-    says = ", ".join(f"{each.accounting} {each.difference.value:+.2f}" for each in (published, free, shared))
+    published, free, shared = (scores[name] for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
+    flagged = published.rises(CENT) and free.falls(CENT) and (shared.difference.value or 0.0) < 0.0
+    says = ", ".join(f"{name} {scores[name].difference.value:+.2f}" for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
     return Check(
         "accounting",
         flagged,
         f"difference of the margin [USD/run]: {says}",
-        tuple(_scored(each) for each in scores),
+        tuple(scores.values()),
         why="what counts as a contact, and whose fault it is, are conventions; better driving pays under all of them",
         advice="look at the contact events of the missions where the two part ways before this file goes on a robot",
     )
 
 
-def timeouts(pairs: Pairs, scores: Sequence[Score]) -> Check:
+def timeouts(pairs: Pairs, scores: Scores) -> Check:
     """Standing until the time is over: a refund is cheaper than an injury."""
-    sides = (pairs.original, pairs.incumbent)
-    before, after = (side.ended(Outcome.TIMEOUT) for side in sides)
-    paired = pairs.compare(before, after, is_share=True)
-    way = _mean_where(pairs.incumbent.progress, after)
-    shown = evidence("deliveries that ran out of time", "share", before, after, paired)
+    shown = pairs.of("deliveries that ran out of time", SHARE, lambda side: side.ended(Outcome.TIMEOUT))
+    ways = [_mean_where(side.progress, side.ended(Outcome.TIMEOUT)) for side in (pairs.original, pairs.incumbent)]
+    way = ways[1]
     stood = way is not None and way < STOOD
-    pays = any(each.is_gain for each in scores)  # whatever was tuned for
-    flagged = rises(paired, SHARE) and (stood or pays)
-    says = f"timeouts: {_change(shown)}"
+    pays = any(each.rises(CENT) for each in scores.values())  # whatever was tuned for
+    says = f"timeouts: {shown.change}"
+    found = [shown]
     if way is not None:
         says += f"; until then {100.0 * way:.0f} % of the way was made good"
+        none = Interval(None, None, None, int(pairs.incumbent.ended(Outcome.TIMEOUT).sum()))
+        found.append(Evidence("way made good in those", SHARE, ways[0], way, none))
     return Check(
         "timeout",
-        flagged,
+        shown.rises(SHARE_MORE) and (stood or pays),
         says,
-        (shown, *_progress_evidence(pairs, before, after)),
+        tuple(found),
         why="a delivery that never comes costs the fee's refund (service compensation) and nothing else, far less than "
         "one contact with a person; the lost customer is not in the model",
         advice="tune under a constraint on SLA compliance (--objective 'margin@sla>=0.9'), and look at the timeouts' "
@@ -112,24 +110,23 @@ def timeouts(pairs: Pairs, scores: Sequence[Score]) -> Check:
 
 def early_ends(pairs: Pairs) -> Check:
     """Ending early: giving up or calling for help costs less than driving on would."""
-    sides = (pairs.original, pairs.incumbent)
-    helped, gave_up = (
-        [side.ended(Outcome.PHYSICAL_ASSISTANCE) for side in sides],
-        [side.gave_up for side in sides],
-    )
-    early = [np.maximum(a, b) for a, b in zip(helped, gave_up, strict=True)]
-    paired = pairs.compare(early[0], early[1], is_share=True)
-    lost = pairs.compare_all(*pairs.abandoned)
-    shown = [evidence("ended by assistance or given up", "share", early[0], early[1], paired)]
-    parts = (("physical assistance", helped), ("given up by the navigation", gave_up))
-    shown += [evidence(what, "share", a, b, pairs.compare(a, b, is_share=True)) for what, (a, b) in parts]
-    shown.append(evidence("without any result", "share", *pairs.abandoned, lost))
-    flagged = rises(paired, SHARE) or rises(lost, SHARE)
+
+    def helped(side: Side) -> FloatArray:
+        return side.ended(Outcome.PHYSICAL_ASSISTANCE)
+
+    early = pairs.of("ended by assistance or given up", SHARE, lambda side: np.maximum(helped(side), side.gave_up))
+    every = np.arange(pairs.abandoned[0].size)
+    lost = pairs.compare("without any result", SHARE, *pairs.abandoned, clusters=every)
     return Check(
         "early_end",
-        flagged,
-        f"ended by assistance or given up: {_change(shown[0])}; without any result: {_change(shown[3])}",
-        tuple(shown),
+        early.rises(SHARE_MORE) or lost.rises(SHARE_MORE),
+        f"ended by assistance or given up: {early.change}; without any result: {lost.change}",
+        (
+            early,
+            pairs.of("physical assistance", SHARE, helped),
+            pairs.of("given up by the navigation", SHARE, lambda side: side.gave_up),
+            lost,
+        ),
         why="what would still have happened on the way is not paid for once a delivery has ended; a mission without a "
         "result is not in the mean at all",
         advice="look at how these missions end; tune under a constraint on SLA compliance (--objective "
@@ -139,22 +136,20 @@ def early_ends(pairs: Pairs) -> Check:
 
 def freezing(pairs: Pairs) -> Check:
     """Freezing: half the pace, or standing for long, as time costs nothing short of the timeout."""
-    before, after = pairs.original, pairs.incumbent
-    pace = pairs.compare(SLOW * before.pace, after.pace)
-    long = [(side.standing > LONG) * (1.0 - side.ended(Outcome.TIMEOUT)) for side in (before, after)]
-    stood = pairs.compare(long[0], long[1], is_share=True)
-    collapsed = (pace.difference.value or 0.0) < 0.0 and is_sure(pace.p)
-    shown = [
-        _of("pace along the shortest path", "m/s", pairs, lambda side: side.pace),
-        evidence("in time, but stood for most of it (estimate)", "share", long[0], long[1], stood),
-        _of("counted contacts", "1/run", pairs, lambda side: side.counted),
-    ]
-    if not (np.isnan(after.column("personal_intrusion_percent")) | np.isnan(before.column(_NEAR))).any():
-        shown.append(_of("time with somebody within 1.2 m", "%", pairs, lambda side: side.column(_NEAR)))
+    half = pairs.compare("pace", "m/s", SLOW * pairs.original.pace, pairs.incumbent.pace)
+    pace = pairs.of("pace along the shortest path", "m/s", lambda side: side.pace)
+    stood = pairs.of(
+        "in time, but stood for most of it (estimate)",
+        SHARE,
+        lambda side: (side.standing > LONG) * (1.0 - side.ended(Outcome.TIMEOUT)),
+    )
+    shown = [pace, stood, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
+    if not any(np.isnan(side.column(NEAR)).any() for side in (pairs.original, pairs.incumbent)):
+        shown.append(pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR)))
     return Check(
         "freezing",
-        collapsed or rises(stood, SHARE),
-        f"pace: {_change(shown[0])}; stood for most of the time: {_change(shown[1])}",
+        half.falls(0.0) or stood.rises(SHARE_MORE),
+        f"pace: {pace.change}; stood for most of the time: {stood.change}",
         tuple(shown),
         why="the cost model has no price of time short of the timeout, so that contacts can be avoided by not moving "
         "while anybody is near",
@@ -163,22 +158,9 @@ def freezing(pairs: Pairs) -> Check:
     )
 
 
-_NEAR = "personal_intrusion_percent"
-
-
-def _of(what: str, unit: str, pairs: Pairs, column: Callable[[Side], FloatArray]) -> Evidence:
-    before, after = column(pairs.original), column(pairs.incumbent)
-    return evidence(what, unit, before, after, pairs.compare(before, after))
-
-
-def _scored(score: Score) -> Evidence:
-    what = f"margin, accounting {score.accounting}"
-    return Evidence(what, "USD/run", score.original, score.incumbent, score.difference, score.p)
-
-
-def _gain(scores: Sequence[Score], accounting: str) -> float | None:
+def _gain(scores: Scores, accounting: str) -> float | None:
     """Estimated gain of the incumbent [USD/run]; None where it is undefined."""
-    return next((each.difference.value for each in scores if each.accounting == accounting), None)
+    return scores[accounting].difference.value if accounting in scores else None
 
 
 def _is_lost(gain: float | None, unpaid: float | None) -> bool:
@@ -194,9 +176,10 @@ def _estimated_gain(pairs: Pairs, gain: float | None) -> float | None:
     return gain - float(more) * float(injury_costs(1.0, pairs.prices))
 
 
-def _p_of_softer(pairs: Pairs, before: FloatArray, after: FloatArray) -> float:
+def _p_of_softer(pairs: Pairs, threshold: float) -> float:
     """One-sided p that the incumbent's touches are close to the threshold rather than counted no more often."""
-    counts = [[close.sum(), side.counted.sum()] for close, side in ((after, pairs.incumbent), (before, pairs.original))]
+    sides = (pairs.incumbent, pairs.original)
+    counts = [[side.close_touches(threshold).sum(), side.counted.sum()] for side in sides]
     return float(fisher_exact(counts, alternative="greater").pvalue)
 
 
@@ -210,24 +193,8 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
         soft = impulses[steps < threshold].sum()
         shares.append(float(soft / impulses.sum()) if impulses.size else 0.0)
     difference = Interval(shares[1] - shares[0], None, None, pairs.n)
-    return [Evidence("impulse exchanged with people below the threshold", "share", shares[0], shares[1], difference)]
-
-
-def _progress_evidence(pairs: Pairs, before: FloatArray, after: FloatArray) -> list[Evidence]:
-    shares = [_mean_where(side.progress, own) for side, own in ((pairs.original, before), (pairs.incumbent, after))]
-    if shares[1] is None:
-        return []
-    none = Interval(None, None, None, int(after.sum()))
-    return [Evidence("way made good in those", "share", shares[0], shares[1], none)]
+    return [Evidence("impulse exchanged with people below the threshold", SHARE, shares[0], shares[1], difference)]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:
     return float(values[chosen > 0.0].mean()) if chosen.any() else None
-
-
-def _change(evidence: Evidence) -> str:
-    """From what to what."""
-    before = "none" if evidence.original is None else f"{evidence.original:.3g}"
-    text = f"{before} -> {evidence.incumbent:.3g}"
-    low, high = evidence.difference.low, evidence.difference.high
-    return text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"

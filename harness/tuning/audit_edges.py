@@ -12,9 +12,8 @@ from scipy import stats
 
 from harness.statistics import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
-from harness.tuning.result import StudyResult
+from harness.tuning.result import StudyResult, TrialTable, trial_table
 from harness.tuning.space import Parameter
-from harness.tuning.trial_table import TrialTable, is_ordered, place, trial_table
 from navstack.types import FloatArray
 
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
@@ -78,7 +77,7 @@ def _trends_can_be_told(table: TrialTable) -> bool:
 
 def _is_tuned(study: StudyResult, parameter: Parameter) -> bool:
     """Whether the incumbent has another value than the original of a parameter with ends."""
-    return is_ordered(parameter) and any(path in study.incumbent.values for path in parameter.paths)
+    return parameter.is_ordered and any(path in study.incumbent.values for path in parameter.paths)
 
 
 def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
@@ -87,7 +86,7 @@ def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
     if not _is_tuned(study, parameter):
         return None
     value = next(study.incumbent.values[path] for path in parameter.paths if path in study.incumbent.values)
-    where = place(parameter, value)
+    where = parameter.place(value)
     distance, is_high = min((where, False), (1.0 - where, True))
     if distance > NEAR + FINE:
         return None

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from harness.metrics import Row
-from harness.statistics import Interval, PairedDifference
-from navstack.types import FloatArray
+from harness.statistics import Interval
+from harness.storage.documents import as_json
 
 FAMILY_LEVEL = 0.02  # at most the probability of any false alarm in a study whose incumbent exploits nothing
 TESTS = 9  # that share it alike; the one for edges is shared again by the parameters
@@ -22,25 +22,34 @@ TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """A number behind a finding."""
+    """A number of original and incumbent, and how sure their difference is."""
 
     what: str
     unit: str
     original: float | None  # None: it has none, as where none of its deliveries ended so
     incumbent: float
     difference: Interval  # incumbent less original; without bounds where there is nothing to resample
-    p: float | None = None  # of no difference; None: not tested
+    p: float | None = None  # of no difference, two-sided; None: not tested
 
-    def as_json(self) -> Row:
-        """The evidence as one JSON object."""
-        return {
-            "what": self.what,
-            "unit": self.unit,
-            "original": self.original,
-            "incumbent": self.incumbent,
-            "difference": self.difference.as_json(),
-            "p": self.p,
-        }
+    def rises(self, least: float) -> bool:
+        """Whether the incumbent has more of it: by ``least`` at least, and by the one-sided test at :data:`LEVEL`."""
+        return (self.difference.value or 0.0) >= least and self._is_sure
+
+    def falls(self, least: float) -> bool:
+        """Whether the incumbent has less of it, as :meth:`rises` has it."""
+        return (self.difference.value or 0.0) <= -least and self._is_sure
+
+    @property
+    def _is_sure(self) -> bool:
+        return self.p is not None and 0.5 * self.p <= LEVEL
+
+    @property
+    def change(self) -> str:
+        """From what to what."""
+        before = "none" if self.original is None else f"{self.original:.3g}"
+        text = f"{before} -> {self.incumbent:.3g}"
+        low, high = self.difference.low, self.difference.high
+        return text if low is None or high is None else f"{text} (difference [{low:.3g}, {high:.3g}])"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,28 +79,5 @@ class Check:
 
     def as_json(self) -> Row:
         """The check as one JSON object."""
-        return {
-            "check": self.key,
-            "title": self.title,
-            "state": self.state,
-            "says": self.says,
-            "look": self.look,
-            "evidence": [each.as_json() for each in self.evidence],
-            "why": self.why,
-            "advice": self.advice,
-        }
-
-
-def evidence(what: str, unit: str, original: FloatArray, incumbent: FloatArray, paired: PairedDifference) -> Evidence:
-    """Evidence from a paired comparison of deliveries, shape (n,) each."""
-    return Evidence(what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p)
-
-
-def rises(paired: PairedDifference, least: float) -> bool:
-    """Whether the incumbent has more of it: by ``least`` at least, and by the one-sided test at :data:`LEVEL`."""
-    return (paired.difference.value or 0.0) >= least and is_sure(paired.p)
-
-
-def is_sure(p: float) -> bool:
-    """Whether a two-sided p is enough for a test on the side that the difference is on."""
-    return 0.5 * p <= LEVEL
+        told = ("title", "state", "says", "look", "evidence", "why", "advice")
+        return {"check": self.key, **{name: as_json(getattr(self, name)) for name in told}}

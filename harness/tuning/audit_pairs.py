@@ -1,21 +1,23 @@
 """Deliveries of two candidates on the same missions, as arrays that the auditor compares."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.accountings import EVENT, PERSON
+from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED
 from harness.economics.prices import Prices
-from harness.economics.valuation import CENT, missions
+from harness.economics.valuation import CENT, column, margins, missions
 from harness.metrics import Row
-from harness.statistics import PairedDifference, compare_pairs
+from harness.statistics import compare_pairs
 from harness.statistics.bootstrap import IntArray
+from harness.tuning.audit_findings import Evidence
 from harness.tuning.evaluation import EVENTS
 from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
+MONEY, SHARE = "USD/run", "share"  # units
 FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered
 SLOWEST = 0.01  # [m/s] below which that is no driving
 BAND = 0.7  # of the threshold from which on a touch that does not count is close to it
@@ -30,7 +32,7 @@ class Side:
 
     def column(self, key: str) -> FloatArray:
         """A column; NaN where it is null."""
-        return np.array([np.nan if row[key] is None else row[key] for row in self.rows], dtype=np.float64)
+        return column(self.rows, key)
 
     def ended(self, outcome: Outcome) -> FloatArray:
         """1 where a delivery ended so, else 0."""
@@ -117,19 +119,50 @@ class Pairs:
         """Whether single contacts are known."""
         return self.original.events is not None and self.incumbent.events is not None
 
-    def compare_all(self, original: FloatArray, incumbent: FloatArray) -> PairedDifference:
-        """The same for shares of all missions, also of those without a result."""
-        every = np.arange(original.size)
-        return compare_pairs(original, incumbent, every, np.random.default_rng(self.seed), is_share=True)
+    def compare(
+        self, what: str, unit: str, original: FloatArray, incumbent: FloatArray, clusters: IntArray | None = None
+    ) -> Evidence:
+        """Hold deliveries of the incumbent against those of the original.
 
-    def compare(self, original: FloatArray, incumbent: FloatArray, is_share: bool = False) -> PairedDifference:
-        """Incumbent minus original."""
-        rng = np.random.default_rng(self.seed)
-        return compare_pairs(original, incumbent, self.clusters, rng, is_share)
+        Args:
+            what: is compared.
+            unit: of it; money is alike to a cent, and shares are tested as such.
+            original: shape (n,).
+            incumbent: shape (n,).
+            clusters: number of each pair's mission; None: of the missions that both finished.
+        """
+        paired = compare_pairs(
+            original,
+            incumbent,
+            self.clusters if clusters is None else clusters,
+            np.random.default_rng(self.seed),
+            is_share=unit == SHARE,
+            resolution=CENT if unit == MONEY else 0.0,
+        )
+        return Evidence(what, unit, float(original.mean()), float(incumbent.mean()), paired.difference, paired.p)
 
-    def compare_money(self, original: FloatArray, incumbent: FloatArray) -> PairedDifference:
-        """The same of [USD]; without bounds where all pairs are alike to a cent."""
-        return compare_pairs(original, incumbent, self.clusters, np.random.default_rng(self.seed), resolution=CENT)
+    def of(self, what: str, unit: str, column: Callable[[Side], FloatArray]) -> Evidence:
+        """The same of what each side has."""
+        return self.compare(what, unit, column(self.original), column(self.incumbent))
+
+    def margins(self, accounting: str) -> tuple[FloatArray, FloatArray] | None:
+        """Each delivery's contribution margin [USD] of both; None without pairs, or where the cargo is not modelled."""
+        if not self.n:
+            return None
+        before, after = (
+            margins(side.rows, self.prices, side.events or (), accounting) for side in (self.original, self.incumbent)
+        )
+        return None if before is None or after is None else (before, after)
+
+    @property
+    def scores(self) -> dict[str, Evidence]:
+        """The margin of both by accounting: the published one only where nobody kept events, none without a margin."""
+        found = {name: self.margins(name) for name in (ACCOUNTINGS if self.has_events else (PUBLISHED,))}
+        return {
+            name: self.compare(f"margin, accounting {name}", MONEY, *both)
+            for name, both in found.items()
+            if both is not None
+        }
 
 
 def pair_up(original: Sequence[Row], incumbent: Sequence[Row], prices: Prices, seed: int) -> Pairs:

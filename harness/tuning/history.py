@@ -10,7 +10,6 @@ from harness.economics.prices import Prices
 from harness.metrics import Row
 from harness.statistics import Interval, percentile_interval
 from harness.tuning.audit_pairs import pair_up
-from harness.tuning.audit_scores import score
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, parse_objectives
 from harness.tuning.result import COMPLETE, StudyResult
@@ -45,8 +44,8 @@ def history(study: StudyResult, evaluator: Evaluator, prices: Prices) -> tuple[B
         if trial.state != COMPLETE or trial.values[0] <= least:
             continue
         rows = evaluator.rows(trial.candidate, trial.missions)
-        own = pair_up(rows, rows, prices, study.seed)
-        margins = {each.accounting: each.original for each in (score(own) if own.n else ())}
+        scores = pair_up(rows, rows, prices, study.seed).scores
+        margins = {accounting: each.incumbent for accounting, each in scores.items()}
         found.append(Best(trial.number, score_interval(objective, trial.values[0], rows, study.seed), margins))
     return tuple(found)
 

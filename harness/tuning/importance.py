@@ -9,8 +9,8 @@ from scipy import stats
 
 from harness.metrics import Row
 from harness.statistics import Interval, holm, percentile_interval
+from harness.tuning.result import TrialTable
 from harness.tuning.space import Parameter
-from harness.tuning.trial_table import TrialTable, is_ordered
 from navstack.types import FloatArray
 
 TOP = 0.25  # share of the trials, the best ones, that importance is about
@@ -42,14 +42,9 @@ class Importance:
 class Interaction:
     """Two parameters of which the effect of one depends on the value of the other."""
 
-    first: str
-    second: str
-    share: float  # of the variance of the objective's ranks that their product explains beyond each by itself
+    names: tuple[str, str]
+    variance_share: float  # of the objective's ranks that their product explains beyond each by itself
     p_holm: float  # of none, adjusted for all pairs
-
-    def as_json(self) -> Row:
-        """The interaction as one JSON object."""
-        return {"names": [self.first, self.second], "variance_share": self.share, "p_holm": self.p_holm}
 
 
 def importances(table: TrialTable) -> tuple[Importance, ...]:
@@ -87,7 +82,7 @@ def interactions(table: TrialTable) -> tuple[Interaction, ...]:
     numbers = [
         i
         for i, parameter in enumerate(table.parameters)
-        if is_ordered(parameter) and len(table.trials) and np.ptp(table.places[:, i]) > 0.0
+        if parameter.is_ordered and len(table.trials) and np.ptp(table.places[:, i]) > 0.0
     ]
     if len(table.trials) < max(LEAST_TRIALS, len(numbers) + 10) or np.ptp(table.objective) == 0.0:
         return ()
@@ -99,8 +94,8 @@ def interactions(table: TrialTable) -> tuple[Interaction, ...]:
         found.append((i, j, *_gain_of_term(without, places[:, i] * places[:, j], answer)))
     adjusted = holm([p for *_, p in found])
     names = [parameter.name for parameter in table.parameters]
-    pairs = [Interaction(names[i], names[j], s, p) for (i, j, s, _), p in zip(found, adjusted, strict=True)]
-    return tuple(sorted(pairs, key=lambda pair: (pair.p_holm, -pair.share))[:PAIRS])
+    pairs = [Interaction((names[i], names[j]), s, p) for (i, j, s, _), p in zip(found, adjusted, strict=True)]
+    return tuple(sorted(pairs, key=lambda pair: (pair.p_holm, -pair.variance_share))[:PAIRS])
 
 
 def _gain_of_term(without: FloatArray, term: FloatArray, answer: FloatArray) -> tuple[float, float]:
@@ -132,7 +127,7 @@ def _ped_anova(parameters: Sequence[Parameter], places: FloatArray, objective: F
 
     distributions: dict[str, BaseDistribution] = {
         each.name: FloatDistribution(0.0, 1.0)
-        if is_ordered(each)
+        if each.is_ordered
         else CategoricalDistribution(np.unique(places[:, i]).tolist())
         for i, each in enumerate(parameters)
     }

@@ -2,9 +2,7 @@
 
 import dataclasses
 import difflib
-import json
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 
 from harness.metrics import Row
@@ -121,18 +119,6 @@ def study_document(
         "command": test_command(declaration, result.seed, folder),
         "folder": str(folder),
     }
-
-
-def write_document(document: Mapping[str, object], folder: Path) -> None:
-    """Write ``tune.json``.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    try:
-        write_text(folder / DOCUMENT, json.dumps(document, indent=2, allow_nan=False) + "\n")
-    except OSError as error:
-        raise InputError(f"'{folder / DOCUMENT}' cannot be written ({error.strerror})") from None
 
 
 def _columns(result: StudyResult) -> dict[str, str]:

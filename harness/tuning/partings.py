@@ -21,31 +21,15 @@ class Parting:
 
     seed: int
     episode: int
-    original: Row  # the columns of TOLD
-    incumbent: Row
     start: tuple[float, float, float]  # x [m], y [m], yaw [rad]
     goal: tuple[float, float]  # x [m], y [m]
-
-    @property
-    def difference(self) -> float:
-        """Margin [USD] of the incumbent less that of the original."""
-        return float(self.incumbent[MARGIN] - self.original[MARGIN])
+    difference_usd: float  # margin of the incumbent less that of the original
+    original: Row  # the columns of TOLD
+    incumbent: Row
 
     def replay(self, command: Sequence[str]) -> str:
         """The line that drives this delivery again with all before it, for ``command`` without seed and number."""
         return shlex.join([*command, "--seed", str(self.seed), "--episodes", str(self.episode + 1), "--record", "full"])
-
-    def as_json(self) -> Row:
-        """The parting as one JSON object."""
-        return {
-            "seed": self.seed,
-            "episode": self.episode,
-            "start": list(self.start),
-            "goal": list(self.goal),
-            "difference_usd": self.difference,
-            "original": self.original,
-            "incumbent": self.incumbent,
-        }
 
 
 def partings(original: Sequence[Row], incumbent: Sequence[Row], shown: int = SHOWN) -> tuple[Parting, ...]:
@@ -58,7 +42,7 @@ def partings(original: Sequence[Row], incumbent: Sequence[Row], shown: int = SHO
     """
     pairs = [(a, b) for a, b in zip(original, incumbent, strict=True) if _has_margin(a) and _has_margin(b)]
     apart = [_parting(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
-    return tuple(sorted(apart, key=lambda each: (-abs(each.difference), each.seed, each.episode))[:shown])
+    return tuple(sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:shown])
 
 
 def sentence(parting: Parting) -> str:
@@ -84,4 +68,5 @@ def _parting(original: Row, incumbent: Row) -> Parting:
     start = (original["start_x_m"], original["start_y_m"], original["start_yaw_rad"])
     goal = (original["goal_x_m"], original["goal_y_m"])
     old, new = ({key: row.get(key) for key in TOLD} for row in (original, incumbent))
-    return Parting(original["seed"], original["episode"], old, new, start, goal)
+    difference = float(incumbent[MARGIN] - original[MARGIN])
+    return Parting(original["seed"], original["episode"], start, goal, difference, old, new)

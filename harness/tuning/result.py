@@ -4,9 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from harness.metrics import Row
 from harness.tuning.evaluation import Candidate, Value
-from harness.tuning.space import Space
+from harness.tuning.space import Parameter, Space
+from navstack.types import FloatArray
 
 COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"  # states of a trial
 
@@ -45,6 +48,25 @@ class Finalist:
         return {"trial": self.number, "missions": self.missions, "value": value}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TrialTable:
+    """Trials that were driven; of pruned ones the objective is the estimate for all missions that the sampler had."""
+
+    parameters: tuple[Parameter, ...]
+    trials: tuple[Trial, ...]
+    places: FloatArray  # (trials, parameters) in 0..1 of the range, in the logarithm where the parameter is so
+    objective: FloatArray  # (trials,) the study's first, larger is better
+
+
+def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
+    """The trials that have a value."""
+    driven = tuple(trial for trial in trials if trial.state != FAILED and trial.told)
+    places = [[each.place(trial.point[each.name]) for each in space.parameters] for trial in driven]
+    shape = (len(driven), len(space.parameters))
+    objective = np.array([trial.told[0] for trial in driven], dtype=np.float64)
+    return TrialTable(space.parameters, driven, np.array(places, dtype=np.float64).reshape(shape), objective)
+
+
 @dataclass(frozen=True, slots=True)
 class StudyResult:
     """Everything that the search and the test brought. Rows stand in the order of the missions."""
@@ -61,3 +83,13 @@ class StudyResult:
     train_rows: tuple[Sequence[Row], Sequence[Row]]  # of original and incumbent
     test_rows: tuple[Sequence[Row], ...]  # of original and incumbent; empty where no test was asked for
     finals: tuple[Finalist, ...] = ()  # who took part in the final choice, the best first; empty: there was none
+
+    @property
+    def is_tested(self) -> bool:
+        """Whether both were driven on test missions."""
+        return len(self.test_rows) == 2
+
+    @property
+    def judged_rows(self) -> tuple[Sequence[Row], Sequence[Row]]:
+        """Rows of original and incumbent that the result is judged by: of the test where there is one."""
+        return (self.test_rows[0], self.test_rows[1]) if self.is_tested else self.train_rows

@@ -48,6 +48,20 @@ class Parameter:
         digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
         return min(max(round(value, digits), self.low), self.high)
 
+    @property
+    def is_ordered(self) -> bool:
+        """Whether its values have an order: numbers do, texts and switches do not."""
+        return not any(isinstance(choice, str | bool) for choice in self.choices)
+
+    def place(self, value: Value) -> float:
+        """Where a value lies in its range, 0 at the low end and 1 at the high one; choices are evenly spaced."""
+        if self.choices:
+            return self.choices.index(value) / max(len(self.choices) - 1, 1)
+        low, high, number = self.low, self.high, float(value)
+        if self.is_log:
+            low, high, number = math.log(low), math.log(high), math.log(number)
+        return (number - low) / (high - low) if high > low else 0.0
+
     def has_effect(self, point: Mapping[str, Value]) -> bool:
         """Whether it does anything beside the lists that a point chooses."""
         return all(point[name] in choices for name, choices in self.needs)

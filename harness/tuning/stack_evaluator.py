@@ -8,10 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
-from harness.economics.accountings import accounted
-from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.economics.valuation import deliveries
+from harness.economics.valuation import margins
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
@@ -143,7 +141,7 @@ def margin_of(row: Row, prices: Prices) -> float | None:
     """Contribution margin [USD] of one delivery; None where its cargo is not modelled, however it ended."""
     if row["pieces_at_start"] is None:
         return None
-    margin = running(deliveries([row], prices.rolling_resistance_force), prices).contribution_margin
+    margin = margins([row], prices)
     return None if margin is None else float(margin[0])
 
 
@@ -162,6 +160,5 @@ def shared_margin_of(row: Row, prices: Prices) -> float | None:
     if row.get("error") is not None or row[MARGIN] is None:
         return None
     events = [{**event, "stack": row["stack"], "episode": row["episode"]} for event in row[EVENTS]]
-    each = accounted(deliveries([row], prices.rolling_resistance_force), [row], events, SHARED_FAULT, prices)
-    margin = running(each, prices).contribution_margin
+    margin = margins([row], prices, events, SHARED_FAULT)
     return None if margin is None else float(margin[0])

@@ -18,9 +18,9 @@ from harness.tuning.racing import stratified
 from harness.tuning.result import Finalist, StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
-from harness.tuning.shapley import MOST_PLAYERS
 from harness.tuning.space import Space, fit_space
 from harness.tuning.space_file import read_space
+from harness.tuning.waterfall import MOST_PLAYERS
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import load_dataclass

@@ -1,19 +1,21 @@
 """The margin waterfall: from the old file to the new one, parameter by parameter, on the same missions."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from harness.economics.valuation import CENT
-from harness.metrics import Row
 from harness.statistics import Interval, bootstrap_mean
 from harness.tuning.evaluation import MARGIN, Candidate, Evaluator, Value
 from harness.tuning.result import StudyResult
-from harness.tuning.shapley import MOST_PLAYERS, Coalition, coalitions, shapley_values
 from navstack.types import FloatArray
 
 REST = "the rest"
+MOST_PLAYERS = 5  # 32 coalitions, each of which drives every mission
+
+Coalition = frozenset[int]  # numbers of the players that are in
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,18 +30,9 @@ class Player:
 class Step:
     """What one player brings."""
 
-    player: Player
-    before: tuple[Value, ...]  # of each parameter, in the order of the player's names
-    after: tuple[Value, ...]
-    gain: Interval  # [USD/run]
-
-    def as_json(self) -> Row:
-        """The step as one JSON object."""
-        changes = {
-            name: [before, after]
-            for name, before, after in zip(self.player.names, self.before, self.after, strict=True)
-        }
-        return {"player": self.player.title, "changes": changes, "gain_usd_per_run": self.gain.as_json()}
+    player: str  # its title
+    changes: dict[str, tuple[Value, Value]]  # of each of its parameters the value before and after
+    gain_usd_per_run: Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,17 +46,6 @@ class Waterfall:
     missions: int  # on which every coalition has a margin
     unseen: bool  # these are test missions
     episodes: int  # that all coalitions together stand for
-
-    def as_json(self) -> Row:
-        """The waterfall as one JSON object."""
-        return {
-            "original": self.original,
-            "incumbent": self.incumbent,
-            "total": self.total.as_json(),
-            "steps": [step.as_json() for step in self.steps],
-            "missions": self.missions,
-            "unseen": self.unseen,
-        }
 
 
 def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS) -> tuple[Player, ...]:
@@ -95,7 +77,7 @@ def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
 def waterfall(
     study: StudyResult, evaluator: Evaluator, missions: Sequence[int], who: Sequence[Player]
 ) -> Waterfall | None:
-    """Drive every mixture of old and new values and share out the gain (exact Shapley values).
+    """Drive every mixture of old and new values and share out the gain (exact Shapley values: Shapley 1953).
 
     A mission on which any mixture has no result is left out, and where the cargo is not modelled there is no margin.
     Intervals are the bootstrap's over missions.
@@ -124,7 +106,7 @@ def waterfall(
     first, last = margins[frozenset()], margins[frozenset(range(len(who)))]
     steps = [_step(study, player, shares[:, i]) for i, player in enumerate(who)]
     return Waterfall(
-        steps=tuple(sorted(steps, key=lambda step: -(step.gain.value or 0.0))),
+        steps=tuple(sorted(steps, key=lambda step: -(step.gain_usd_per_run.value or 0.0))),
         original=float(first.mean()),
         incumbent=float(last.mean()),
         total=_mean(last - first),
@@ -158,7 +140,7 @@ def set_back(study: StudyResult, evaluator: Evaluator, missions: Sequence[int]) 
         gains = tuned - _margins(evaluator, mixture(study, who, others), missions)
         if not np.isnan(gains).all():
             found.append(_step(study, player, gains[~np.isnan(gains)]))
-    return tuple(sorted(found, key=lambda step: -(step.gain.value or 0.0)))
+    return tuple(sorted(found, key=lambda step: -(step.gain_usd_per_run.value or 0.0)))
 
 
 def mixture(study: StudyResult, who: Sequence[Player], coalition: Coalition) -> Candidate:
@@ -171,6 +153,39 @@ def mixture(study: StudyResult, who: Sequence[Player], coalition: Coalition) -> 
     paths = {path for each in study.space.parameters if each.name in names for path in each.paths}
     values = {path: value for path, value in study.incumbent.values.items() if path in paths}
     return Candidate("mixture-" + "".join("01"[i in coalition] for i in range(len(who))), values)
+
+
+def coalitions(players: int) -> Iterator[Coalition]:
+    """Every coalition, the empty one first and the whole one last.
+
+    Raises:
+        ValueError: more than :data:`MOST_PLAYERS` players, or none.
+    """
+    if not 1 <= players <= MOST_PLAYERS:
+        raise ValueError(f"{players} players; allowed are 1 to {MOST_PLAYERS}")
+    for mask in range(2**players):
+        yield frozenset(i for i in range(players) if mask >> i & 1)
+
+
+def shapley_values(values: Mapping[Coalition, FloatArray], players: int) -> FloatArray:
+    """What each player brings, averaged over all orders in which they can come in, mission by mission.
+
+    Args:
+        values: shape (n,) of every coalition: what it is worth on each mission.
+        players: how many there are.
+
+    Returns:
+        Shape (n, players); rows add up to the whole coalition's worth less the empty one's.
+    """
+    shares = []
+    for player in range(players):
+        share = np.zeros_like(values[frozenset()])
+        for without in coalitions(players):
+            if player not in without:
+                weight = math.factorial(len(without)) * math.factorial(players - len(without) - 1)
+                share += weight / math.factorial(players) * (values[without | {player}] - values[without])
+        shares.append(share)
+    return np.column_stack(shares)
 
 
 def _is_changed(study: StudyResult, paths: Sequence[str]) -> bool:
@@ -190,9 +205,14 @@ def _margins(evaluator: Evaluator, candidate: Candidate, missions: Sequence[int]
 
 def _step(study: StudyResult, player: Player, gains: FloatArray) -> Step:
     parameters = {each.name: each for each in study.space.parameters}
-    chosen = [parameters[name] for name in player.names]
-    after = (next(study.incumbent.values[p] for p in each.paths if p in study.incumbent.values) for each in chosen)
-    return Step(player, tuple(each.original for each in chosen), tuple(after), _mean(gains))
+    changes = {
+        name: (
+            parameters[name].original,
+            next(study.incumbent.values[path] for path in parameters[name].paths if path in study.incumbent.values),
+        )
+        for name in player.names
+    }
+    return Step(player.title, changes, _mean(gains))
 
 
 def _mean(values: FloatArray) -> Interval:

@@ -14,9 +14,8 @@ from harness.statistics import Interval
 from harness.tuning.audit import audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_edges import edges
-from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES
+from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Evidence
 from harness.tuning.audit_pairs import pair_up
-from harness.tuning.audit_scores import Score
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
@@ -70,8 +69,8 @@ def test_more_timeouts_are_flagged_where_the_robot_stood_or_earns_by_them(
     original, incumbent = study.test_rows
     rows = [{**row, "shortest_path_m": 100.0, "goal_distance_m": 100.0 * (1.0 - way)} for row in incumbent]
     pairs = pair_up(original, rows, PRICES, 0)
-    score = Score("published", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0)
-    assert timeouts(pairs, [score]).is_flagged == is_flagged
+    score = Evidence("margin", "USD/run", 0.0, gain, Interval(gain, gain, gain, pairs.n), 0.0 if gain else 1.0)
+    assert timeouts(pairs, {"published": score}).is_flagged == is_flagged
 
 
 def test_a_value_at_the_end_of_its_range_is_to_be_looked_at(auditor_studies: ModuleType, stacks: Deliveries) -> None:
@@ -93,11 +92,11 @@ def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, sta
 
 
 def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callable[[str], StudyResult]) -> None:
-    scores = {each.accounting: each for each in audit(exploiting("threshold"), PRICES).scores}
+    scores = audit(exploiting("threshold"), PRICES).scores
     assert scores["published"].difference.value == pytest.approx(
         scores["published"].incumbent - scores["published"].original
     )
-    assert scores["published"].is_gain
+    assert scores["published"].rises(0.01)
     assert (scores["no_threshold"].difference.value or 0.0) == pytest.approx(0.0)
 
 
@@ -139,7 +138,7 @@ def test_without_events_what_needs_them_says_so(exploiting: Callable[[str], Stud
     states = {check.key: check.state for check in found.checks}
     assert states["accounting"] == "not examined"
     assert states["timeout"] == "flagged"
-    assert [each.accounting for each in found.scores] == ["published"]
+    assert list(found.scores) == ["published"]
 
 
 def test_nothing_finished_by_both_is_not_examined(exploiting: Callable[[str], StudyResult]) -> None:

@@ -56,8 +56,8 @@ def test_the_steps_add_up_to_the_difference(make_study: MakeStudy, evaluator: ob
     assert found is not None
     before, after = ([row[MARGIN] for row in rows[:MISSIONS]] for rows in study.test_rows)
     assert found.total.value == pytest.approx((sum(after) - sum(before)) / MISSIONS)
-    assert sum(step.gain.value or 0.0 for step in found.steps) == pytest.approx(found.total.value)
-    assert found.steps[0].player.title == "clearance"
+    assert sum(step.gain_usd_per_run.value or 0.0 for step in found.steps) == pytest.approx(found.total.value)
+    assert found.steps[0].player == "clearance"
     assert found.unseen
     assert found.episodes == 32 * MISSIONS
 
@@ -120,7 +120,7 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     study = make_study()
     found = partings(*study.test_rows)
     differences = sorted((abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True)
-    assert [abs(each.difference) for each in found] == pytest.approx(differences[:3])
+    assert [abs(each.difference_usd) for each in found] == pytest.approx(differences[:3])
     assert "1 counted" in sentence(found[0])
     first = found[0]
     assert first.replay(COMMAND).endswith(f"--seed {first.seed} --episodes {first.episode + 1} --record full")
@@ -140,12 +140,12 @@ def explained(make_study: MakeStudy, evaluator: object, folder: Path) -> tuple[S
 
 def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanation]) -> None:
     _, found = explained
-    *terms, margin = found.components
+    *terms, margin = found.components.values()
     for side in ("original", "incumbent"):
         assert sum(getattr(term, side) for term in terms) == pytest.approx(getattr(margin, side))
     assert margin.difference.low is not None
     assert margin.difference.low > 0.0
-    assert found.optimism is not None
+    assert found.optimism_usd_per_run is not None
     assert not found.audit.flagged
 
 
@@ -187,11 +187,13 @@ def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation],
 
 def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explanation]) -> None:
     study, found = explained
-    names = {name for step in found.set_back for name in step.player.names}
+    names = {name for step in found.set_back for name in step.changes}
     assert names == {each.name for each in study.space.parameters if set(each.paths) & set(study.incumbent.values)}
-    gains = {step.player.title: step.gain for step in found.set_back}
+    gains = {step.player: step.gain_usd_per_run for step in found.set_back}
     assert (gains["clearance"].value or 0.0) > (gains["idle"].value or 0.0) == pytest.approx(0.0)
-    assert [step.gain.value for step in found.set_back] == sorted(s.gain.value or 0.0 for s in found.set_back)[::-1]
+    assert [step.gain_usd_per_run.value for step in found.set_back] == sorted(
+        s.gain_usd_per_run.value or 0.0 for s in found.set_back
+    )[::-1]
 
 
 def test_the_best_of_the_search_are_scored_under_every_accounting(explained: tuple[StudyResult, Explanation]) -> None:
@@ -217,7 +219,7 @@ def test_a_study_without_improvement_is_told_of(make_study: MakeStudy, evaluator
     study = make_study(trials=10, test=0, tuned={})
     found = explain(study, Counting(evaluator), tmp_path, PRICES)
     assert found.waterfall is None and found.set_back == ()
-    assert found.optimism is None
+    assert found.optimism_usd_per_run is None
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     report = write_tuning(study, scores_document(study), found, COMMAND, tmp_path, "again", LINT).read_text("utf-8")
     assert "stays as it is" in report

@@ -7,14 +7,14 @@ from harness.report.figures import WIDTH_INCH
 from harness.report.tuning_figures import _waterfall
 from harness.report.tuning_sheets import value_text
 from harness.statistics import Interval
-from harness.tuning.waterfall import REST, Player, Step, Waterfall
+from harness.tuning.waterfall import REST, Step, Waterfall
 
 GAIN = Interval(1.0, 0.5, 1.5, 20)
 
 
 def step(title: str, *names: str) -> Step:
     """A step from a value that is never reached."""
-    return Step(Player(title, names), (6_000_000_000,) * len(names), (4,) * len(names), GAIN)
+    return Step(title, dict.fromkeys(names, (6_000_000_000, 4)), GAIN)
 
 
 def test_labels_of_a_waterfall_lie_within_the_figure() -> None:

@@ -5,9 +5,8 @@ import pytest
 
 from harness.tuning.evaluation import Candidate
 from harness.tuning.importance import importances, interactions
-from harness.tuning.result import COMPLETE, FAILED, Trial
+from harness.tuning.result import COMPLETE, FAILED, Trial, TrialTable, trial_table
 from harness.tuning.space import Parameter, Space
-from harness.tuning.trial_table import TrialTable, place, trial_table
 
 PARAMETERS = tuple(Parameter(name, (f"node.{name}",), 0.5, 0.0, 1.0) for name in ("strong", "left", "right", "none"))
 SPACE = Space("made-up", "", (*PARAMETERS, Parameter("kind", ("node.kind",), "a", choices=("a", "b"))))
@@ -34,7 +33,7 @@ def test_the_parameter_that_matters_comes_first_and_is_more_than_chance() -> Non
 
 def test_a_product_is_found_and_a_sum_is_none() -> None:
     pair = interactions(table(100, 0.0, 6.0))[0]
-    assert {pair.first, pair.second} == {"left", "right"}
+    assert set(pair.names) == {"left", "right"}
     assert pair.p_holm < 0.001
     assert min(each.p_holm for each in interactions(table(100, 4.0, 0.0))) > 0.01
 
@@ -54,5 +53,5 @@ def test_failed_trials_are_left_out() -> None:
 
 def test_places_are_logarithmic_where_the_range_is() -> None:
     parameter = Parameter("scale", ("node.scale",), 1.0, 0.01, 100.0, is_log=True)
-    assert place(parameter, 1.0) == pytest.approx(0.5)
-    assert place(SPACE.parameters[-1], "b") == 1.0
+    assert parameter.place(1.0) == pytest.approx(0.5)
+    assert SPACE.parameters[-1].place("b") == 1.0

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from harness.tuning.shapley import coalitions, shapley_values
+from harness.tuning.waterfall import coalitions, shapley_values
 
 RNG = np.random.default_rng(2)
 
