@@ -110,7 +110,8 @@ def _project() -> list[Path]:
 
 def _code() -> list[Path]:
     root = Path(__file__).resolve().parents[2]
-    return [path for package in PACKAGES for path in sorted((root / package).rglob("*.py"))]
+    files = (path for package in PACKAGES for path in sorted((root / package).rglob("*")))
+    return [path for path in files if path.suffix in (".py", ".toml")]
 
 
 def _all_files(folder: Path) -> list[Path]:

@@ -2,10 +2,17 @@
 
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
-from harness.metrics.contacts import PROPERTY_IMPULSE, event_rows, fault, is_paid, property_contacts, was_counted
+from harness.metrics.contacts import (
+    PRICED_PROPERTY,
+    PROPERTY_IMPULSE,
+    event_rows,
+    fault,
+    is_paid,
+    property_contacts,
+    was_counted,
+)
 from harness.metrics.decisions import DecisionLog, NoDecisionLog
 from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
-from harness.metrics.encounter_metrics import PRICED_PROPERTY
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.metrics.summary import summarize, summarize_more
 

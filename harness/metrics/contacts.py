@@ -3,9 +3,9 @@
 from collections.abc import Hashable, Iterable, Sequence
 
 from harness.metrics.columns import Row
-from harness.metrics.encounter_metrics import PRICED_PROPERTY
 from harness.world.truth import Contact, CountedContact, Partner, Truth
 
+PRICED_PROPERTY = ("mailbox", "trash_bin", "building_glass", "bollard", "plant", "fence")
 STANDING = 0.05  # [m/s]
 PROPERTY_IMPULSE = 100.0  # [N s] from which a contact with property is paid for (published)
 

@@ -1,24 +1,33 @@
 """The table of ``--record decisions``: one row per control or behavior cycle, and why it came out as it did."""
 
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
 
 from harness.metrics.columns import Row
 
 if TYPE_CHECKING:
     from navstack.navigator import TickRecord
 
-DECISION_COLUMNS = {
-    "stamp_s": "double",
-    "decided_by": "string",
-    **dict.fromkeys(("wanted_linear_x_mps", "wanted_angular_z_radps"), "double"),
-    **dict.fromkeys(("command_linear_x_mps", "command_angular_z_radps"), "double"),
-    **dict.fromkeys(("monitor_action", "monitor_polygon"), "string"),
-    **dict.fromkeys(("believed_x_m", "believed_y_m", "believed_yaw_rad"), "double"),
-    "health": "string",
-    **dict.fromkeys(("samples", "rejected"), "int64"),
-    "total_score": "double",
-    "status": "string",
+# Column -> Arrow type, and what of a tick stands in it.
+_OF_TICK: "dict[str, tuple[str, Callable[[TickRecord], Any]]]" = {
+    "stamp_s": ("double", lambda tick: tick.decision.stamp),
+    "decided_by": ("string", lambda tick: tick.decision.decided_by),
+    "wanted_linear_x_mps": ("double", lambda tick: tick.wanted.linear_x),
+    "wanted_angular_z_radps": ("double", lambda tick: tick.wanted.angular_z),
+    "command_linear_x_mps": ("double", lambda tick: tick.command.linear_x),
+    "command_angular_z_radps": ("double", lambda tick: tick.command.angular_z),
+    "monitor_action": ("string", lambda tick: tick.monitor.action),
+    "monitor_polygon": ("string", lambda tick: tick.monitor.polygon),
+    "believed_x_m": ("double", lambda tick: tick.belief.pose.x),
+    "believed_y_m": ("double", lambda tick: tick.belief.pose.y),
+    "believed_yaw_rad": ("double", lambda tick: tick.belief.pose.yaw),
+    "health": ("string", lambda tick: tick.belief.health.value),
+    "samples": ("int64", lambda tick: tick.decision.samples),
+    "rejected": ("int64", lambda tick: tick.decision.rejected),
+    "total_score": ("double", lambda tick: tick.decision.total),
+    "status": ("string", lambda tick: tick.decision.status),
 }
+DECISION_COLUMNS = {column: kind for column, (kind, _) in _OF_TICK.items()}
 CRITIC_COLUMNS = {"raw": "double", "weighted": "double", "rejected": "int64"}  # as <critic>_<suffix>, per critic
 
 
@@ -42,26 +51,8 @@ class DecisionLog:
         tick = brain.decision
         if tick is None:
             return
-        decision, believed = tick.decision, tick.belief.pose
-        row: Row = {
-            "stamp_s": decision.stamp,
-            "decided_by": decision.decided_by,
-            "wanted_linear_x_mps": tick.wanted.linear_x,
-            "wanted_angular_z_radps": tick.wanted.angular_z,
-            "command_linear_x_mps": tick.command.linear_x,
-            "command_angular_z_radps": tick.command.angular_z,
-            "monitor_action": tick.monitor.action,
-            "monitor_polygon": tick.monitor.polygon,
-            "believed_x_m": believed.x,
-            "believed_y_m": believed.y,
-            "believed_yaw_rad": believed.yaw,
-            "health": tick.belief.health.value,
-            "samples": decision.samples,
-            "rejected": decision.rejected,
-            "total_score": decision.total,
-            "status": decision.status,
-        }
-        for score in decision.scores:
+        row: Row = {column: read(tick) for column, (_, read) in _OF_TICK.items()}
+        for score in tick.decision.scores:
             self._critics[score.critic] = None
             name = column_prefix(score.critic)
             row |= {f"{name}_raw": score.raw, f"{name}_weighted": score.weighted, f"{name}_rejected": score.rejections}

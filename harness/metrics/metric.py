@@ -2,15 +2,11 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 UNITS = {  # by the end of a key
     **{"m": "m", "s": "s", "mps": "m/s", "mps2": "m/s2", "mps3": "m/s3", "rad": "rad", "radpm": "rad/m"},
     **{"kwh": "kWh", "kw": "kW", "ns": "N s", "usd": "USD", "percent": "%"},
 }
-
-PAPER = "CostNav, arXiv:2511.20216"
-OURS = "ours"
 
 
 class Better(Enum):
@@ -46,14 +42,3 @@ class Metric:
     def arrow_type(self) -> str:
         """Type of the column."""
         return "int64" if self.is_count else "double"
-
-
-def averaged(key: str, title: str, better: Better, meaning: str, source: str, **more: Any) -> Metric:
-    """A metric whose mean over deliveries has its key, after ``avg_``."""
-    return Metric(key, title, better, meaning, source, mean_key=f"avg_{key}", **more)
-
-
-def count(key: str, title: str, meaning: str, source: str, better: Better = Better.LOWER, mean: bool = True) -> Metric:
-    """A metric that counts something and is always defined."""
-    mean_key, decimals = (f"avg_{key}", 2) if mean else (None, None)
-    return Metric(key, title, better, meaning, source, is_count=True, mean_key=mean_key, decimals=decimals)

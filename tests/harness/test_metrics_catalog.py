@@ -3,20 +3,20 @@
 from pathlib import Path
 
 import pytest
+from metrics_page import page
 
 from harness.economics.cost_model import Measured
 from harness.economics.valuation import OUTCOMES
 from harness.metrics import EPISODE_COLUMNS, EPISODE_METRICS, RUN_METRICS, summarize
 from harness.metrics.catalog import FACTS
 from harness.metrics.metric import Metric
-from harness.metrics.page import page
 from harness.report.metric_rows import further_metrics
 from harness.report.table_rows import SIMULATION_EVALUATION
 
 
 def test_the_document_is_the_catalogs() -> None:
     document = Path(__file__).parents[2] / "docs" / "metrics.md"
-    assert document.read_text(encoding="utf-8") == page(), "make it anew: python -m harness.metrics.page"
+    assert document.read_text(encoding="utf-8") == page(), "make it anew: python benchmarks/metrics_page.py"
 
 
 def test_no_column_and_no_mean_is_declared_twice() -> None:

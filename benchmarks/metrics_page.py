@@ -1,6 +1,6 @@
 """docs/metrics.md, made from the catalog.
 
-Usage: python -m harness.metrics.page > docs/metrics.md
+Usage: python benchmarks/metrics_page.py > docs/metrics.md
 """
 
 import sys
@@ -12,7 +12,7 @@ from harness.metrics.metric import Metric
 HEAD = """\
 # Metrics
 
-Made from the catalog in `harness/metrics/` by `python -m harness.metrics.page > docs/metrics.md`; a test keeps both
+Made from `harness/metrics/catalog.toml` by `python benchmarks/metrics_page.py > docs/metrics.md`; a test keeps both
 together.
 
 Each delivery is one row of `episodes.parquet`. A unit is at the end of its column's name; a column without one is a
