@@ -124,13 +124,12 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from harness.study.preflight import check
     from harness.task.study import make_study
     from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
-    from harness.tuning.notes import notes_before
     from harness.tuning.objective import parse_objectives
     from harness.tuning.paths import with_absolute_files
     from harness.tuning.sampler import make_sampler
     from harness.tuning.space import fit_space
     from harness.tuning.space_file import read_spaces
-    from harness.tuning.study import check_space
+    from harness.tuning.study import check_space, notes_before
     from navstack.params.strict import dump_dataclass, read_text
 
     own = {name: choices.pop(name) for name in OWN_OPTIONS}
@@ -209,8 +208,7 @@ def _search_and_test(
     study: "TuningStudy", evaluator: "StackEvaluator", journal: "Journal", progress: "Progress"
 ) -> "StudyResult":
     from harness.cli.progress import say
-    from harness.tuning.notes import notes_after_search
-    from harness.tuning.study import finish, run_search
+    from harness.tuning.study import finish, notes_after_search, run_search
 
     search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
     for note in notes_after_search(study, search, journal):

@@ -63,7 +63,7 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
     runs = workers.run(run_episode, (task for task in study.tasks() if (task.stack_number, task.episode) not in known))
     try:
         for finished in runs:
-            record = _record(finished)
+            record = record_of(finished)
             if finished.result is not None and finished.result.recording:
                 folder.add_recording(f"{finished.task.stack.name}-{finished.task.episode}", finished.result.recording)
             if finished.result is not None and finished.result.decisions:
@@ -75,7 +75,7 @@ def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished
         runs.close()
 
 
-def _record(finished: Finished[EpisodeTask, Delivery]) -> Row:
+def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
     """An episode as the run folder keeps it; one without a result becomes an error row."""
     if finished.result is not None:
         delivery = finished.result

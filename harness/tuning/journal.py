@@ -90,6 +90,11 @@ class Journal:
         """Wall time [s] of search and test so far; of earlier sessions up to their last episode."""
         return self._before + (self._clock() if self._ended is None else self._ended) - self._began
 
+    @property
+    def pace(self) -> float:
+        """Wall time [s] that an episode has taken so far."""
+        return self.elapsed / max(self._timed, 1)
+
     def stop_clock(self) -> None:
         """What is driven from now on, for the explanation, takes none of the study's time."""
         self._ended = self._clock()

@@ -11,14 +11,13 @@ better; where none is, or the other is wanted, ``-name`` for small and ``+name``
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 from scipy.stats import t as student
 
-from harness.economics.valuation import ARRIVED, CENT, OUTCOMES
+from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, column
 from harness.metrics import EPISODE_METRICS, Row
 from harness.metrics.metric import Better
 from harness.statistics import cvar, wilson_interval
@@ -32,24 +31,24 @@ CONFIDENCE = 0.95
 USD_PER_SHARE = 1000.0  # [USD/run] that missing the whole SLA costs in the sampler's eyes: 10 USD per per cent
 MOST_LOSS = 100.0  # [USD] of a delivery that ``capped_margin`` and ``shared_margin`` count
 NEED_CARGO = ("sla", "spoiled")  # outcomes that nobody knows where the cargo is not modelled
-MONEY = ("margin", "capped_margin", "shared_margin", "cvar", "lower_bound")
-NAMES = (*MONEY, "margin@sla>=0.9")
 
 
 class UndefinedError(InputError):
     """Deliveries have no value of an objective."""
 
 
-class Objective(Protocol):
-    """What is made large."""
+@dataclass(frozen=True, slots=True)
+class Objective:
+    """What is made large: the mean of one number per delivery, where a kind of it does not say otherwise."""
 
-    @property
-    def name(self) -> str:
-        """As the user gave it."""
+    name: str  # as the user gave it
+    column: str = MARGIN
+    sign: float = 1.0  # -1: small values are wanted
 
     @property
     def resolution(self) -> float:
         """A gain up to this is none: of money less than a cent, which is a few more metres of electricity."""
+        return CENT if self.column in (MARGIN, SHARED_MARGIN) else 0.0
 
     def value(self, rows: Sequence[Row], total: int) -> float:
         """Of deliveries that stand for ``total`` of their kind (with more of them a bound lies closer to the mean).
@@ -57,101 +56,56 @@ class Objective(Protocol):
         Raises:
             UndefinedError: it has none.
         """
-
-    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """One number per delivery, shape (n,), of which the objective is, or all but is, the mean: for paired tests.
-
-        ``reference`` are deliveries that give a level where one is needed, the same for both sides of a pair.
-        """
-
-    @property
-    def measured(self) -> "Objective":
-        """What reports tell of it: the quantity alone, without what a missed side condition takes off."""
-
-    def shortfall(self, rows: Sequence[Row]) -> float:
-        """By how much a side condition is missed, 0: it is kept, or there is none."""
-
-    def is_hopeless(self, rows: Sequence[Row]) -> bool:
-        """Whether the side condition is out of reach."""
-
-
-class _Unbound:
-    """An objective without side condition, in [USD]."""
-
-    @property
-    def resolution(self) -> float:
-        """A cent."""
-        return CENT
-
-    @property
-    def measured(self) -> Any:
-        """Itself."""
-        return self
-
-    def shortfall(self, rows: Sequence[Row]) -> float:
-        """Nothing is missed."""
-        return 0.0
-
-    def is_hopeless(self, rows: Sequence[Row]) -> bool:
-        """Nothing is asked for."""
-        return False
-
-
-@dataclass(frozen=True, slots=True)
-class Mean(_Unbound):
-    """The mean of a column; ``sign`` -1: small values are wanted."""
-
-    name: str
-    column: str
-    sign: float = 1.0
-
-    @property
-    def resolution(self) -> float:
-        """A cent of the margin."""
-        return CENT if self.column == MARGIN else 0.0
-
-    def value(self, rows: Sequence[Row], total: int) -> float:
-        """As :class:`Objective` has it."""
         known = [score for score in self.scores(rows, rows) if not math.isnan(score)]
         if not known:
             raise UndefinedError(f"objective '{self.name}': no delivery has a value of {self.column}; choose another")
         return float(np.mean(known))
 
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """As :class:`Objective` has it; NaN where undefined."""
+        """One number per delivery, shape (n,), of which the objective is, or all but is, the mean: for paired tests.
+
+        NaN where undefined. ``reference`` are deliveries that give a level where one is needed, the same for both sides
+        of a pair.
+        """
         if self.column == MARGIN:
             return self.sign * margins(rows, self.name)
         if self.column in OUTCOMES:
             if self.column in NEED_CARGO and any(row["outcome"] == ARRIVED for row in rows):
                 raise UndefinedError(f"objective '{self.name}' is undefined: the cargo was not simulated")
             return np.array([self.sign * (row["outcome"] == self.column) for row in rows])
-        return self.sign * np.array([math.nan if row[self.column] is None else row[self.column] for row in rows])
+        return self.sign * column(rows, self.column)
+
+    @property
+    def measured(self) -> "Objective":
+        """What reports tell of it: the quantity alone, without what a missed side condition takes off."""
+        return self
+
+    def shortfall(self, rows: Sequence[Row]) -> float:
+        """By how much a side condition is missed, 0: it is kept, or there is none."""
+        return 0.0
+
+    def is_hopeless(self, rows: Sequence[Row]) -> bool:
+        """Whether the side condition is out of reach."""
+        return False
 
 
-@dataclass(frozen=True, slots=True)
-class CappedMean(_Unbound):
+class CappedMean(Objective):
     """The mean of a column of margins, of which none counts for less than minus :data:`MOST_LOSS`."""
 
-    name: str
-    column: str
-
-    def value(self, rows: Sequence[Row], total: int) -> float:
-        """As :class:`Objective` has it."""
-        return float(self.scores(rows, rows).mean())
+    __slots__ = ()
 
     def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """As :class:`Objective` has it (winsorized: e.g. Wilcox 2012, section 3.3)."""
+        """See the base class (winsorized: e.g. Wilcox 2012, section 3.3)."""
         return np.maximum(margins(rows, self.name, self.column), -MOST_LOSS)
 
 
-@dataclass(frozen=True, slots=True)
-class MeanAndTail(_Unbound):
+class MeanAndTail(Objective):
     """Half the mean margin, half the mean of the worst."""
 
-    name: str = "cvar"
+    __slots__ = ()
 
     def value(self, rows: Sequence[Row], total: int) -> float:
-        """As :class:`Objective` has it."""
+        """See the base class."""
         values = margins(rows, self.name)
         return float((1.0 - TAIL_WEIGHT) * values.mean() - TAIL_WEIGHT * cvar(-values, 1.0 - TAIL))
 
@@ -165,41 +119,30 @@ class MeanAndTail(_Unbound):
         return np.asarray((1.0 - TAIL_WEIGHT) * values + TAIL_WEIGHT * worst)
 
 
-@dataclass(frozen=True, slots=True)
-class LowerBound(_Unbound):
+class LowerBound(Objective):
     """The lower confidence bound of the mean margin."""
 
-    name: str = "lower_bound"
+    __slots__ = ()
 
     def value(self, rows: Sequence[Row], total: int) -> float:
-        """As :class:`Objective` has it; one delivery has no bound but its margin."""
+        """See the base class; one delivery has no bound but its margin."""
         values = margins(rows, self.name)
         if len(values) < 2:
             return float(values.mean())
         factor = float(student.ppf(CONFIDENCE, total - 1)) / math.sqrt(total)
         return float(values.mean() - factor * values.std(ddof=1))
 
-    def scores(self, rows: Sequence[Row], reference: Sequence[Row]) -> FloatArray:
-        """The margins."""
-        return margins(rows, self.name)
-
 
 @dataclass(frozen=True, slots=True)
-class MarginAtSla:
+class MarginAtSla(Objective):
     """The mean margin where the SLA is kept."""
 
-    name: str
-    least: float  # share of deliveries
-
-    @property
-    def resolution(self) -> float:
-        """A cent."""
-        return CENT
+    least: float = 0.9  # share of deliveries
 
     @property
     def measured(self) -> Objective:
         """The mean margin."""
-        return Mean(self.name, MARGIN)
+        return Objective(self.name)
 
     def value(self, rows: Sequence[Row], total: int) -> float:
         """The mean margin less a penalty in proportion to the missing share (exact for a large one: Fletcher 1987)."""
@@ -220,6 +163,19 @@ class MarginAtSla:
         return high is not None and high < self.least
 
 
+OF_MONEY = {
+    each.name: each
+    for each in (
+        Objective("margin"),
+        CappedMean("capped_margin"),
+        CappedMean("shared_margin", SHARED_MARGIN),
+        MeanAndTail("cvar"),
+        LowerBound("lower_bound"),
+    )
+}
+NAMES = (*OF_MONEY, "margin@sla>=0.9")
+
+
 def parse_objectives(text: str) -> tuple[Objective, ...]:
     """The objectives of a text such as ``margin`` or ``margin,-pedestrian_delay_s``.
 
@@ -236,7 +192,7 @@ def parse_objectives(text: str) -> tuple[Objective, ...]:
 
 def is_money(name: str) -> bool:
     """Whether an objective is in [USD/run]."""
-    return name in MONEY or name.startswith("margin@")
+    return name in OF_MONEY or name.startswith("margin@")
 
 
 def score_text(name: str, value: float) -> str:
@@ -244,13 +200,13 @@ def score_text(name: str, value: float) -> str:
     return f"{value:.2f}" if is_money(name) else f"{value:.4g}"
 
 
-def margins(rows: Sequence[Row], name: str = "margin", column: str = MARGIN) -> FloatArray:
+def margins(rows: Sequence[Row], name: str, key: str = MARGIN) -> FloatArray:
     """Contribution margins [USD], shape (n,).
 
     Raises:
         UndefinedError: the cargo is not modelled, so that there are none.
     """
-    values = [row[column] for row in rows]
+    values = [row[key] for row in rows]
     if any(value is None for value in values):
         raise UndefinedError(
             f"objective '{name}' needs a margin, which this world has not: nobody models its cargo; choose a metric"
@@ -259,15 +215,8 @@ def margins(rows: Sequence[Row], name: str = "margin", column: str = MARGIN) -> 
 
 
 def _parse(name: str) -> Objective:
-    plain: dict[str, Callable[[], Objective]] = {
-        "margin": lambda: Mean("margin", MARGIN),
-        "capped_margin": lambda: CappedMean("capped_margin", MARGIN),
-        "shared_margin": lambda: CappedMean("shared_margin", SHARED_MARGIN),
-        "cvar": MeanAndTail,
-        "lower_bound": LowerBound,
-    }
-    if name in plain:
-        return plain[name]()
+    if name in OF_MONEY:
+        return OF_MONEY[name]
     if name.startswith("margin@"):
         return _parse_sla(name)
     metric = name.lstrip("+-")
@@ -278,7 +227,7 @@ def _parse(name: str) -> Objective:
     if name == metric and directions[metric] not in (Better.HIGHER, Better.LOWER):
         raise InputError(f"objective '{name}': neither small nor large values are better; give -{name} or +{name}")
     is_small = name.startswith("-") or (name == metric and directions[metric] is Better.LOWER)
-    return Mean(name, metric, -1.0 if is_small else 1.0)
+    return Objective(name, metric, -1.0 if is_small else 1.0)
 
 
 def _parse_sla(name: str) -> Objective:
@@ -289,4 +238,4 @@ def _parse_sla(name: str) -> Objective:
         least = -1.0
     if not condition.startswith("sla>=") or not 0.0 < least <= 1.0:
         raise InputError(f"objective '{name}' is not margin@sla>=SHARE; give a share above 0, at most 1, e.g. 0.9")
-    return MarginAtSla(name, least)
+    return MarginAtSla(name, least=least)

@@ -1,11 +1,16 @@
 """How far a study is."""
 
+import math
+from collections.abc import Sequence
+
+import numpy as np
 from rich.table import Table
+from scipy.integrate import quad
+from scipy.stats import norm
 
 from harness.metrics import Row
 from harness.statistics import Interval
 from harness.tuning.evaluation import Candidate, Evaluator
-from harness.tuning.forecast import expected_gain
 from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal
 from harness.tuning.objective import score_text
@@ -13,6 +18,8 @@ from harness.tuning.result import Trial
 from harness.tuning.search import Plan
 
 SHOWN = 8  # trials of the live table
+LEAST = 10  # trials before anything can be said of what further ones may bring
+WIDEST = 8.0  # standard deviations up to which their integral goes
 
 
 class Progress:
@@ -93,7 +100,7 @@ class Progress:
 
     @property
     def gain(self) -> float | None:
-        """What the trials that are left are expected to add, see :mod:`harness.tuning.forecast`."""
+        """What the trials that are left are expected to add, see :func:`expected_gain`."""
         if self.best is None or len(self._plan.objectives) > 1:
             return None
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
@@ -153,3 +160,31 @@ class Progress:
     def _error(self) -> float:
         low, high = self.interval.low, self.interval.high
         return 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
+
+
+def expected_gain(values: Sequence[float], best: float, error: float, remaining: int) -> float | None:
+    """How much the best of ``remaining`` further trials is expected to exceed ``best``, never below 0.
+
+    As if they came from the normal distribution of the later half of what was tried, the noise of measuring a trial
+    taken off its variance: the integral of 1 - Phi((x - mean) / sd)^remaining over all x above ``best`` (expected
+    largest of normal variables: e.g. David and Nagaraja 2003, section 3.1). A sampler that still learns does better,
+    one that has found the top worse; ``best`` was chosen for being large and so is too large itself.
+
+    Args:
+        values: what the sampler was told of each trial, in order.
+        best: the incumbent's.
+        error: standard error of a trial's value.
+        remaining: number of trials.
+
+    Returns:
+        None: there are too few trials to say.
+    """
+    if len(values) < LEAST or remaining < 1:
+        return None if remaining else 0.0
+    later = np.asarray(values[len(values) // 2 :])
+    mean, deviation = float(later.mean()), math.sqrt(max(float(later.var(ddof=1)) - error**2, 0.0))
+    if deviation == 0.0:
+        return max(mean - best, 0.0)
+    end = max(best, mean) + WIDEST * deviation
+    gain, _ = quad(lambda x: 1.0 - norm.cdf(x, mean, deviation) ** remaining, best, end)
+    return float(gain)

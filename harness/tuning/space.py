@@ -12,12 +12,11 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from harness.tuning.constraint import Constraint, parse_constraint
 from harness.tuning.evaluation import Value
 from harness.tuning.paths import AbsentError, NoPluginError, Place, edited_list, locate, locate_list, with_values
-from harness.tuning.space_file import Entry, SpaceFile, read_spaces
+from harness.tuning.space_file import Entry, SpaceFile
 from navstack.errors import ParameterError
 from navstack.params.nav2_file.file import Nav2File
 
@@ -95,16 +94,6 @@ class Space:
     def allows(self, point: Mapping[str, Value]) -> bool:
         """Whether a point keeps every constraint."""
         return all(constraint.holds({**dict(self.constants), **point}) for constraint in self.constraints)
-
-
-def load_space(paths: Sequence[Path], nav2: Nav2File, allow_unknown: bool = False) -> Space:
-    """Read search spaces, and fit them to a Nav2 file, loaded with ``allow_unknown``, as one.
-
-    Raises:
-        ParameterError: a file cannot be used, two contradict each other, or a parameter does not exist in the Nav2
-            file.
-    """
-    return fit_space(*read_spaces(paths), nav2, allow_unknown)
 
 
 def fit_space(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool = False) -> Space:

@@ -8,12 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
+from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics import Row
+from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN, Candidate, seed_and_episode
@@ -77,14 +79,14 @@ class StackEvaluator:
         assert row is not None, "it has been driven"
         key = candidate.key, mission
         if key not in self._shared:
-            self._shared[key] = shared_margin_of(row, self._prices)
+            self._shared[key] = margin_of(row, self._prices, SHARED_FAULT)
         return {**row, SHARED_MARGIN: self._shared[key]}
 
     def _drive(self, candidate: Candidate, missions: Sequence[int]) -> None:
         try:
             stack = self._stack(candidate)
         except ParameterError as error:  # rows say that it was tried, for whoever goes on with the study
-            row = refused_row(error)
+            row: Row = {"stack": "", "outcome": None, "error": f"{REFUSED}{error}", MARGIN: None, EVENTS: []}
             for mission in missions:
                 self._journal.add(candidate, mission, row)
             raise ParameterError(row["error"]) from None
@@ -117,48 +119,23 @@ class StackEvaluator:
 
 def _row(finished: Finished[EpisodeTask, Delivery], prices: Prices) -> Row:
     """The row of an episode with its margin; of one without a result its error, as in a run."""
-    if finished.result is None:
-        task = finished.task
-        where = {"stack": task.stack.name, "episode": task.episode, "stack_number": task.stack_number}
-        return {
-            **where,
-            "map": Path(task.map_name).stem,
-            "seed": task.seed,
-            "error": finished.error,
-            MARGIN: None,
-            EVENTS: [],
-        }
-    row = finished.result.row
-    return {**row, MARGIN: margin_of(row, prices), EVENTS: finished.result.events}
+    record = record_of(finished)
+    return {**record["row"], MARGIN: margin_of(record["row"], prices), EVENTS: record["events"]}
 
 
-def refused_row(error: ParameterError) -> Row:
-    """The row of a candidate that no file can have."""
-    return {"stack": "", "outcome": None, "error": f"{REFUSED}{error}", MARGIN: None, EVENTS: []}
-
-
-def margin_of(row: Row, prices: Prices) -> float | None:
-    """Contribution margin [USD] of one delivery; None where its cargo is not modelled, however it ended."""
-    if row["pieces_at_start"] is None:
-        return None
-    margin = margins([row], prices)
-    return None if margin is None else float(margin[0])
-
-
-def shared_margin_of(row: Row, prices: Prices) -> float | None:
-    """Contribution margin [USD] of one delivery if the robot pays for its share of the fault in every contact.
-
-    However soft a contact is: the accounting ``no_threshold_shared_fault`` (:mod:`harness.economics.accountings`).
+def margin_of(row: Row, prices: Prices, accounting: str = PUBLISHED) -> float | None:
+    """Contribution margin [USD] of one delivery.
 
     Args:
-        row: of the delivery, with its events.
+        row: of the delivery, with its events for another accounting than the published one.
         prices: the price file.
+        accounting: of contacts, see :mod:`harness.economics.accountings`.
 
     Returns:
         None where the delivery has no result, or its cargo is not modelled.
     """
-    if row.get("error") is not None or row[MARGIN] is None:
+    if row.get("error") is not None or row["pieces_at_start"] is None:
         return None
-    events = [{**event, "stack": row["stack"], "episode": row["episode"]} for event in row[EVENTS]]
-    margin = margins([row], prices, events, SHARED_FAULT)
+    events = [{**event, "stack": row["stack"], "episode": row["episode"]} for event in row.get(EVENTS, ())]
+    margin = margins([row], prices, events, accounting)
     return None if margin is None else float(margin[0])

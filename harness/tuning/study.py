@@ -2,8 +2,9 @@
 
 import contextlib
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from harness.episode.factory import Parts, nav2_parameters
 from harness.storage.run_folder import TUNING
@@ -14,7 +15,7 @@ from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
 from harness.tuning.paths import AbsentError, locate, with_values
-from harness.tuning.racing import stratified
+from harness.tuning.racing import rungs, stratified
 from harness.tuning.result import Finalist, StudyResult
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
@@ -41,10 +42,6 @@ class TuningStudy:
     def episodes_after_search(self) -> int:
         """Of the final choice at most, and of the test."""
         return self.plan.final_episodes + 2 * self.declaration.test_episodes
-
-    def time_after_search(self, journal: Journal) -> float:
-        """What final choice and test may take [s], at the pace so far."""
-        return self.episodes_after_search * journal.elapsed / max(journal.timed, 1)
 
     @property
     def episodes_of_explanation(self) -> int:
@@ -160,7 +157,48 @@ def within_budget(budget: float | None, later: int, journal: Journal) -> Callabl
     def may_begin(candidate: Candidate, missions: tuple[int, ...]) -> bool:
         if budget is None or any(journal.get(candidate, mission) is not None for mission in missions):
             return True
-        reserve = min(later * journal.elapsed / max(journal.timed, 1), MOST_RESERVED * budget)
+        reserve = min(later * journal.pace, MOST_RESERVED * budget)
         return journal.elapsed + reserve < budget
 
     return may_begin
+
+
+def notes_before(declaration: Declaration, options: Mapping[str, Any]) -> list[str]:
+    """What is to be said before anything is driven.
+
+    Args:
+        declaration: of the study.
+        options: of ``navbench run``, by name; those that were not given are None.
+    """
+    found = []
+    if options.get("start") is not None and options.get("goal") is not None:
+        found.append(
+            "--start and --goal are given: training and test have other people and other noise, but the same way; the "
+            "test says nothing of other ways"
+        )
+    if declaration.is_raced and len(rungs(declaration.episodes)) == 1:
+        found.append(
+            f"no trial is dropped early: {declaration.episodes} --episodes cannot be halved into parts of 5 or more; "
+            "give 32, 64 or the like"
+        )
+    return found
+
+
+def notes_after_search(study: TuningStudy, search: Search, journal: Journal) -> list[str]:
+    """What the search left out, and whether what follows will take longer than was meant."""
+    driven, asked, budget = len(search.trials) - 1, study.declaration.trials, study.declaration.budget
+    found = []
+    if search.is_exhausted:
+        found.append(f"after {driven} of {asked} trials there is no further point that keeps the constraints")
+    elif driven < asked:
+        found.append(
+            f"the budget of {budget:g} s cut off {asked - driven} of {asked} trials; --resume with a longer --budget "
+            "drives the rest"
+        )
+    missing = 0.0 if budget is None else study.episodes_after_search * journal.pace + journal.elapsed - budget
+    if missing > 0.0:
+        found.append(
+            f"note: the {study.episodes_after_search} deliveries of final choice and test may take {missing:.0f} s "
+            "longer than the budget; fewer --test-episodes and --final-episodes leave more of it for the search"
+        )
+    return found

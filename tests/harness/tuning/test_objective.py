@@ -11,9 +11,9 @@ from harness.economics.prices import load_prices
 from harness.metrics import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN
-from harness.tuning.forecast import expected_gain
 from harness.tuning.objective import UndefinedError, parse_objectives
-from harness.tuning.stack_evaluator import margin_of, shared_margin_of
+from harness.tuning.progress import expected_gain
+from harness.tuning.stack_evaluator import SHARED_FAULT, margin_of
 from navstack.errors import InputError
 
 CONTROLLERS = Path(__file__).parents[3] / "results" / "baseline" / "controllers"
@@ -106,6 +106,8 @@ def test_shared_margin_pays_for_soft_contacts_by_the_share_of_the_fault() -> Non
     touch |= {"robot_speed_mps": 1.5, "partner_speed_mps": 0.5}
     standing = {**touch, "fault": "person_into_standing_robot", "robot_speed_mps": 0.0}
     cost = float(injury_costs(20.0, prices))
-    assert shared_margin_of({**row, EVENTS: [touch, standing]}, prices) == pytest.approx(row[MARGIN] - 0.75 * cost)
-    assert shared_margin_of({**row, EVENTS: []}, prices) == pytest.approx(row[MARGIN])
-    assert shared_margin_of({"error": "its worker died", MARGIN: None, EVENTS: []}, prices) is None
+    assert margin_of({**row, EVENTS: [touch, standing]}, prices, SHARED_FAULT) == pytest.approx(
+        row[MARGIN] - 0.75 * cost
+    )
+    assert margin_of({**row, EVENTS: []}, prices, SHARED_FAULT) == pytest.approx(row[MARGIN])
+    assert margin_of({"error": "its worker died", MARGIN: None, EVENTS: []}, prices, SHARED_FAULT) is None

@@ -18,7 +18,7 @@ from harness.tuning.paths import (
     with_values,
 )
 from harness.tuning.sampler import make_sampler
-from harness.tuning.space import Space, load_space
+from harness.tuning.space import Space, fit_space
 from harness.tuning.space_file import RESERVED, SpaceFile, read_spaces
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
@@ -48,7 +48,7 @@ def nav2(name: str) -> Nav2File:
 
 def space_of(folder: Path, text: str, file: str = "stock") -> Space:
     (folder / "own.yaml").write_text(f"title: own\n{text}")
-    return load_space([folder / "own.yaml"], nav2(file))
+    return fit_space(*read_spaces([folder / "own.yaml"]), nav2(file))
 
 
 def is_list(file: Nav2File, path: str) -> bool:
@@ -69,7 +69,7 @@ def test_every_space_that_comes_with_the_program_is_tried_here() -> None:
 @pytest.mark.parametrize("name", SPACES)
 def test_points_of_every_space_make_files_that_load(name: str) -> None:
     file = nav2(SPACES[name])
-    space = load_space([shipped("params") / "search_spaces" / f"{name}.yaml"], file)
+    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / f"{name}.yaml"]), file)
     sampler = make_sampler("random", space, 1, 20, 1)
     sampler.tell(space.original, [0.0])
     for _ in range(2):
@@ -223,7 +223,7 @@ def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
         f"low: 1, high: 2}}\n  gone: {{path: '{DWB}.Twirling.scale', low: 1, high: 2, optional: true}}\n"
         "constraints: [speed <= gone]\n"
     )
-    notes = load_space([tmp_path / "own.yaml"], load_nav2(tmp_path / "slow.yaml")).notes
+    notes = fit_space(*read_spaces([tmp_path / "own.yaml"]), load_nav2(tmp_path / "slow.yaml")).notes
     assert any("a change sets velocity_smoother.max_velocity[0], now 1.5" in note for note in notes)
     assert any("constraint speed <= gone is left out" in note for note in notes)
 
@@ -260,7 +260,7 @@ def test_constraints_are_arithmetic_and_nothing_else(text: str, said: str) -> No
 
 def test_grid_has_levels_for_the_trials() -> None:
     file = nav2("mpc")
-    space = load_space([shipped("params") / "search_spaces" / "mpc_limits.yaml"], file)
+    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / "mpc_limits.yaml"]), file)
     points = [make_sampler("grid", space, 0, 100, 1).ask() for _ in range(2)]
     assert points[0] == points[1] and points[0] is not None and space.allows(points[0])
 
@@ -283,7 +283,7 @@ def paths(*names: str) -> list[Path]:
 
 
 def space(*names: str, file: str = "stock") -> Space:
-    return load_space(paths(*names), nav2(file))
+    return fit_space(*read_spaces(paths(*names)), nav2(file))
 
 
 def test_spaces_are_searched_together_and_agree_on_what_both_have() -> None:
@@ -304,12 +304,12 @@ def test_spaces_that_contradict_each_other_are_refused(tmp_path: Path) -> None:
     one.write_text(f"title: one\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
     other.write_text(f"title: other\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', low: 1.0, high: 3.0}}\n")
     with pytest.raises(ParameterError, match="--space one and other differ in 'speed'; give spaces that agree"):
-        load_space([one, other], nav2("stock"))
+        fit_space(*read_spaces([one, other]), nav2("stock"))
     other.write_text(f"title: other\nparameters:\n  fast: {{path: '{DWB}.max_vel_x', low: 1.0, high: 2.0}}\n")
     with pytest.raises(ParameterError, match="speed and fast both set controller_server.FollowPath.max_vel_x"):
-        load_space([one, other], nav2("stock"))
+        fit_space(*read_spaces([one, other]), nav2("stock"))
     with pytest.raises(ParameterError, match="one is given twice"):
-        load_space([one, one], nav2("stock"))
+        fit_space(*read_spaces([one, one]), nav2("stock"))
 
 
 def test_layers_are_put_in_order_and_comments_stay() -> None:
@@ -379,12 +379,12 @@ def test_a_critic_that_the_file_has_already_takes_no_others_place(tmp_path: Path
 
 
 def test_dwb_samples_what_the_costmap_shows_and_the_smoother_passes() -> None:
-    space = load_space([shipped("params") / "search_spaces" / "dwb_sampling.yaml"], nav2("stock"))
+    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / "dwb_sampling.yaml"]), nav2("stock"))
     good = {**space.original, "sim_time": 1.4, "max_vel_theta": 1.5}
     assert space.allows(good), "2.8 m of the 3 m that lie ahead; turns to the right pass at 1.5 rad/s"
     assert not space.allows({**good, "sim_time": 1.6}) and not space.allows({**good, "max_vel_theta": 1.6})
 
 
 def test_the_mpc_plans_no_turn_that_the_smoother_cuts() -> None:
-    space = load_space([shipped("params") / "search_spaces" / "mpc_limits.yaml"], nav2("mpc"))
+    space = fit_space(*read_spaces([shipped("params") / "search_spaces" / "mpc_limits.yaml"]), nav2("mpc"))
     assert space.allows(space.original) and not space.allows({**space.original, "max_yaw_rate": 1.3})

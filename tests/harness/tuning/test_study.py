@@ -23,10 +23,9 @@ from harness.task.study import EpisodeTask, make_generators, make_study
 from harness.tuning.declaration import Declaration, parse_duration
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
-from harness.tuning.notes import notes_before
 from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED, _difference
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
-from harness.tuning.study import within_budget
+from harness.tuning.study import notes_before, within_budget
 from navstack.errors import InputError, ParameterError
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
