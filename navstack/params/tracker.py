@@ -20,6 +20,9 @@ class TrackerParams:
     position_std: float = 0.05  # [m] of a body's measured centre that is wholly seen
     occluded_std: float = 0.2  # [m] of one that something nearer hides in part
     acceleration_std: float = 0.7  # [m/s2] white, of a body's motion
+    turning_acceleration_std: float = 0.0  # [m/s2] the same of a body that turns; 0: none does, one model is enough
+    straight_time: float = 8.0  # [s] between two turns of a body
+    turning_time: float = 0.7  # [s] of a turn
     initial_speed_std: float = 1.0  # [m/s] along x and y of a body that is seen for the first time
     gate: float = 13.8  # [-] squared Mahalanobis distance up to which a cluster can be a track's next place: 99.9 % of
     # the chi-squared distribution of two degrees of freedom
@@ -29,5 +32,7 @@ class TrackerParams:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"tracker: {field.name} {value} must be a number, more than 0")
+            may_be_zero = field.name == "turning_acceleration_std"
+            if not (math.isfinite(value) and (value > 0.0 or (may_be_zero and value == 0.0))):
+                least = "0 or more" if may_be_zero else "more than 0"
+                raise ParameterError(f"tracker: {field.name} {value} must be a number, {least}")

@@ -44,6 +44,19 @@ class TrackFilter:
         squared: FloatArray = (c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b)
         return squared
 
+    def ahead(self, bodies: IntArray, duration: float) -> tuple[FloatArray, FloatArray]:
+        """States (K, 4) and covariances (K, 4, 4) of some bodies ``duration`` [s] later."""
+        step, noise = motion_of(duration, self._acceleration_variance)
+        return self.states[bodies] @ step.T, step @ self.covariances[bodies] @ step.T + noise
+
+    def likelihoods(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> FloatArray:
+        """Densities (K,) [1/m2] of one measured place (2,) for each of ``bodies`` (K,)."""
+        off = places - self.states[bodies, :2]
+        spread = self.covariances[bodies, :2, :2] + variances[:, None, None] * np.eye(2)
+        squared = (off[:, None, :] @ np.linalg.inv(spread) @ off[:, :, None])[:, 0, 0]
+        density: FloatArray = np.exp(-0.5 * squared) / (2.0 * math.pi * np.sqrt(np.linalg.det(spread)))
+        return density
+
     def update(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> None:
         """Take in one measured place (2,) [m] for each of ``bodies`` (K,)."""
         if not len(bodies):

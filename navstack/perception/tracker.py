@@ -8,8 +8,9 @@ from scipy.optimize import linear_sum_assignment
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import compose, relative_to
 from navstack.params.tracker import TrackerParams
+from navstack.perception.maneuvering_filter import ManeuveringFilter
 from navstack.perception.scan_clusters import background_of, find_bodies, mark_foreground
-from navstack.perception.track_filter import TrackFilter, motion_of, turned
+from navstack.perception.track_filter import TrackFilter, turned
 from navstack.types import BoolArray, FloatArray, IntArray, LaserScan, Pose2D, Track
 
 _FAR = 1e6  # squared distance in place of one beyond the gate
@@ -38,7 +39,7 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget everything, for a new episode."""
-        self._filter = TrackFilter(self._params.acceleration_std, self._params.initial_speed_std)
+        self._filter = _filter(self._params)
         self._ids: IntArray = np.empty(0, dtype=np.int64)
         self._hits: IntArray = np.empty(0, dtype=np.int64)
         self._seen: FloatArray = np.empty(0)  # [s] when last
@@ -75,11 +76,8 @@ class Tracker:
         told = np.flatnonzero(self._hits >= self._params.min_hits)
         if not len(told) or self._stamp is None:
             return []
-        step, noise = motion_of(max(stamp - self._stamp, 0.0), self._params.acceleration_std**2)
         frame = self._map_to_odom
-        states, covariances = turned(
-            self._filter.states[told] @ step.T, step @ self._filter.covariances[told] @ step.T + noise, frame.yaw
-        )
+        states, covariances = turned(*self._filter.ahead(told, max(stamp - self._stamp, 0.0)), frame.yaw)
         return [
             Track(number, stamp, x + frame.x, y + frame.y, vx, vy, self._params.body_radius, covariance)
             for number, (x, y, vx, vy), covariance in zip(
@@ -144,3 +142,12 @@ class Tracker:
     def _keep(self, chosen: BoolArray) -> None:
         self._filter.keep(chosen)
         self._ids, self._hits, self._seen = self._ids[chosen], self._hits[chosen], self._seen[chosen]
+
+
+def _filter(params: TrackerParams) -> TrackFilter | ManeuveringFilter:
+    """The filter of the parameters: of one model, or of two where people may turn sharply."""
+    straight = TrackFilter(params.acceleration_std, params.initial_speed_std)
+    if params.turning_acceleration_std == 0.0:
+        return straight
+    turning = TrackFilter(params.turning_acceleration_std, params.initial_speed_std)
+    return ManeuveringFilter(straight, turning, params.straight_time, params.turning_time)
