@@ -163,13 +163,15 @@ class NavigateToPose:
         if self._recovering:
             return None
         self._driver = TREE
-        if self.status is not Status.RUNNING or not (self._following and self._local_costmap.is_current):
+        rests = self.status is Status.SUCCEEDED and self._controller_server.acts_at_rest
+        if not (self.status is Status.RUNNING or rests) or not (self._following and self._local_costmap.is_current):
             return Twist2D()
-        if self._controller_server.goal_reached(state):
+        if not rests and self._controller_server.goal_reached(state):
             self.status = Status.SUCCEEDED
             return Twist2D()
+        surroundings = Surroundings(self._local_costmap.master, tracks)
         try:
-            return self._controller_server.compute_command(state, Surroundings(self._local_costmap.master, tracks))
+            return self._controller_server.compute_command(state, surroundings, expects_progress=not rests)
         except ControlError as error:
             self._control_failed(error, state)
             return Twist2D()
@@ -195,6 +197,9 @@ class NavigateToPose:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
             return  # and try again after the costmap's next update; until then the old path is followed
+        if self._following and self._controller_server.acts_at_rest:
+            self._next_plan = state.stamp + REPLANNING_PERIOD
+            return  # whoever gives way also without a new plan is not made to stand
         if self._following:
             self._control_error = ""  # broken off, which is no failure
         self._turn_to_recoveries(error.code, COMPUTE_PATH_TO_POSE, state)

@@ -18,6 +18,7 @@ from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
+from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.extensions import algorithms, localizers
 from navstack.params.nav2_file.bindings import NODES
 from navstack.params.nav2_file.file import Nav2File
@@ -37,6 +38,7 @@ from navstack.params.nav2_file.views import (
 )
 from navstack.params.registry.tasks import BEHAVIORS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from navstack.params.tracker import TrackerParams
+from navstack.planning.cost_to_go import cost_to_go
 from navstack.planning.planner import RobotShape
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
@@ -81,6 +83,7 @@ def build_navigator(
     static_map: OccupancyGrid,
     keepout: BoolArray | None,
     stops_when_lost: bool = False,
+    prices: DeliveryPrices | None = None,
 ) -> Navigator:
     """A navigator as a Nav2 parameter file describes it.
 
@@ -91,6 +94,7 @@ def build_navigator(
         keepout: cells of ``static_map`` (height, width) that the robot must not enter: the mask of keepout filters for
             which the file names none; None: there is no such mask.
         stops_when_lost: see :class:`Navigator`; Nav2 drives on.
+        prices: for a controller that minimises dollars; None: those of the file hold.
 
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
@@ -99,9 +103,15 @@ def build_navigator(
     global_costmap = _build_costmap(nav2, "global_costmap", static_map, keepout)
     server_params = read_controller_server(nav2)
     goal_checker, progress_checker = read_goal_checker(nav2), read_progress_checker(nav2)
-    controller = _build_controller(
-        nav2, local_costmap.footprint, server_params.controller_frequency, goal_checker.params.xy_goal_tolerance
-    )
+    parts = {
+        "footprint": local_costmap.footprint,
+        "control_frequency": server_params.controller_frequency,
+        "xy_goal_tolerance": goal_checker.params.xy_goal_tolerance,
+        "global_costmap": global_costmap.master,
+        "cost_to_go": cost_to_go,
+        "prices": prices,
+    }
+    controller = _build_controller(nav2, parts)
     controller_server = ControllerServer(
         server_params,
         controller,
@@ -170,13 +180,8 @@ def _build_costmap(nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout
     return LayeredCostmap(params, static_map, keepout=keepout, masks=masks)
 
 
-def _build_controller(nav2: Nav2File, footprint: FloatArray, frequency: float, xy_goal_tolerance: float) -> Controller:
+def _build_controller(nav2: Nav2File, parts: dict[str, Any]) -> Controller:
     """The file's controller, with the one below it when it is a rotation shim."""
-    parts: dict[str, Any] = {
-        "footprint": footprint,
-        "control_frequency": frequency,
-        "xy_goal_tolerance": xy_goal_tolerance,
-    }
     plugin, table = read_controller(nav2), algorithms("controllers")
     if "primary_controller" in table[plugin.type].needs:
         primary = read_primary_controller(nav2, plugin)

@@ -76,3 +76,17 @@ def footprint_radii(footprint: FloatArray) -> tuple[float, float]:
     t = np.clip(-(start * edge).sum(axis=1) / length_squared, 0.0, 1.0)
     nearest = start + t[:, None] * edge
     return float(np.hypot(*nearest.T).min()), float(np.hypot(*start.T).max())
+
+
+def cover(footprint: FloatArray, count: int) -> tuple[FloatArray, float]:
+    """Centres (count,) in [m] on the base frame's x axis and the radius [m] of circles that cover a footprint."""
+    front, rear = float(footprint[:, 0].max()), float(footprint[:, 0].min())
+    half = (front - rear) / (2 * count)
+    centres = np.linspace(rear + half, front - half, count)
+    return centres, math.hypot(half, float(np.abs(footprint[:, 1]).max()))
+
+
+def largest_variance(covariance: FloatArray) -> float:
+    """The variance of a covariance (n, n) of x, y, .. along the direction of the plane in which it is largest."""
+    a, b, c = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+    return max(0.0, 0.5 * (a + c) + math.hypot(0.5 * (a - c), b))

@@ -1,5 +1,6 @@
 """The brain's tick: from an observation to a command."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,6 +11,7 @@ from navstack.behavior_tree import NavigateToPose
 from navstack.clock import Clock
 from navstack.control.decision import Alternative, DecisionRecord
 from navstack.costmap.layered_costmap import LayeredCostmap
+from navstack.geometry import largest_variance
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Counts, Status, Trouble
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
@@ -207,7 +209,8 @@ class Navigator:
         self.belief = self._localizer.update(observation)
         if observation.odometry is not None:
             self._odometry = observation.odometry
-        state = RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose)
+        unsure = math.sqrt(largest_variance(self.belief.covariance))
+        state = RobotState(self.belief.pose, self._odometry.twist, observation.stamp, self._odometry.pose, unsure)
         self._recent.append(state)
         return state
 

@@ -158,3 +158,4 @@ class RobotState:
     twist: Twist2D  # in the base frame, from odometry
     stamp: float = 0.0  # [s]
     odom_pose: Pose2D = Pose2D()  # in the odom frame: drifts, but never jumps
+    position_std: float = 0.0  # [m] of the believed place, along the direction in which it is least sure

@@ -42,6 +42,7 @@ LOOPS = {
         Loop("nav2-amcl incremental", "nav2-amcl", True, 80.0),
         Loop("nav2-stock incremental", "nav2-stock", True, 150.0),
         Loop("mpc-gps-ekf", "mpc-gps-ekf", False, 40.0),
+        Loop("evasive-gps-ekf", "evasive-gps-ekf", False, 40.0),
     )
 }
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.economics.injury import injury_cost
 from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
 from harness.execution.process_cache import kept
@@ -29,10 +30,12 @@ from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
+from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 
 REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
+CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
@@ -134,7 +137,10 @@ class Parts:
     def brain(self, world: World) -> Brain:
         """The brain, to be reset."""
         task = self._task
-        return _navigator(world, task.map_name, task.stack, task.allow_unknown) if task.stack.nav2_file else Parked()
+        if not task.stack.nav2_file:
+            return Parked()
+        prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
+        return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices)
 
 
 @kept(2)
@@ -219,11 +225,28 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
 
 
 @kept(2)
-def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> Navigator:
-    return navigator_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
+def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices) -> Navigator:
+    nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
+    return navigator_on(scene_of(map_name), world, stack, nav2, prices)
 
 
-def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Navigator:
+def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
+    """What a controller that minimises dollars is told of a study; contacts count from ``counted_impulse`` [N s] on.
+
+    Who walks on whatever he hits changes the robot's velocity by the closing speed.
+    """
+    counted_speed = counted_impulse / prices.robot_mass.value
+    return DeliveryPrices(
+        contact_usd=tuple(injury_cost(np.maximum(CLOSING_SPEEDS, counted_speed), prices).tolist()),
+        counted_speed=counted_speed,
+        late_usd=2.0 * prices.delivery_fee.value,  # not earned, and paid back
+        time_limit=rules.timeout,
+    )
+
+
+def navigator_on(
+    scene: Scene, world: World, stack: Stack, nav2: Nav2File, prices: DeliveryPrices | None = None
+) -> Navigator:
     """The brain of a stack that drives, to be reset.
 
     Args:
@@ -231,6 +254,7 @@ def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Na
         world: where a localizer that knows the truth looks it up.
         stack: which localizer it has, and which map.
         nav2: its parameter file.
+        prices: see :func:`delivery_prices`; None: those of the file hold.
     """
     if stack.localizer == "ground_truth":
         localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
@@ -240,8 +264,8 @@ def navigator_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Na
         localizer = build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
     stops = stack.when_lost == "stop"
     if stack.planning_map == "navigation_mesh":
-        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops)
-    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops)
+        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops, prices)
+    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops, prices)
 
 
 def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:

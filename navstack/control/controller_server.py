@@ -1,5 +1,7 @@
 """One attempt to follow a plan: controller, checkers and patience, after nav2_controller::ControllerServer."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
@@ -87,7 +89,12 @@ class ControllerServer:
             return False
         return self._goal_checker.is_goal_reached(state.pose, self._goal, self._thresholded(state.twist))
 
-    def compute_command(self, state: RobotState, surroundings: Surroundings) -> Twist2D:
+    @property
+    def acts_at_rest(self) -> bool:
+        """See :class:`~navstack.control.controller.Controller`."""
+        return self._controller.acts_at_rest
+
+    def compute_command(self, state: RobotState, surroundings: Surroundings, expects_progress: bool = True) -> Twist2D:
         """The command of this cycle; standstill while the controller fails within its tolerance.
 
         Raises:
@@ -96,10 +103,11 @@ class ControllerServer:
         """
         if self._plan is None or self._goal is None:
             raise InvalidPathError("there is no plan to follow")
-        if not self._progress_checker.check(state.odom_pose, state.stamp):  # as with local_costmap.global_frame: odom
+        on_the_way = not expects_progress or self._progress_checker.check(state.odom_pose, state.stamp)
+        if not on_the_way:  # measured as with local_costmap.global_frame: odom
             raise NoProgressError("the robot has not moved as far as the progress checker requires")
         twist = self._thresholded(state.twist)
-        measured = state if twist is state.twist else RobotState(state.pose, twist, state.stamp, state.odom_pose)
+        measured = state if twist is state.twist else replace(state, twist=twist)
         try:
             with self.stopwatch:
                 command = self._controller.compute_velocity(measured, self._plan, surroundings)

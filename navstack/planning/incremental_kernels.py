@@ -196,7 +196,11 @@ def push_unreached(
     return count
 
 
-@njit(cache=True)
+@njit(
+    cache=True,
+    ahead="float32[::1], uint8[::1], float32[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], "
+    "int64, int64, int64, float64, uint32[:, ::1], float64, float64",
+)
 def respread(
     potential: Float32Array,
     dirty: ByteArray,

@@ -14,11 +14,11 @@ from navstack.control.mpc.distance_field import distance_and_gradient, distance_
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
-from navstack.control.mpc.problem_numbers import cover
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import Clearances, fill_people
 from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
 from navstack.costmap.inflation import Inflation
+from navstack.geometry import cover
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import Pose2D, Track
 

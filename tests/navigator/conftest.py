@@ -89,6 +89,7 @@ def _drive(
     goal: Pose2D,
     seconds: float,
     solid: Solids | np.ndarray | None = None,
+    goes_on: bool = False,  # after arrival
 ) -> Drive:
     navigator.reset(goal, Belief(start), *(np.random.default_rng(seed) for seed in range(3)))
     pose, twist = start, Twist2D()
@@ -108,7 +109,7 @@ def _drive(
         pose = Pose2D(pose.x + step * math.cos(yaw), pose.y + step * math.sin(yaw), yaw)
         result.poses.append(pose)
         result.touched = result.touched or (cells is not None and _touches(cells, pose))
-        if navigator.status is not Status.RUNNING:
+        if navigator.status is not Status.RUNNING and not goes_on:
             result.seconds = now
             break
     result.pose = pose

@@ -66,7 +66,9 @@ class FakeControllerServer:
     def goal_reached(self, state):
         return self.arrived
 
-    def compute_command(self, state, surroundings):
+    acts_at_rest = False
+
+    def compute_command(self, state, surroundings, expects_progress):
         if self.failures > 0:
             self.failures -= 1
             raise failing(ControlError, self.code)

@@ -13,7 +13,7 @@ from navstack.control.mpc.distance_field import distance_table
 from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
-from navstack.control.mpc.problem_numbers import bounds_of, cover, limits_of, weights_of
+from navstack.control.mpc.problem_numbers import bounds_of, limits_of, weights_of
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import (
     Clearances,
@@ -26,7 +26,7 @@ from navstack.control.mpc.stages import (
 )
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
-from navstack.geometry import footprint_radii, shortest_angular_distance
+from navstack.geometry import cover, footprint_radii, shortest_angular_distance
 from navstack.params.mpc import MpcParams
 from navstack.types import FloatArray, Path, RobotState, Twist2D
 

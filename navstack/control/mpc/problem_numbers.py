@@ -8,14 +8,6 @@ from navstack.params.mpc import MpcParams
 from navstack.types import FloatArray
 
 
-def cover(footprint: FloatArray, count: int) -> tuple[FloatArray, float]:
-    """Centres (count,) in [m] on the base frame's x axis and the radius [m] of circles that cover a footprint."""
-    front, rear = float(footprint[:, 0].max()), float(footprint[:, 0].min())
-    half = (front - rear) / (2 * count)
-    centres = np.linspace(rear + half, front - half, count)
-    return centres, math.hypot(half, float(np.abs(footprint[:, 1]).max()))
-
-
 def limits_of(params: MpcParams) -> FloatArray:
     """The limits (8,) in the order of :mod:`stage_layout`."""
     return np.array(

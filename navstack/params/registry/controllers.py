@@ -1,6 +1,7 @@
 """Controller plugins and their critics."""
 
 from navstack.params.dwb import DwbParams
+from navstack.params.expected_cost import ExpectedCostParams
 from navstack.params.mpc import MpcParams
 from navstack.params.mppi import MppiParams
 from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, words
@@ -241,6 +242,19 @@ CONTROLLERS: Family = {
             "navstack.control.mpc.command_guard",
             "navstack.control.mpc.path_line",
             "navstack.control.mpc.motion",
+            "navstack.perception.scan_clusters",
+        ),
+    ),
+    "navstack::ExpectedCostController": Entry(
+        of_fields(ExpectedCostParams, "plugin"),
+        "navstack.control.expected_cost.expected_cost_controller:ExpectedCostController",
+        ExpectedCostParams,
+        (*_CONTROL, "global_costmap", "cost_to_go", "prices"),
+        (
+            "navstack.control.expected_cost.motion_cost",
+            "navstack.control.expected_cost.people",
+            "navstack.control.expected_cost.clearance",
+            "navstack.control.expected_cost.field",
             "navstack.perception.scan_clusters",
         ),
     ),

@@ -1,0 +1,191 @@
+"""How far it is to whatever does not move: signed distances from the map, and from what the scans show beyond it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
+from navstack.jit import njit
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
+
+FAR = 3.0  # [m] of clearance where nothing is near, and beyond the grids
+_LOOKED_AT = 6.0  # [m] from the robot along x and y up to which what no map shows counts
+_POOLED = 2  # cells of a costmap along each side of one here
+_AROUND = 0.25  # [m] beside a person's body whose returns are the person's
+
+
+class Clearance(NamedTuple):
+    """Distances [m] to the nearest obstacle, negative inside of one; the lesser of two grids of square cells counts."""
+
+    mapped: Float32Array  # (height, width) of the map
+    mapped_grid: tuple[float, float, float]  # x, y of its lower left corner [m], and its cells' size [m]
+    seen: Float32Array  # (height, width) of what the map does not show; empty: nothing
+    seen_grid: tuple[float, float, float]
+
+
+CLEARANCE = (
+    "NamedTuple((Array(float32, 2, 'C', readonly=True), UniTuple(float64, 3), float32[:, ::1], UniTuple(float64, 3)), "
+    "Clearance)"
+)
+
+
+def map_clearance(world: Costmap) -> Clearance:
+    """The clearance on the map of a global costmap; FAR everywhere where that costmap does not know its map."""
+    nothing = np.zeros((0, 0), dtype=np.float32)
+    grid = (world.origin_x, world.origin_y, world.resolution)
+    metres = nothing if world.floor is None else _kept_distances(world.floor >= LETHAL_OBSTACLE, grid[2])
+    metres.flags.writeable = False
+    return Clearance(metres, grid, nothing, grid)
+
+
+def _kept_distances(lethal: BoolArray, cell: float) -> Float32Array:
+    """:func:`signed_distances` of a map's cells, kept for the next process where the map is large."""
+    if lethal.size < SHARED_FROM:
+        return signed_distances(lethal, cell)
+    key = content_key("signed-distances-1", lethal, cell, FAR)
+    return cached_array(key, lambda: signed_distances(lethal, cell))
+
+
+def with_obstacles(
+    mapped: Clearance, local: Costmap, world: Costmap, place: tuple[float, float], people: FloatArray
+) -> Clearance:
+    """The map's clearance together with what a local costmap shows beyond the map, up to ``_LOOKED_AT`` away.
+
+    Args:
+        mapped: of :func:`map_clearance`.
+        local: around the robot.
+        world: the global costmap.
+        place: of the robot, x, y [m].
+        people: (n, 3) x, y, radius [m] of those that are tracked; returns from them are no obstacles.
+    """
+    floor = np.zeros((0, 0), dtype=np.uint8) if world.floor is None else world.floor
+    (left, right), (low, high) = (
+        _around(middle - origin, local.resolution, count)
+        for middle, origin, count in zip(
+            place, (local.origin_x, local.origin_y), (local.size_x, local.size_y), strict=True
+        )
+    )
+    x, y = local.origin_x + left * local.resolution, local.origin_y + low * local.resolution
+    blocked = unmapped_blocks(
+        np.ascontiguousarray(local.data[low:high, left:right]),
+        (x, y, local.resolution),
+        floor,
+        (world.origin_x, world.origin_y, world.resolution),
+        people,
+    )
+    cell = _POOLED * local.resolution
+    seen = signed_distances(blocked, cell) if blocked.any() else np.zeros((0, 0), dtype=np.float32)
+    return mapped._replace(seen=seen, seen_grid=(x, y, cell))
+
+
+def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
+    """The first cell within ``_LOOKED_AT`` of ``middle`` [m] from the grid's edge, and the first one beyond."""
+    first, end = (math.floor((middle + side * _LOOKED_AT) / resolution) for side in (-1.0, 1.0))
+    return min(max(first, 0), count), min(max(end, 0), count)
+
+
+@njit(
+    cache=True,
+    ahead="uint8[:, ::1], UniTuple(float64, 3), Array(uint8, 2, 'C', readonly=True), UniTuple(float64, 3), "
+    "float64[:, ::1]",
+)
+def unmapped_blocks(
+    costs: ByteArray,
+    grid: tuple[float, float, float],
+    floor: ByteArray,
+    floor_grid: tuple[float, float, float],
+    people: FloatArray,
+) -> BoolArray:
+    """Which blocks (height, width) of cells hold an obstacle that is neither on the map nor a person's return."""
+    height, width = costs.shape[0] // _POOLED, costs.shape[1] // _POOLED
+    blocked = np.zeros((height, width), dtype=np.bool_)
+    for row in range(height * _POOLED):
+        for column in range(width * _POOLED):
+            if costs[row, column] != LETHAL_OBSTACLE:
+                continue
+            x, y = grid[0] + (column + 0.5) * grid[2], grid[1] + (row + 0.5) * grid[2]
+            r, c = int((y - floor_grid[1]) / floor_grid[2]), int((x - floor_grid[0]) / floor_grid[2])
+            if 0 <= r < floor.shape[0] and 0 <= c < floor.shape[1] and floor[r, c] >= LETHAL_OBSTACLE:
+                continue
+            is_person = False
+            for p in range(len(people)):
+                is_person |= math.hypot(x - people[p, 0], y - people[p, 1]) < people[p, 2] + _AROUND
+            if not is_person:
+                blocked[row // _POOLED, column // _POOLED] = True
+    return blocked
+
+
+@njit(cache=True, ahead="bool[:, ::1], float64")
+def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
+    """Distances [m] from cells' middles to the nearest blocked cell, negative within one: to the nearest free cell.
+
+    Half a cell less than between the middles of both; no more than FAR.
+    """
+    most = int(math.ceil(FAR / cell)) + 1
+    metres = np.empty(blocked.shape, dtype=np.float32)
+    for sign in (1.0, -1.0):
+        squared = squared_distances(blocked if sign > 0.0 else ~blocked, most)
+        for row in range(blocked.shape[0]):
+            for column in range(blocked.shape[1]):
+                if blocked[row, column] == (sign < 0.0):
+                    metres[row, column] = sign * min(FAR, cell * (math.sqrt(squared[row, column]) - 0.5))
+    return metres
+
+
+@njit(cache=True)
+def squared_distances(marked: BoolArray, most: int) -> Float32Array:
+    """Squared distances [cells] to the nearest marked cell, right up to ``most`` cells.
+
+    Felzenszwalb & Huttenlocher 2012, Theory of Computing 8.
+    """
+    height, width = marked.shape
+    far = float(most)
+    squared = np.empty((height, width), dtype=np.float32)
+    for column in range(width):  # distances along each column
+        last = far
+        for row in range(height):
+            last = 0.0 if marked[row, column] else min(far, last + 1.0)
+            squared[row, column] = last
+        last = far
+        for row in range(height - 1, -1, -1):
+            last = 0.0 if marked[row, column] else last + 1.0
+            least = min(last, squared[row, column])
+            squared[row, column] = least * least
+    roots, borders = np.empty(width, dtype=np.int64), np.empty(width + 1)
+    parabolas = np.empty(width)
+    for row in range(height):  # lower envelope of the columns' parabolas along each row
+        parabolas[:] = squared[row]
+        count = 0
+        roots[0], borders[0], borders[1] = 0, -np.inf, np.inf
+        for q in range(1, width):
+            while True:
+                v = roots[count]
+                border = (parabolas[q] + q * q - parabolas[v] - v * v) / (2.0 * (q - v))
+                if border > borders[count]:
+                    break
+                count -= 1
+            count += 1
+            roots[count], borders[count], borders[count + 1] = q, border, np.inf
+        count = 0
+        for q in range(width):
+            while borders[count + 1] < q:
+                count += 1
+            squared[row, q] = (q - roots[count]) ** 2 + parabolas[roots[count]]
+    return squared
+
+
+@njit(cache=True, inline="always")
+def distance_at(metres: Float32Array, grid: tuple[float, float, float], x: float, y: float) -> float:
+    """The distance [m] that a grid has for a point of the map frame; FAR beyond it."""
+    column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
+    height, width = metres.shape
+    return metres[row, column] if 0 <= row < height and 0 <= column < width else FAR
+
+
+@njit(cache=True)
+def clearance_at(clearance: Clearance, x: float, y: float) -> float:
+    """The clearance [m] of a point of the map frame."""
+    mapped = distance_at(clearance.mapped, clearance.mapped_grid, x, y)
+    return min(mapped, distance_at(clearance.seen, clearance.seen_grid, x, y))

@@ -1,0 +1,274 @@
+"""The controller that minimises expected dollars: this project's own plugin."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.expected_cost import motions as library
+from navstack.control.expected_cost import told
+from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
+from navstack.control.expected_cost.field import CostToGo, Field, cost_at, make_field
+from navstack.control.expected_cost.motion_cost import (
+    TERMS,
+    Body,
+    Limits,
+    Rates,
+    Scene,
+    price_all,
+    price_one,
+)
+from navstack.control.expected_cost.people import Spread, nearest, predict
+from navstack.control.expected_cost.told import Cycle
+from navstack.costmap.costmap import Costmap
+from navstack.errors import InvalidPathError
+from navstack.geometry import cover
+from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+
+_CIRCLES = 4  # that cover the robot
+_VARIATIONS, _FEW_VARIATIONS = 40, 6  # of what was chosen last, among people and in an empty street
+_REFINED, _REFINEMENTS = 6, 16  # the best of all, and variations of each
+_GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
+_STALE = 0.5  # [s] after which what was chosen last is of no use
+_OFF = (0.3, 0.4)  # [m/s], [rad/s] between command and odometry from which on odometry is believed
+_SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
+_PATIENCE = 5.0  # [s] between two fields on account of a longer plan
+_GOT_ON = 1.0  # [m] by which the cost to go must fall to count as progress
+_ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
+
+
+class ExpectedCostController(Controller):
+    """Compares many short motions in every cycle by the dollars that each is expected to cost, and begins the best.
+
+    The dollars: chance of touching each tracked person times what that costs at the closing speed, walls, shaking the
+    load, and delay along a cost-to-go field of its own. It follows no path: the plan only says where the goal is and
+    whether the field is out of date.
+    """
+
+    wants_tracks = True
+
+    def __init__(
+        self,
+        params: ExpectedCostParams,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float,
+        world: Costmap,
+        cost_to_go: CostToGo,
+        prices: DeliveryPrices | None = None,
+    ) -> None:
+        """Make the controller.
+
+        Args:
+            params: its parameters.
+            footprint: padded polygon (V, 2) in [m], base frame; its bounding box counts.
+            controller_frequency: control cycles per second, in [Hz].
+            xy_goal_tolerance: of the goal checker in [m].
+            world: the global costmap, on which the field is made.
+            cost_to_go: makes it.
+            prices: take the place of those in ``params``; None: those hold.
+        """
+        self._params = given = dataclasses.replace(params, **dataclasses.asdict(prices)) if prices else params
+        self._period = 1.0 / controller_frequency  # [s]
+        self._world = world
+        self._cost_to_go = cost_to_go
+        self._map_clearance = map_clearance(world)
+        self.acts_at_rest = given.evades_at_rest
+        low, high = footprint.min(axis=0), footprint.max(axis=0)
+        circles, radius = cover(footprint, _CIRCLES)
+        half_length, half_width = (0.5 * (high - low)).tolist()
+        self._body = Body(float(0.5 * (low[0] + high[0])), half_length, half_width, circles, radius)
+        self._limits: Limits = _of(Limits, given, goal_radius=xy_goal_tolerance)
+        self._spread: Spread = _of(Spread, given)
+        self._rates: Rates = _of(Rates, given)
+        self._contact_usd = np.array(given.contact_usd)
+        self._care = np.exp(-given.step * np.arange(1, given.steps + 1) / given.caution_time)
+        self.seed(np.random.default_rng(0))
+        self.reset()
+
+    def seed(self, rng: np.random.Generator) -> None:
+        """See the base class."""
+        self._rng = rng
+        self._began: float | None = None  # [s] the first cycle towards the goal
+        self._nearest, self._got_on = math.inf, 0.0  # least cost to go so far [m], and when it was reached [s]
+        self._field: Field | None = None
+        self._goal = Pose2D()
+        self._field_stamp = -math.inf  # [s] when the field was made
+        self._clearance: Clearance | None = None
+        self._seen = -math.inf  # [s] when the local costmap was looked at
+
+    def reset(self) -> None:
+        """See the base class."""
+        self._plan: Path | None = None
+        self._last: FloatArray | None = None  # (FIELDS,) chosen last
+        self._stamp = -math.inf  # [s] of the last cycle
+        self._motion = (0.0, 0.0)  # commanded last [m/s], [rad/s]
+        self._cycle: Cycle | None = None
+        self._make_motions()
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Drive no faster than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
+        largest = self._params.max_speed
+        wanted = largest if limit == 0.0 else largest * limit / 100.0 if is_percentage else limit
+        self._limits = self._limits._replace(max_speed=min(largest, wanted))
+        self._make_motions()
+
+    def _make_motions(self) -> None:
+        limits = self._limits
+        self._few = library.few(limits.max_speed)
+        self._many = library.many(limits.max_speed, limits.max_reverse_speed, limits.max_yaw_rate)
+
+    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+        """The first step of the cheapest motion.
+
+        Raises:
+            InvalidPathError: the plan is empty.
+        """
+        if plan is not self._plan:
+            self._take(plan, state)
+        scene = self._scene(state, surroundings)
+        motions, chosen = self._choose(scene, state.stamp - self._stamp)
+        states = np.empty((self._params.steps, 7))
+        price_one(chosen, scene, np.empty(len(TERMS)), states)
+        share = min(1.0, self._period / self._params.step)
+        v, w = (scene.start[3:] + share * (states[0, 3:5] - scene.start[3:])).tolist()
+        self._last, self._stamp, self._motion = chosen, state.stamp, (v, w)
+        command = Twist2D(v, 0.0, w)
+        self._cycle = Cycle(state.stamp, scene, motions, chosen, command)
+        return command
+
+    def _take(self, plan: Path, state: RobotState) -> None:
+        """Begin with a new plan: make the field of its goal, or of a world that has changed."""
+        if len(plan) == 0:
+            raise InvalidPathError("the plan has no poses; ask the planner for another one")
+        self._plan = plan
+        goal = Pose2D(*plan.poses[-1].tolist())
+        is_new = self._field is None or math.hypot(goal.x - self._goal.x, goal.y - self._goal.y) > _GOAL_MOVED
+        if is_new or self._is_out_of_date(plan, state):
+            shown = self._world.floor if is_new and self._world.floor is not None else self._world.data
+            known = Costmap(shown, self._world.resolution, self._world.origin_x, self._world.origin_y)
+            self._field = make_field(known, goal, self._params.cell, self._cost_to_go)
+            self._goal, self._field_stamp, self._nearest = goal, state.stamp, math.inf
+
+    def _is_out_of_date(self, plan: Path, state: RobotState) -> bool:
+        """Whether the planner goes a much longer way: something blocks the field's."""
+        assert self._field is not None
+        if state.stamp - self._field_stamp < _PATIENCE:
+            return False
+        ahead = cost_at(self._field, state.pose.x, state.pose.y)  # dearer metres: never less than the way
+        return plan.length > self._params.replan_length_ratio * ahead + _SLACK
+
+    def _scene(self, state: RobotState, surroundings: Surroundings) -> Scene:
+        given = self._params
+        people = nearest(surroundings.tracks, state.pose, state.stamp, given.max_tracks, given.range)
+        if self._clearance is None or state.stamp - self._seen >= given.clearance_period - 1e-9:
+            around = np.array([(each.x, each.y, each.radius) for each in surroundings.tracks]).reshape(-1, 3)
+            place = (state.pose.x, state.pose.y)
+            self._clearance = with_obstacles(self._map_clearance, surroundings.costmap, self._world, place, around)
+            self._seen = state.stamp
+        assert self._field is not None
+        start = self._start(state)
+        predicted = predict(people, state.pose.x, state.pose.y, given.steps, given.step, self._spread, self._clearance)
+        return Scene(
+            start,
+            self._field,
+            self._clearance,
+            predicted,
+            self._body,
+            self._limits._replace(max_speed=self._sure_speed(state)),
+            self._rates._replace(second_usd=self._second_usd(state)),
+            self._contact_usd,
+            self._care,
+            given.step,
+        )
+
+    def _start(self, state: RobotState) -> FloatArray:
+        """The state (5,) from which to decide: the pose believed and the motion commanded, which no noise disturbs.
+
+        Where odometry says something very different, or the robot was driven by someone else, that counts.
+        """
+        v, w = self._motion
+        measured = state.twist
+        off = abs(measured.linear_x - v) > _OFF[0] or abs(measured.angular_z - w) > _OFF[1]
+        if off or not state.stamp - self._stamp < _STALE:
+            v, w = (each if math.isfinite(each) else 0.0 for each in (measured.linear_x, measured.angular_z))
+        return np.array((state.pose.x, state.pose.y, state.pose.yaw, v, w))
+
+    def _sure_speed(self, state: RobotState) -> float:
+        """The largest speed [m/s] that suits how sure the believed place is: half of it at ``unsure_std``."""
+        unsure = state.position_std / self._params.unsure_std
+        return self._limits.max_speed / (1.0 + unsure * unsure)
+
+    def _second_usd(self, state: RobotState) -> float:
+        """What a second of delay costs [USD/s]: its own price, and by how much it makes being late more likely.
+
+        The longer the robot has come no nearer to the goal, the less it hopes that waiting helps.
+        """
+        given = self._params
+        if self._began is None:
+            self._began = self._got_on = state.stamp
+        assert self._field is not None
+        left = cost_at(self._field, state.pose.x, state.pose.y)
+        if left < self._nearest - _GOT_ON:
+            self._nearest, self._got_on = left, state.stamp
+        held_up = (state.stamp - self._got_on) / given.impatience_time
+        slack = given.time_limit - (state.stamp - self._began) - left / given.max_speed
+        z = max(slack, 0.0) / given.lateness_std
+        late = given.late_usd * math.exp(-0.5 * z * z) / (_ROOT_TWO_PI * given.lateness_std)
+        return given.second_usd * (1.0 + held_up) + late
+
+    def _choose(self, scene: Scene, elapsed: float) -> tuple[FloatArray, FloatArray]:
+        """All motions (M, FIELDS) that were compared, and the best of them."""
+        last = (
+            library.later(self._last, elapsed)[None] if self._last is not None and elapsed < _STALE else self._few[:0]
+        )
+        motions = np.concatenate((last, self._few))
+        costs = np.empty(len(motions))
+        best = price_all(motions, scene, math.inf, costs)
+        if self._risk(motions[best], scene) <= self._params.alarm_usd:
+            return self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
+        more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
+        further = np.empty(len(more))
+        price_all(more, scene, costs[best], further)
+        motions, costs = np.concatenate((motions, more)), np.concatenate((costs, further))
+        return self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
+
+    def _vary(
+        self, motions: FloatArray, costs: FloatArray, best: int, count: int, scene: Scene
+    ) -> tuple[FloatArray, FloatArray]:
+        """Compare variations of the best motions, too."""
+        order = np.argsort(costs, kind="stable")[:best]
+        new = self._varied(motions[order], count)
+        priced = np.empty(len(new))
+        winner = price_all(new, scene, costs[order[0]], priced)
+        chosen = motions[order[0]] if winner < 0 else new[winner]
+        return np.concatenate((motions, new)), chosen
+
+    def _varied(self, motions: FloatArray, count: int) -> FloatArray:
+        limits = self._limits
+        return library.varied(motions, count, limits.max_speed, limits.max_reverse_speed, self._rng)
+
+    def _risk(self, motion: FloatArray, scene: Scene) -> float:
+        """What people and walls make of a motion's cost [USD]."""
+        terms = np.empty(len(TERMS))
+        price_one(motion, scene, terms, np.empty((self._params.steps, 7)))
+        return float(terms[:4].sum())
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """See the base class; the scores are dollars."""
+        return None if self._cycle is None else told.record(self._cycle)
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """See the base class; totals are dollars."""
+        return () if self._cycle is None else told.alternatives(self._cycle)
+
+
+def _of(kind: Any, params: ExpectedCostParams, **more: float) -> Any:
+    """A named tuple of ``more`` and of the parameters that are named like its other fields."""
+    return kind(**more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more})

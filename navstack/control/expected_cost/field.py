@@ -1,0 +1,75 @@
+"""The cost to go: how far it is to the goal from everywhere, dearer near walls, and which way leads there."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from navstack.costmap.costmap import Costmap
+from navstack.jit import njit
+from navstack.types import FloatArray, Pose2D
+
+CostToGo = Callable[[Costmap, Pose2D], FloatArray]  # of each cell (height, width) [m]; infinite: no way leads there
+_UPHILL = 4.0  # metres of cost per metre into what no way leads through
+_SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
+
+
+class Field(NamedTuple):
+    """A cost-to-go field on square cells."""
+
+    cost: FloatArray  # (height, width) [m], dearer metres near walls
+    slope_x: FloatArray  # (height, width) of its descent along x, not of unit length
+    slope_y: FloatArray
+    origin_x: float  # [m]
+    origin_y: float
+    cell: float  # [m]
+
+
+FIELD = "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64), Field)"
+
+
+def make_field(costmap: Costmap, goal: Pose2D, cell: float, cost_to_go: CostToGo) -> Field:
+    """The field of a goal on every n-th cell of a costmap, about ``cell`` [m] apart.
+
+    Where no way leads, the field rises steeply from the nearest place with one.
+    """
+    every = max(1, round(cell / costmap.resolution))
+    first = every // 2
+    costs = np.ascontiguousarray(costmap.data[first::every, first::every])
+    size = every * costmap.resolution
+    metres = cost_to_go(Costmap(costs, size, costmap.origin_x, costmap.origin_y), goal)
+    unreached = np.isinf(metres)
+    if unreached.all():
+        metres = np.zeros_like(metres)
+    elif unreached.any():
+        away, (rows, columns) = ndimage.distance_transform_edt(unreached, return_indices=True)
+        metres = metres[rows, columns] + away * (size * _UPHILL)
+    down_y, down_x = (ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED) for each in np.gradient(metres))
+    return Field(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
+
+
+@njit(cache=True, inline="always")
+def corner_of(
+    values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
+) -> tuple[int, int, float, float]:
+    """Row and column of the lower left of the four cells around a point, and its shares of the way up and right."""
+    height, width = values.shape
+    u, v = (x - origin_x) / cell - 0.5, (y - origin_y) / cell - 0.5
+    column, row = min(max(int(u), 0), width - 2), min(max(int(v), 0), height - 2)
+    return row, column, v - row, u - column
+
+
+@njit(cache=True, inline="always")
+def blend(values: FloatArray, row: int, column: int, up: float, right: float) -> float:
+    """Bilinear interpolation between four cells."""
+    low = values[row, column] * (1.0 - right) + values[row, column + 1] * right
+    high = values[row + 1, column] * (1.0 - right) + values[row + 1, column + 1] * right
+    return float(low * (1.0 - up) + high * up)
+
+
+@njit(cache=True, ahead=f"{FIELD}, float64, float64")
+def cost_at(field: Field, x: float, y: float) -> float:
+    """Cost to go [m] from a point of the map frame."""
+    row, column, up, right = corner_of(field.cost, field.origin_x, field.origin_y, field.cell, x, y)
+    return float(blend(field.cost, row, column, up, right))

@@ -1,0 +1,156 @@
+"""Where people may be in the seconds to come: hypotheses of each, with a weight and a growing spread."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.control.expected_cost.clearance import CLEARANCE, FAR, Clearance, clearance_at
+from navstack.jit import njit
+from navstack.types import FloatArray, Pose2D, Track
+
+FIELDS = 7  # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
+_EDGE = 0.35  # [m] from the walkable ground's edge nobody goes on straight
+_CORNER = 0.85  # [m] from an edge beside which a corner is passed
+_HIDDEN = 0.3  # [s] before the edge from which on somebody may have turned
+_MOST_SPREAD = 0.6  # [m] that the track's covariance adds at most
+_KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is the drift's
+_TURNS = (math.radians(35.0), math.radians(70.0))  # round a corner
+_LEAST_SPEED = 0.4  # [m/s] of who may turn round a corner
+_CORNER_RANGE = 9.0  # [m] from the robot up to which corners are looked at
+_CORNER_PEOPLE = 5  # the nearest, for whom they are
+_CORNER_STEPS = 22  # of the prediction in which a corner counts
+_TURNED_DRIFT = 0.12  # [m/s] by which the place after a turn gets less sure
+
+
+class Spread(NamedTuple):
+    """How sure predictions are; fields as in ``ExpectedCostParams``."""
+
+    position_std: float
+    drift_std: float
+    standing_std: float
+    standing_speed: float
+    turning_std: float
+    corner_weight: float
+
+
+class People(NamedTuple):
+    """Predicted people, in the map frame; one hypothesis per row."""
+
+    motion: FloatArray  # (H, N, 4) x, y [m], vx, vy [m/s] after each step
+    std: FloatArray  # (H, N) [m] of the place, along any direction
+    weight: FloatArray  # (H,) how much the hypothesis counts
+    radius: FloatArray  # (H,) [m]
+
+
+PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
+
+
+def nearest(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float) -> FloatArray:
+    """The nearest tracks within ``reach`` [m] at time ``stamp`` [s], nearest first, as rows (n <= most, FIELDS)."""
+    rows = np.empty((len(tracks), FIELDS))
+    for row, track in zip(rows, tracks, strict=True):
+        late, p = stamp - track.stamp, track.covariance
+        row[:5] = track.x + late * track.vx, track.y + late * track.vy, track.vx, track.vy, track.radius
+        row[5:] = 0.5 * (p[0, 0] + p[1, 1]), 0.5 * (p[2, 2] + p[3, 3])
+    distances = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
+    order = np.argsort(distances, kind="stable")[:most]
+    near: FloatArray = rows[order[distances[order] <= reach]]
+    return near
+
+
+@njit(
+    cache=True,
+    ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}",
+)
+def predict(
+    people: FloatArray, x: float, y: float, steps: int, step: float, spread: Spread, clearance: Clearance
+) -> People:
+    """The hypotheses of people (n, FIELDS), seen from a robot at (x, y).
+
+    Everybody goes on straight, up to the edge of the walkable ground; from there on the place only gets less sure. Who
+    passes a corner may turn round it by either of two angles.
+    """
+    most = 3 * len(people)
+    motion, std = np.zeros((most, steps, 4)), np.empty((most, steps))
+    weight, radius = np.empty(most), np.empty(most)
+    count = len(people)
+    for i in range(len(people)):
+        go_on(people[i], step, spread, clearance, motion[i], std[i])
+        weight[i], radius[i] = 1.0, people[i, 4]
+    for i in range(min(len(people), _CORNER_PEOPLE)):
+        near = math.hypot(people[i, 0] - x, people[i, 1] - y) < _CORNER_RANGE
+        fast = math.hypot(people[i, 2], people[i, 3]) >= _LEAST_SPEED
+        if spread.corner_weight == 0.0 or not (near and fast):
+            continue
+        k, side = corner_ahead(people[i], motion[i], clearance)
+        if k < 0:
+            continue
+        for angle in _TURNS:
+            motion[count] = motion[i]
+            turn(people[i], k, side * angle, step, motion[count])
+            for n in range(steps):
+                std[count, n] = spread.position_std + _TURNED_DRIFT * step * (n + 1)
+            weight[count], radius[count] = spread.corner_weight, people[i, 4]
+            count += 1
+    return People(motion[:count], std[:count], weight[:count], radius[:count])
+
+
+@njit(cache=True)
+def go_on(
+    person: FloatArray, step: float, spread: Spread, clearance: Clearance, motion: FloatArray, std: FloatArray
+) -> None:
+    """Predict one person straight on: ``motion`` (N, 4) and ``std`` (N,) are written."""
+    stands = math.hypot(person[2], person[3]) < spread.standing_speed
+    stop = -1.0  # [s] when the edge is near; negative: it is not
+    started_clear = clearance_at(clearance, person[0], person[1]) >= _EDGE
+    for n in range(len(std)):
+        t = step * (n + 1)
+        if stands:
+            motion[n, 0], motion[n, 1] = person[0], person[1]
+            motion[n, 2], motion[n, 3] = person[2], person[3]
+            std[n] = spread.position_std + spread.standing_std * t
+            continue
+        known = math.sqrt(0.36 * spread.position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2)
+        std[n] = min(known, _MOST_SPREAD) + 0.4 * spread.position_std + spread.drift_std * t
+        px, py = person[0] + t * person[2], person[1] + t * person[3]
+        if stop < 0.0 and started_clear and clearance_at(clearance, px, py) < _EDGE:
+            stop = t
+        if stop < 0.0:
+            motion[n, 0], motion[n, 1], motion[n, 2], motion[n, 3] = px, py, person[2], person[3]
+        elif n > 0:
+            motion[n, 0], motion[n, 1] = motion[n - 1, 0], motion[n - 1, 1]
+        else:
+            motion[n, 0], motion[n, 1] = person[0], person[1]
+    if stop >= 0.0:
+        for n in range(len(std)):
+            std[n] += spread.turning_std * max(step * (n + 1) - max(stop - _HIDDEN, 0.0), 0.0)
+
+
+@njit(cache=True)
+def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -> tuple[int, float]:
+    """The step at which somebody comes nearest to an edge beside the way, and the side it is on; -1: none does."""
+    before = FAR
+    here = clearance_at(clearance, person[0], person[1])
+    for k in range(min(len(motion) - 8, _CORNER_STEPS)):
+        ahead = clearance_at(clearance, motion[k, 0], motion[k, 1])
+        if here < _CORNER and here <= before and here <= ahead:
+            x, y = (person[0], person[1]) if k == 0 else (motion[k - 1, 0], motion[k - 1, 1])
+            reach = 3.0 * clearance.mapped_grid[2]
+            gx = clearance_at(clearance, x + reach, y) - clearance_at(clearance, x - reach, y)
+            gy = clearance_at(clearance, x, y + reach) - clearance_at(clearance, x, y - reach)
+            return k, 1.0 if person[3] * gx - person[2] * gy > 0.0 else -1.0
+        before, here = here, ahead
+    return -1, 0.0
+
+
+@njit(cache=True)
+def turn(person: FloatArray, k: int, angle: float, step: float, motion: FloatArray) -> None:
+    """Let ``motion`` (N, 4) turn by ``angle`` [rad] at step ``k``."""
+    x, y = (person[0], person[1]) if k == 0 else (motion[k - 1, 0], motion[k - 1, 1])
+    cos, sin = math.cos(angle), math.sin(angle)
+    vx, vy = cos * person[2] - sin * person[3], sin * person[2] + cos * person[3]
+    for n in range(k, len(motion)):
+        t = step * (n - k + 1)
+        motion[n, 0], motion[n, 1], motion[n, 2], motion[n, 3] = x + t * vx, y + t * vy, vx, vy

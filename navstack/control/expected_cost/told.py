@@ -1,0 +1,49 @@
+"""How a cycle was decided, in dollars."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord
+from navstack.control.expected_cost.motion_cost import TERMS, Scene, V, price_one
+from navstack.control.expected_cost.motions import name_of
+from navstack.types import FloatArray, Twist2D
+
+NAME = "ExpectedCostController"
+
+
+class Cycle(NamedTuple):
+    """One control cycle."""
+
+    stamp: float  # [s]
+    scene: Scene
+    motions: FloatArray  # (M, FIELDS) that were compared
+    chosen: FloatArray  # (FIELDS,)
+    command: Twist2D
+
+
+def record(cycle: Cycle) -> DecisionRecord:
+    """The decision; its scores are the chosen motion's terms [USD], its status says what kind of motion that is."""
+    total, scores, _ = _priced(cycle.chosen, cycle.scene)
+    kind = name_of(cycle.chosen)
+    return DecisionRecord(cycle.stamp, NAME, cycle.command, len(cycle.motions), 0, total, scores, kind)
+
+
+def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
+    """The cheapest motion of another kind, and the cheapest that is at most half as fast one step from now."""
+    priced = [(*_priced(motion, cycle.scene), name_of(motion)) for motion in cycle.motions]
+    _, _, first = _priced(cycle.chosen, cycle.scene)
+    others = {
+        RUNNER_UP: [each for each in priced if each[3] != name_of(cycle.chosen)],
+        SLOWER: [each for each in priced if abs(each[2].linear_x) <= 0.5 * abs(first.linear_x)],
+    }
+    best = {kind: min(found, key=lambda each: each[0]) for kind, found in others.items() if found}
+    return tuple(Alternative(kind, command, total, scores) for kind, (total, scores, command, _) in best.items())
+
+
+def _priced(motion: FloatArray, scene: Scene) -> tuple[float, tuple[CriticScore, ...], Twist2D]:
+    """A motion's cost [USD], its terms, and its velocity after the first step."""
+    terms, states = np.empty(len(TERMS)), np.empty((len(scene.care), 7))
+    total = price_one(motion, scene, terms, states)
+    scores = tuple(CriticScore(name, usd, usd, 0) for name, usd in zip(TERMS, terms.tolist(), strict=True))
+    return float(total), scores, Twist2D(float(states[0, V]), 0.0, float(states[0, V + 1]))

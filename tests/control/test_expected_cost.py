@@ -1,0 +1,377 @@
+"""The controller of least expected cost: every term against a slow twin, predictions, walls, and what it does."""
+
+import dataclasses
+import importlib.util
+import math
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt
+
+from navstack.control.controller import Surroundings
+from navstack.control.decision import RUNNER_UP
+from navstack.control.expected_cost import motions as library
+from navstack.control.expected_cost.clearance import FAR, map_clearance, signed_distances, with_obstacles
+from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
+from navstack.control.expected_cost.field import cost_at, make_field
+from navstack.control.expected_cost.motion_cost import TERMS, Body, Limits, Rates, Scene, price_all, price_one
+from navstack.control.expected_cost.people import Spread, predict
+from navstack.costmap.costmap import Costmap
+from navstack.errors import InvalidPathError, ParameterError
+from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
+from navstack.planning.cost_to_go import cost_to_go
+from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
+
+_spec = importlib.util.spec_from_file_location(
+    "expected_cost_twin", FilePath(__file__).with_name("expected_cost_twin.py")
+)
+twin = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(twin)
+
+PARAMS = ExpectedCostParams()
+FOOTPRINT = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))
+GOAL = Pose2D(15.0, 28.0, 0.0)
+
+
+def street() -> Costmap:
+    """30 x 30 m, a street of 15 m along y between two walls."""
+    data = np.zeros((600, 600), dtype=np.uint8)
+    data[:, :150] = data[:, 450:] = 254
+    floor = data.copy()
+    floor.flags.writeable = False
+    return Costmap(data, 0.05, 0.0, 0.0, floor)
+
+
+def make(params=PARAMS, world=None, prices=None) -> ExpectedCostController:
+    controller = ExpectedCostController(params, FOOTPRINT, 15.0, 0.5, world or street(), cost_to_go, prices)
+    controller.seed(np.random.default_rng(1))
+    return controller
+
+
+def person(x, y, vx=0.0, vy=0.0, std=0.05, stamp=0.0) -> Track:
+    return Track(0, stamp, x, y, vx, vy, 0.3, np.diag((std**2, std**2, 0.01, 0.01)))
+
+
+def plan_to(goal=GOAL) -> Path:
+    return Path(np.array(((15.0, 5.0, math.pi / 2), (goal.x, goal.y, goal.yaw))))
+
+
+def state(x=15.0, y=10.0, yaw=math.pi / 2, v=0.0, w=0.0, stamp=0.0, **more) -> RobotState:
+    return RobotState(Pose2D(x, y, yaw), Twist2D(v, 0.0, w), stamp, Pose2D(x, y, yaw), **more)
+
+
+def scene_of(rng: np.random.Generator, count: int) -> Scene:
+    """A random situation on the street, with something that no map shows."""
+    world = street()
+    seen = Costmap(np.ascontiguousarray(world.data[60:540, 60:540]), 0.05, 3.0, 3.0)
+    seen.data[300:306, 200:210] = 254
+    place = (15.0 + rng.uniform(-6.5, 6.5), rng.uniform(6.0, 26.0))
+    clearance = with_obstacles(map_clearance(world), seen, world, place, np.zeros((0, 3)))
+    people = np.column_stack(
+        (
+            place[0] + rng.normal(0.0, 2.0, count),
+            place[1] + rng.normal(0.0, 2.0, count),
+            *rng.normal(0.0, 1.0, (2, count)),
+            np.full(count, 0.3),
+            np.full((count, 2), 0.02),
+        )
+    )
+    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
+    limits = Limits(*(getattr(PARAMS, name) for name in Limits._fields[:-1]), 0.5)
+    return Scene(
+        np.array((*place, rng.uniform(-3.0, 3.0), rng.uniform(-1.0, 2.0), rng.uniform(-1.0, 1.0))),
+        make_field(world, GOAL, 0.2, cost_to_go),
+        clearance,
+        predict(people, *place, PARAMS.steps, PARAMS.step, spread, clearance),
+        Body(-0.2335, 0.3735, 0.25, np.linspace(-0.51, 0.05, 4), 0.27),
+        limits,
+        Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
+        np.array(PARAMS.contact_usd),
+        np.exp(-PARAMS.step * np.arange(1, PARAMS.steps + 1) / 6.0),
+        PARAMS.step,
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_term_of_every_kind_of_motion_equals_a_slow_twin(seed) -> None:
+    rng = np.random.default_rng(seed)
+    scene = scene_of(rng, 4)
+    motions = np.concatenate((library.few(2.0), library.many(2.0, 2.0, 1.8)))
+    found, states = np.empty(len(TERMS)), np.empty((PARAMS.steps, 7))
+    for motion in rng.choice(motions, 40, replace=False):
+        total = price_one(motion, scene, found, states)
+        assert found == pytest.approx(twin.terms(motion, scene, 0.5), abs=1e-6, rel=1e-6)
+        assert total == pytest.approx(found.sum())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_giving_motions_up_early_does_not_change_which_is_best(seed) -> None:
+    rng = np.random.default_rng(seed)
+    scene, motions = scene_of(rng, 5), library.many(2.0, 2.0, 1.8)
+    costs, found, states = np.empty(len(motions)), np.empty(len(TERMS)), np.empty((PARAMS.steps, 7))
+    best = price_all(motions, scene, math.inf, costs)
+    whole = np.array([price_one(motion, scene, found, states) for motion in motions])
+    assert best == int(whole.argmin())
+    assert costs[best] == whole[best]
+    assert (np.isinf(costs) | (costs == whole)).all() and np.isinf(costs).any()
+
+
+def test_the_price_of_a_contact_is_that_of_the_price_file() -> None:
+    """A person runs into a robot that stands, with certainty, far from any wall: 15 + 37.0 USD at 2 m/s."""
+    rng = np.random.default_rng(0)
+    scene = scene_of(rng, 1)
+    start = np.array((15.0, 12.0, 0.0, 0.0, 0.0))
+    motion = np.zeros((1, PARAMS.steps, 4))
+    motion[0, :, :2], motion[0, :, 2] = (15.14, 12.0), -2.0  # inside the body, before its front
+    people = scene.people._replace(
+        motion=motion, std=np.full((1, PARAMS.steps), 0.01), weight=np.ones(1), radius=np.full(1, 0.3)
+    )
+    scene = scene._replace(start=start, people=people, care=np.ones(PARAMS.steps))
+    found = np.empty(len(TERMS))
+    stand = np.array((1.0, 0.0, 0.0, 99.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    price_one(stand, scene, found, np.empty((PARAMS.steps, 7)))
+    assert found[:3] == pytest.approx((15.0 + 37.0 / (1.0 + math.exp(-1.702 * 5.0)), 0.0, 0.0), abs=1e-6)
+    assert found[3] == pytest.approx(30.0 * 0.3 * PARAMS.steps * PARAMS.step)  # a radius deep, all the time
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 300])
+def test_clearance_is_the_distance_to_the_next_cell_of_the_other_kind(count) -> None:
+    rng = np.random.default_rng(count)
+    blocked = np.zeros((70, 90), dtype=np.bool_)
+    blocked[rng.integers(0, 70, count), rng.integers(0, 90, count)] = True
+    if count:
+        blocked[10:25, 30:60] = True
+    far = np.full(blocked.shape, np.inf)
+    outside = distance_transform_edt(~blocked) if count else far
+    inside = distance_transform_edt(blocked)
+    expected = np.where(blocked, -(0.05 * (inside - 0.5)), 0.05 * (outside - 0.5)).clip(-FAR, FAR)
+    assert signed_distances(blocked, 0.05) == pytest.approx(expected, abs=1e-6)
+
+
+def test_returns_from_people_are_no_walls_but_the_map_behind_them_is() -> None:
+    world = street()
+    local = Costmap(world.data[60:540, 60:540].copy(), 0.05, 3.0, 3.0)
+    for x, y in ((14.0, 15.0), (16.5, 15.0)):
+        row, column = round((y - 3.0) / 0.05), round((x - 3.0) / 0.05)
+        local.data[row : row + 4, column : column + 4] = 254
+    around = np.array(((14.1, 15.1, 0.3), (7.6, 15.0, 0.3)))  # on the first of both, and beside the wall
+    found = with_obstacles(map_clearance(world), local, world, (15.0, 15.0), around)
+    blocked = np.argwhere(found.seen < 0.0) * 0.1 + (found.seen_grid[1], found.seen_grid[0])
+    assert blocked == pytest.approx(np.tile((15.0, 16.5), (len(blocked), 1)), abs=0.2)
+    assert len(blocked) >= 4
+    assert found.mapped[300, 149] < 0.0 < found.mapped[300, 151]
+
+
+def test_the_field_is_the_way_to_the_goal_in_metres() -> None:
+    field = make_field(street(), GOAL, 0.2, cost_to_go)
+    assert cost_at(field, 15.0, 8.0) == pytest.approx(20.0, rel=0.03)
+    assert cost_at(field, 12.0, 24.0) == pytest.approx(5.0, rel=0.08)  # NavFn measures diagonals long
+    assert cost_at(field, 5.0, 15.0) > cost_at(field, 7.6, 15.0) + 4.0 * 2.0  # into the wall: steeply uphill
+    closed = street()
+    closed.data[400:420] = 254
+    assert np.isinf(cost_to_go(closed, GOAL)[100, 300])
+    assert np.isfinite(make_field(closed, GOAL, 0.2, cost_to_go).cost).all()
+
+
+def prediction(one, world=None):
+    clearance = map_clearance(world or street())
+    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
+    return predict(np.array([one]), 15.0, 10.0, PARAMS.steps, PARAMS.step, spread, clearance)
+
+
+def test_people_go_on_straight_and_get_less_sure() -> None:
+    found = prediction((15.0, 12.0, 0.3, 1.0, 0.3, 0.01, 0.04))
+    t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
+    assert found.motion[0, :, 1] == pytest.approx(12.0 + t)
+    known = np.sqrt(0.0036 + 0.01 + 0.04 * np.minimum(t, 2.0) ** 2)
+    assert found.std[0] == pytest.approx(np.minimum(known, 0.6) + 0.04 + 0.1 * t)
+    assert found.weight.tolist() == [1.0]
+
+
+def test_who_stands_may_set_out_and_who_reaches_the_edge_turns() -> None:
+    t = PARAMS.step * np.arange(1, PARAMS.steps + 1)
+    stands = prediction((15.0, 12.0, 0.1, 0.0, 0.3, 0.01, 0.04))
+    assert stands.std[0] == pytest.approx(0.1 + 0.3 * t)
+    assert (stands.motion[0, :, 0] == 15.0).all()
+    edge = prediction((20.0, 12.0, 1.0, 0.0, 0.3, 0.0, 0.0))  # the wall is at 22.5 m, 0.35 m before it is the edge
+    stopped = np.flatnonzero(edge.motion[0, :, 2] == 0.0)[0]
+    assert edge.motion[0, -1, 0] == pytest.approx(22.15, abs=0.15)
+    later = t[-1] - max(t[stopped] - 0.3, 0.0)
+    assert edge.std[0, -1] == pytest.approx(0.06 + 0.04 + 0.1 * t[-1] + 0.6 * later)
+
+
+def test_who_passes_a_corner_may_turn_round_it() -> None:
+    world = street()
+    world.data[200:, :300] = 254  # the street narrows from the left at y = 10 m: x > 15 m is free
+    world.data[300:, :300] = 0  # and opens again at y = 15 m
+    world.floor = world.data.copy()
+    found = prediction((15.6, 12.0, 0.0, 1.2, 0.3, 0.01, 0.01), world)
+    assert found.weight.tolist() == [1.0, 0.3, 0.3]
+    assert found.motion[1, -1, 0] < found.motion[0, -1, 0] - 0.5  # to the left, round the corner
+    assert found.motion[2, -1, 0] < found.motion[1, -1, 0]
+    speeds = np.hypot(*np.diff(found.motion[2, :, :2], axis=0).T) / PARAMS.step
+    assert speeds == pytest.approx(np.full(len(speeds), 1.2))
+
+
+def drive(controller, begin, people, seconds, goal=GOAL, world=None):
+    """Poses (n, 5) of a robot that does as it is told among people (n, 4) who walk on whatever they meet."""
+    pose, twist, poses = begin.pose, begin.twist, []
+    world = world or street()
+    for k in range(round(seconds * 15.0)):
+        stamp = k / 15.0
+        tracks = tuple(person(x + vx * stamp, y + vy * stamp, vx, vy, stamp=stamp) for x, y, vx, vy in people)
+        twist = controller.compute_velocity(
+            RobotState(pose, twist, stamp, pose), plan_to(goal), Surroundings(world, tracks)
+        )
+        yaw = pose.yaw + twist.angular_z / 15.0
+        pose = Pose2D(
+            pose.x + twist.linear_x * math.cos(yaw) / 15.0, pose.y + twist.linear_x * math.sin(yaw) / 15.0, yaw
+        )
+        poses.append((pose.x, pose.y, pose.yaw, twist.linear_x, twist.angular_z))
+    return np.array(poses)
+
+
+def gaps(poses, people):
+    """Distances (n,) [m] from the robot's box to the nearest person's body."""
+    least = np.full(len(poses), np.inf)
+    for x, y, vx, vy in people:
+        t = (np.arange(len(poses)) + 1) / 15.0
+        dx, dy = x + vx * t - poses[:, 0], y + vy * t - poses[:, 1]
+        cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        along = np.maximum(np.abs(cos * dx + sin * dy + 0.2335) - 0.3735, 0.0)
+        across = np.maximum(np.abs(cos * dy - sin * dx) - 0.25, 0.0)
+        least = np.minimum(least, np.hypot(along, across) - 0.3)
+    return least
+
+
+def test_it_drives_to_the_goal_within_its_limits() -> None:
+    poses = drive(make(), state(), [], 16.0)
+    assert math.hypot(poses[-1, 0] - GOAL.x, poses[-1, 1] - GOAL.y) < 0.6
+    v, w = poses[:, 3], poses[:, 4]
+    steps = np.diff(np.concatenate(([0.0], v))) * 15.0
+    assert steps.max() <= PARAMS.max_acceleration + 1e-6 and steps.min() >= -PARAMS.max_deceleration - 1e-6
+    assert np.abs(np.diff(np.concatenate(([0.0], w)))).max() * 15.0 <= PARAMS.max_yaw_acceleration + 1e-6
+    assert v.max() == pytest.approx(PARAMS.max_speed, abs=0.05) and np.abs(w).max() <= PARAMS.max_yaw_rate + 1e-6
+    assert np.abs(v * w).max() <= 1.3 * PARAMS.max_lateral_acceleration + 0.05
+
+
+SCENARIOS = {
+    "head-on": ([(15.0, 20.0, 0.0, -1.3)], state()),
+    "from behind": ([(15.0, 3.0, 0.0, 1.8)], state(v=0.0)),
+    "from the side": ([(9.0, 16.0, 1.3, 0.0)], state(v=1.5)),
+    "two from both sides": ([(9.0, 14.0, 1.2, 0.0), (21.0, 14.0, -1.2, 0.0)], state()),
+    "into the robot that waits at its goal": ([(GOAL.x, 20.0, 0.0, 1.3)], state(GOAL.x, GOAL.y)),
+}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_people_who_avoid_nobody_do_not_touch_it(name) -> None:
+    people, begin = SCENARIOS[name]
+    poses = drive(make(), begin, people, 12.0)
+    assert gaps(poses, people).min() > 0.0
+
+
+def test_it_lets_somebody_pass_in_a_narrow_passage() -> None:
+    """A passage of 2 m: no room for both side by side and a margin."""
+    world = street()
+    world.data[:, :280] = world.data[:, 320:] = 254
+    world.floor = world.data.copy()
+    people = [(15.6, 22.0, 0.0, -1.2)]
+    poses = drive(make(world=world), state(), people, 12.0, world=world)
+    assert gaps(poses, people).min() > 0.0
+
+
+def test_it_drives_off_when_it_is_touched() -> None:
+    people = [(15.0, 10.3, 0.0, -0.1)]  # pressed against the front
+    poses = drive(make(), state(), people, 2.0)
+    assert gaps(poses, people)[-1] > 0.5
+
+
+def test_it_finds_back_onto_the_walkable_ground() -> None:
+    poses = drive(make(), state(7.4, 12.0), [], 6.0)  # 10 cm into the wall's side of the edge
+    assert poses[-1, 0] > 7.8
+
+
+def test_it_slows_down_where_it_does_not_know_its_place() -> None:
+    poses = []
+    for std in (0.0, 0.3):
+        controller, pose, twist = make(), Pose2D(15.0, 6.0, math.pi / 2), Twist2D()
+        for k in range(45):
+            here = RobotState(pose, twist, k / 15.0, pose, std)
+            twist = controller.compute_velocity(here, plan_to(), Surroundings(street()))
+        poses.append(twist.linear_x)
+    assert poses == pytest.approx([2.0, 1.0], abs=0.05)
+
+
+def test_the_deadline_makes_seconds_dear() -> None:
+    """Twenty metres take ten seconds: with as much time left, being late is as likely as not."""
+    controller = make(dataclasses.replace(PARAMS, time_limit=10.0 + 10.0))
+    controller.compute_velocity(state(y=8.0), plan_to(), Surroundings(street()))
+    way = cost_at(controller._field, 15.0, 8.0) / 2.0
+    for stamp in (0.0, 5.0, 15.0):
+        z = max(20.0 - stamp - way, 0.0) / 20.0
+        expected = 0.15 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (math.sqrt(2.0 * math.pi) * 20.0)
+        assert controller._second_usd(state(y=8.0, stamp=stamp)) == pytest.approx(expected)
+
+
+def test_prices_of_a_study_take_the_place_of_the_files() -> None:
+    dear = make(prices=DeliveryPrices((500.0, 500.0), 1.0, 7.0, 100.0))
+    assert dear._contact_usd.tolist() == [500.0, 500.0]
+    assert (dear._params.time_limit, dear._params.late_usd, dear._params.touch_usd) == (100.0, 7.0, 15.0)
+
+
+def test_the_same_seed_gives_the_same_commands() -> None:
+    people = [(15.0, 20.0, 0.0, -1.3), (9.0, 14.0, 1.2, 0.3)]
+    one, other = (drive(make(), state(), people, 3.0) for _ in range(2))
+    assert one.tobytes() == other.tobytes()
+
+
+def test_a_decision_tells_its_dollars_and_what_was_dearer() -> None:
+    controller = make()
+    assert controller.decision is None and controller.alternatives == ()
+    command = controller.compute_velocity(
+        state(v=1.5), plan_to(), Surroundings(street(), (person(15.0, 13.0, 0.0, -1.0),))
+    )
+    told, others = controller.decision, controller.alternatives
+    assert told is not None and told.command == command and told.total is not None
+    assert [score.critic for score in told.scores] == list(TERMS)
+    assert sum(score.raw for score in told.scores) == pytest.approx(told.total)
+    assert told.samples > 500 and others[0].kind == RUNNER_UP
+    assert all(other.total >= told.total - 1e-9 for other in others)
+
+
+def test_a_longer_plan_has_the_field_made_anew() -> None:
+    """Something blocks the street after the field was made: the planner goes round, the field follows."""
+    world = street()
+    controller = make(world=world)
+    controller.compute_velocity(state(), plan_to(), Surroundings(world))
+    before = cost_at(controller._field, 15.0, 10.0)
+    world.data[360:380, 150:440] = 254
+    detour = Path(
+        np.array(((15.0, 10.0, 0.0), (22.2, 18.5, 0.0), (15.0, 28.0, 0.0), (22.0, 28.0, 0.0), (15.0, 28.0, 0.0)))
+    )
+    for stamp, is_anew in ((1.0, False), (6.0, True)):
+        controller.compute_velocity(state(stamp=stamp), Path(detour.poses), Surroundings(world))
+        assert (cost_at(controller._field, 15.0, 10.0) > before + 1.0) == is_anew
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"max_speed": 0.0}, "max_speed 0.0 must be more than 0"),
+        ({"second_usd": -1.0}, "second_usd -1.0 must be 0 or more"),
+        ({"steps": 1}, "steps 1 must be 2 to 200"),
+        ({"contact_usd": (30.0,)}, "contact_usd (30.0,) must be a list of two prices or more"),
+        ({"corner_weight": 0.6}, "corner_weight 0.6 must be 0 to 0.5"),
+    ],
+)
+def test_what_cannot_be_is_one_clear_line(changes, message) -> None:
+    with pytest.raises(ParameterError) as error:
+        dataclasses.replace(PARAMS, **changes)
+    assert str(error.value) == f"expected-cost controller: {message}"
+
+
+def test_an_empty_plan_is_refused() -> None:
+    with pytest.raises(InvalidPathError):
+        make().compute_velocity(state(), Path(np.empty((0, 3))), Surroundings(street()))
