@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.economics.injury import injury_cost
+from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
 from harness.execution.process_cache import kept
