@@ -10,8 +10,8 @@ import argparse
 import time
 
 import numpy as np
+from fix_picture import fixes_along
 
-from harness.report.fix_picture import fixes_along
 from harness.storage.shipped import shipped
 from harness.task.mission import Mission, MissionSampler
 from harness.task.shortest_paths import shortest_path

@@ -2,9 +2,9 @@ import json
 
 import numpy as np
 import pytest
+from fix_picture import draw_fixes, fixes_along
 from PIL import Image
 
-from harness.report.fix_picture import draw_fixes, fixes_along
 from harness.world.scene_io import load_scene
 from navstack.errors import InputError
 

@@ -1,6 +1,6 @@
 """A picture of satellite fixes along one recorded delivery: where they lie, and how far from the truth.
 
-Usage: python -m harness.report.fix_picture RUN STACK EPISODE PICTURE [PRESET ...]
+Usage: python benchmarks/fix_picture.py RUN STACK EPISODE PICTURE [PRESET ...]
 (RUN made by ``navbench run --record full``; PRESET a name of ``params/sensors``, by default rtk_urban consumer_gps).
 """
 
