@@ -88,16 +88,14 @@ def _evidence(run: "StoredRun", episode: int, again: bool) -> "Evidence | None":
     """What there is to tell; None: nothing cost anything."""
     from harness.explain.evidence import decisions_file, delivery_row, drive_again, events_of, recorded
     from harness.explain.moments import is_costly
-    from harness.report.page.recording_code import SEEN, load_recording
+    from harness.report.page.recording_code import load_recording
 
     row, stack = delivery_row(run, episode), run.stacks[0].name
     if not is_costly(row, events_of(run, episode)):
         return None
     file = run.folder / "recordings" / f"{stack}-{episode}.npz"
     if not again and file.is_file() and decisions_file(run, episode).is_file():
-        arrays = load_recording(file)
-        if all(name in arrays for name in SEEN):
-            return recorded(run, episode, arrays)
+        return recorded(run, episode, load_recording(file))
     click.echo(f"episode {episode} of {stack} is driven again", err=True)
     return drive_again(run, episode)
 

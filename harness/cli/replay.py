@@ -11,7 +11,7 @@ from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
     from harness.study.stored_run import StoredRun
-    from navstack.costmap.occupancy_grid import OccupancyGrid
+    from harness.world.scene import Scene
 
 
 # fmt: off
@@ -33,7 +33,11 @@ def replay(
     map, scan, odom, path and markers as ROS 2 messages: Foxglove opens it, ros2 bag plays it. The GIF shows the whole
     delivery from above.
     """
-    from harness.analysis.compare import side_of
+    from harness.report.page.document import replay_page
+    from harness.report.page.replays import one_recorded, shown
+    from harness.report.replay_bag import write_bag
+    from harness.report.replay_gif import write_gif
+    from harness.report.replay_rerun import require_rerun, show_in_rerun
     from harness.study.stored_run import load_run
 
     if not (html or gif or mcap or rerun):
@@ -48,74 +52,33 @@ def replay(
         if path is not None:
             require_writable(what, path, suffixes)
     if rerun:
-        from harness.report.replay_rerun import require_rerun
-
         require_rerun()
     stored = load_run(run)
-    side_of(stored)  # one stack
+    recorded = one_recorded(stored, episode)
     if html:
-        _write_html(stored, episode, html)
+        write_page(html, replay_page(recorded, today()))
+    if not (gif or mcap or rerun):
+        return
+    delivery, scene = shown(recorded), _scene_of(stored)
+    grid = None if scene is None else scene.geometry
     if mcap:
-        _write_mcap(stored, episode, mcap)
+        _tell(mcap, write_bag(mcap, delivery, grid), "messages")
     if gif:
-        _write_gif(stored, episode, gif)
+        _tell(gif, write_gif(gif, delivery, scene), "frames")
     if rerun:
-        _show_rerun(stored, episode)
+        show_in_rerun(delivery, grid)
 
 
-def _write_html(run: "StoredRun", episode: int, path: Path) -> None:
-    from harness.report.page.document import one_recorded, replay_page
-
-    write_page(path, replay_page(*one_recorded(run, episode), today()))
+def _tell(path: Path, count: int, what: str) -> None:
+    click.echo(f"{path}: {count} {what}, {path.stat().st_size / 1e6:.1f} MB")
 
 
-def _write_mcap(run: "StoredRun", episode: int, path: Path) -> None:
-    from harness.report.page.document import one_recorded
-    from harness.report.page.replays import bodies
-    from harness.report.replay_bag import write_bag
-
-    recorded, arrays = one_recorded(run, episode)
-    robot, radius = bodies(recorded.entry)
-    grid = _map_of(run, "the file")
-    count = write_bag(path, arrays, recorded.entry.events_of(episode), grid, robot.polygon, radius)
-    click.echo(f"{path}: {count} messages, {path.stat().st_size / 1e6:.1f} MB")
-
-
-def _write_gif(run: "StoredRun", episode: int, path: Path) -> None:
-    from harness.report.page.document import one_recorded
-    from harness.report.page.replays import bodies
-    from harness.report.page.scenery import scene_of_run
-    from harness.report.replay_gif import write_gif
-
-    recorded, arrays = one_recorded(run, episode)
-    if "scan_mm" not in arrays:
-        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
-    robot, radius = bodies(recorded.entry)
-    ending = f"{recorded.row['outcome'].replace('_', ' ')} after {recorded.row['duration_s']:.1f} s"
-    if recorded.entry.margin is not None:
-        ending += f": {-recorded.loss:+.2f} $"
-    scene, events = scene_of_run(run), recorded.entry.events_of(episode)
-    count = write_gif(path, arrays, events, scene, robot.polygon, radius, ending)
-    click.echo(f"{path}: {count} frames, {path.stat().st_size / 1e6:.1f} MB")
-
-
-def _show_rerun(run: "StoredRun", episode: int) -> None:
-    from harness.report.page.document import one_recorded
-    from harness.report.page.replays import bodies
-    from harness.report.replay_rerun import show_in_rerun
-
-    recorded, arrays = one_recorded(run, episode)
-    robot, radius = bodies(recorded.entry)
-    events, grid = recorded.entry.events_of(episode), _map_of(run, "the viewer")
-    show_in_rerun(f"{recorded.entry.stack.name}-{episode}", arrays, events, grid, robot.polygon, radius)
-
-
-def _map_of(run: "StoredRun", where: str) -> "OccupancyGrid | None":
+def _scene_of(run: "StoredRun") -> "Scene | None":
     """The map of a run; None, and a note, where it is gone or has changed since."""
     from harness.report.page.scenery import scene_of_run
 
     try:
-        return scene_of_run(run).geometry
+        return scene_of_run(run)
     except NavstackError as error:
-        click.echo(f"note: {where} has no map: {error}", err=True)
+        click.echo(f"note: the replay has no map: {error}", err=True)
         return None

@@ -15,7 +15,7 @@ from harness.explain.brains import Watched, Weighed
 from harness.metrics import Row
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
-from harness.metrics.replay_log import plans_of
+from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.tables import read_rows
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
@@ -98,7 +98,7 @@ def read_decisions(path: Path) -> tuple[Row, ...]:
 
 
 def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any]) -> Evidence:
-    """The evidence of a recording, whose ``arrays`` have everything that newer ones have."""
+    """The evidence of a recording, of which ``arrays`` are."""
     file = decisions_file(run, episode)
     decisions = read_decisions(file) if file.is_file() else ()
     return _evidence(run, delivery_row(run, episode), events_of(run, episode), arrays, decisions, None, RECORDING)
@@ -169,14 +169,13 @@ def _evidence(
     params = run.folder / "params"
     robot = load_dataclass(RobotParams, params / f"{run.stacks[0].name}-robot.yaml")
     people = load_dataclass(WorldParams, params / "world.yaml").people
-    tracks = np.split(np.asarray(arrays["tracks"], dtype=np.float64), np.cumsum(arrays["track_count"])[:-1])
     return Evidence(
         row=row,
         events=tuple(events),
         trace=np.asarray(arrays["trace"]),
         crowd=np.asarray(arrays["crowd"], dtype=np.float64),
         pieces_lost=np.asarray(arrays["pieces_lost"], dtype=np.float64),
-        tracks=tuple(tracks),
+        tracks=tuple(tracks_of(arrays)),
         plans=tuple(plans_of(arrays)),
         decisions=tuple(decisions),
         weighed=weighed,

@@ -181,6 +181,11 @@ def scan_points(arrays: Mapping[str, Any], number: int) -> FloatArray:
     return transform_points(Pose2D(x, y, yaw), transform_points(Pose2D(*mount), ends))
 
 
+def tracks_of(arrays: Mapping[str, Any]) -> list[FloatArray]:
+    """The tracks (k, 6) of each row of a recording: id, x, y [m], vx, vy [m/s], radius [m]."""
+    return np.split(np.asarray(arrays["tracks"], dtype=np.float64), np.cumsum(arrays["track_count"])[:-1])
+
+
 def plans_of(arrays: Mapping[str, Any]) -> list[tuple[float, FloatArray]]:
     """The plans of a recording as times [s] and points (N, 2) [m]; none where the delivery never had one."""
     ends = np.cumsum(arrays["plan_size"])

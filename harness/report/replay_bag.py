@@ -14,9 +14,9 @@ import numpy as np
 
 from harness.economics.accountings import is_grave
 from harness.metrics import Row
-from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of
+from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of, tracks_of
 from harness.recorded.mcap_writer import McapWriter
-from harness.report.replay_places import contacts_shown, grid_around
+from harness.report.replay import Replay, grid_around
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import compose, relative_to
@@ -29,31 +29,26 @@ PERSON_HEIGHT = 1.7  # [m]
 PURPLE, AMBER, RED, GREY = (0.48, 0.25, 0.63), (0.71, 0.41, 0.06), (0.82, 0.14, 0.18), (0.5, 0.5, 0.5)
 
 
-def write_bag(
-    path: Path,
-    arrays: Mapping[str, Any],
-    events: Sequence[Row],
-    grid: OccupancyGrid | None,
-    footprint: FloatArray,
-    person_radius: float,
-) -> int:
+def write_bag(path: Path, replay: Replay, grid: OccupancyGrid | None) -> int:
     """Write a recorded delivery; returns the number of messages.
 
     Args:
         path: of the file.
-        arrays: of the recording.
-        events: of the delivery, as in ``events.parquet``.
+        replay: what to write.
         grid: the map; None: it is not written.
-        footprint: of the robot, (N, 2) [m], base frame.
-        person_radius: [m].
 
     Raises:
-        InputError: the file cannot be written, or the recording holds trajectories only.
+        InputError: the file cannot be written.
     """
-    if "scan_mm" not in arrays:
-        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
-    count = 0
-    streams = _streams(arrays, events, grid, footprint, person_radius)
+    count, arrays = 0, replay.arrays
+    streams = [  # in the order of time each, so that the messages need not be in memory all at once
+        _fixed(arrays, grid),
+        _states(arrays, replay.footprint),
+        _scans(arrays),
+        _plans(arrays),
+        _people(arrays, replay.person_radius),
+        _hits(replay.contacts),
+    ]
     try:
         with McapWriter(path) as bag:
             for topic, kind, stamp, fields in heapq.merge(*streams, key=lambda message: message[2]):
@@ -67,36 +62,19 @@ def write_bag(
 Message = tuple[str, str, float, Fields]
 
 
-def _streams(
-    arrays: Mapping[str, Any],
-    events: Sequence[Row],
-    grid: OccupancyGrid | None,
-    footprint: FloatArray,
-    person_radius: float,
-) -> list[Iterator[Message]]:
-    """The messages in streams that are in the order of time each, so that they need not be in memory all at once."""
-    return [
-        _fixed(arrays, grid),
-        _states(arrays, footprint),
-        _scans(arrays),
-        _plans(arrays),
-        _people(arrays, person_radius),
-        _hits(events),
-    ]
-
-
 def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Message]:
     """What stays: the map, and the sensor's mounting."""
     first = float(arrays["trace"][0, 0])
     part = None if grid is None else grid_around(grid, arrays["trace"])
     if part is not None:
         yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(part, first)
-    yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [_mount(arrays["scan_geometry"], first)]}
+    mount = _transform("base_link", "laser", first, Pose2D(*arrays["scan_geometry"][4:7].tolist()))
+    yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [mount]}
 
 
-def _hits(events: Sequence[Row]) -> Iterator[Message]:
+def _hits(contacts: Sequence[Row]) -> Iterator[Message]:
     """What was touched."""
-    for number, event in enumerate(contacts_shown(events)):
+    for number, event in enumerate(contacts):
         yield "/contacts", "visualization_msgs/msg/MarkerArray", event["stamp_s"], {"markers": [_hit(number, event)]}
 
 
@@ -172,10 +150,8 @@ def _headings(plan: FloatArray) -> FloatArray:
 def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:
     """People as they were and tracks as the robot saw them, as markers."""
     kind = "visualization_msgs/msg/MarkerArray"
-    ends = np.cumsum(arrays["track_count"])
-    for stamp, crowd, end, count in zip(
-        arrays["trace"][:, 0].tolist(), arrays["crowd"], ends, arrays["track_count"], strict=True
-    ):
+    stamps = arrays["trace"][:, 0].tolist()
+    for stamp, crowd, tracks in zip(stamps, arrays["crowd"], tracks_of(arrays), strict=True):
         people = [
             _marker("people", number, stamp, place, radius, PURPLE)
             for number, place in enumerate(crowd.tolist())
@@ -184,7 +160,7 @@ def _people(arrays: Mapping[str, Any], radius: float) -> Iterator[Message]:
         yield "/people", kind, stamp, {"markers": people}
         seen = [
             _marker("tracks", int(number), stamp, [x, y], seen_radius, AMBER)
-            for number, x, y, _, _, seen_radius in arrays["tracks"][end - count : end].tolist()
+            for number, x, y, _, _, seen_radius in tracks.tolist()
         ]
         yield "/tracks", kind, stamp, {"markers": seen}
 
@@ -209,10 +185,6 @@ def _hit(number: int, event: Row) -> Fields:
     colour = RED if is_grave(event) else GREY
     marker = _marker("contacts", number, event["stamp_s"], [event["x_m"], event["y_m"]], 0.2, colour)
     return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
-
-
-def _mount(geometry: FloatArray, stamp: float) -> Fields:
-    return _transform("base_link", "laser", stamp, Pose2D(*geometry[4:7].tolist()))
 
 
 def _map(grid: OccupancyGrid, stamp: float) -> Fields:

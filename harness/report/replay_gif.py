@@ -1,7 +1,6 @@
 """A recorded delivery as an animated GIF: the whole of it, from above, with the robot in the middle."""
 
 import itertools
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,10 +8,9 @@ import numpy as np
 from PIL import Image
 
 from harness.economics.accountings import is_grave
-from harness.metrics import Row
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.map_picture import draw_scene
-from harness.report.replay_places import contacts_shown
+from harness.report.replay import Replay
 from harness.storage.files import replacing
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
@@ -22,7 +20,6 @@ from navstack.types import FloatArray, Pose2D
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FRAMES_PER_SECOND = 10
 SPEED = 4.0  # times as fast as it was
@@ -33,25 +30,13 @@ WIDTH_INCH, HEIGHT_INCH, DPI = 6.4, 5.0, 80
 ROBOT, BELIEF, PERSON, SCAN, PLAN, CONTACT = "#0b6e4f", "#c2541b", "#7b3fa0", "#d1242f", "#2f5fb3", "#d1242f"
 
 
-def write_gif(
-    path: Path,
-    arrays: Mapping[str, Any],
-    events: Sequence[Row],
-    scene: Scene,
-    footprint: FloatArray,
-    person_radius: float,
-    ending: str,
-) -> int:
+def write_gif(path: Path, replay: Replay, scene: Scene | None) -> int:
     """Write a recorded delivery; returns the number of frames.
 
     Args:
         path: of the file.
-        arrays: of the recording, with what the robot saw.
-        events: of the delivery, as in ``events.parquet``.
-        scene: where it was.
-        footprint: of the robot, (N, 2) [m], base frame.
-        person_radius: [m].
-        ending: what is said at the end.
+        replay: what to show.
+        scene: where it was; None: on white ground.
 
     Raises:
         InputError: the file cannot be written.
@@ -60,19 +45,25 @@ def write_gif(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI)
-    FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 0.92))
-    picture = _Picture(axes, arrays, events, scene, footprint, person_radius)
+    canvas: Any = FigureCanvasAgg(figure)  # matplotlib does not type what Agg adds
+    picture = _Picture(figure.add_axes((0.0, 0.0, 1.0, 0.92)), replay, scene)
     told = figure.text(0.015, 0.945, "", fontsize=10, family="monospace")
-    times, speed = frame_times(float(arrays["trace"][-1, 0]))
+    times, speed = frame_times(float(replay.arrays["trace"][-1, 0]))
     frames = []
     for number, time in enumerate(times):
         cost = picture.show(time)
         told.set_text(f"{time:5.1f} s ({speed:.3g} x)   costs of contacts {cost:.2f} $")
         if number >= len(times) - LAST:
-            told.set_text(ending)
-        frames.append(drawn(figure))
-    write_frames(path, frames, FRAMES_PER_SECOND)
+            told.set_text(replay.ending)
+        canvas.draw()
+        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    try:
+        with replacing(path) as stream:
+            frames[0].save(
+                stream, "GIF", save_all=True, append_images=frames[1:], duration=1000 // FRAMES_PER_SECOND, loop=0
+            )
+    except OSError as error:
+        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
     return len(times)
 
 
@@ -86,30 +77,24 @@ def frame_times(end: float) -> tuple[list[float], float]:
 class _Picture:
     """The place with what moves on it."""
 
-    def __init__(
-        self,
-        axes: "Axes",
-        arrays: Mapping[str, Any],
-        events: Sequence[Row],
-        scene: Scene,
-        footprint: FloatArray,
-        person_radius: float,
-    ) -> None:
+    def __init__(self, axes: "Axes", replay: Replay, scene: Scene | None) -> None:
         from matplotlib.collections import EllipseCollection
         from matplotlib.patches import Polygon
 
+        arrays, footprint = replay.arrays, replay.footprint
         self._axes, self._arrays, self._footprint = axes, arrays, footprint
         self._trace: FloatArray = arrays["trace"]
         self._plans = plans_of(arrays)
-        self._grave = [each for each in contacts_shown(events) if is_grave(each)]
+        self._grave = [each for each in replay.contacts if is_grave(each)]
         low, high = self._trace[:, 1:3].min(axis=0) - 2 * REACH, self._trace[:, 1:3].max(axis=0) + 2 * REACH
-        draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
-        axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+        if scene is not None:
+            draw_scene(axes, scene, Rect(*low.tolist(), *high.tolist()))
+        axes.set(xticks=[], yticks=[], xlabel="", ylabel="", aspect="equal")
         (self._way,) = axes.plot([], [], color=ROBOT, lw=2.5, alpha=0.5, zorder=5)
         (self._plan,) = axes.plot([], [], "--", color=PLAN, lw=1.5, zorder=5)
         (self._scan,) = axes.plot([], [], ".", color=SCAN, ms=2.5, zorder=6)
         (self._hits,) = axes.plot([], [], "X", color=CONTACT, ms=12, mec="white", zorder=9)
-        size = [2.0 * person_radius] * max(arrays["crowd"].shape[1], 1)
+        size = [2.0 * replay.person_radius] * max(arrays["crowd"].shape[1], 1)
         self._people = EllipseCollection(
             size,
             size,
@@ -148,34 +133,3 @@ class _Picture:
         height = REACH * HEIGHT_INCH * self._axes.get_position().height / WIDTH_INCH
         self._axes.set(xlim=(x - REACH, x + REACH), ylim=(y - height, y + height))
         return float(sum(each["cost_usd"] or 0.0 for each in hits))
-
-
-def drawn(figure: "Figure") -> Image.Image:
-    """What a figure on an Agg canvas shows now."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    assert isinstance(figure.canvas, FigureCanvasAgg)
-    canvas: Any = figure.canvas  # matplotlib does not type what Agg adds
-    canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
-
-
-def write_frames(path: Path, frames: Sequence[Image.Image], frames_per_second: float) -> None:
-    """Write pictures as a GIF that repeats.
-
-    Args:
-        path: of the file; an existing one is replaced once the new one is complete.
-        frames: the pictures, at least one, all of one size.
-        frames_per_second: how fast they follow each other.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    first, *others = frames
-    try:
-        with replacing(path) as stream:
-            first.save(
-                stream, "GIF", save_all=True, append_images=others, duration=round(1000.0 / frames_per_second), loop=0
-            )
-    except OSError as error:
-        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None

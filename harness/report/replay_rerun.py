@@ -15,8 +15,8 @@ from rich.text import Text
 
 from harness.economics.accountings import is_grave
 from harness.metrics import Row
-from harness.metrics.replay_log import plans_of, scan_points
-from harness.report.replay_places import contacts_shown, grid_around
+from harness.metrics.replay_log import plans_of, scan_points, tracks_of
+from harness.report.replay import Replay, grid_around
 from navstack.costmap.occupancy_grid import SOLID_FROM, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError
 from navstack.geometry import transform_points
@@ -50,33 +50,20 @@ def require_rerun() -> None:
         )
 
 
-def show_in_rerun(
-    name: str,
-    arrays: Mapping[str, Any],
-    events: Sequence[Row],
-    grid: OccupancyGrid | None,
-    footprint: FloatArray,
-    person_radius: float,
-) -> None:
+def show_in_rerun(replay: Replay, grid: OccupancyGrid | None) -> None:
     """Open the viewer with a delivery; ends when the viewer is closed.
 
     Args:
-        name: of the recording.
-        arrays: of the recording.
-        events: of the delivery, as in ``events.parquet``.
+        replay: what to show.
         grid: the map; None, or far from the way: it is not shown.
-        footprint: of the robot, (N, 2) [m], base frame.
-        person_radius: [m].
 
     Raises:
-        InputError: rerun-sdk is not installed or too old, the recording holds trajectories only, or the viewer failed.
+        InputError: rerun-sdk is not installed or too old, or the viewer failed.
     """
     require_rerun()
-    if "scan_mm" not in arrays:
-        raise InputError("this recording holds trajectories only: it is an older one; make the run again")
     import rerun as rr
 
-    stream = rr.RecordingStream(name)
+    arrays, stream = replay.arrays, rr.RecordingStream(replay.name)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "delivery.rrd"
         stream.save(path)
@@ -84,12 +71,12 @@ def show_in_rerun(
         part = None if grid is None else grid_around(grid, arrays["trace"])
         if part is not None:
             _log_map(rr, stream, part)
-        _log_rows(rr, stream, arrays, footprint, person_radius)
+        _log_rows(rr, stream, replay)
         _log_scans(rr, stream, arrays)
         for stamp, plan in plans_of(arrays):
             stream.set_time(TIMELINE, duration=stamp)
             stream.log("plan", rr.LineStrips3D([_flat(plan)] if len(plan) else [], colors=BLUE))
-        _log_contacts(rr, stream, contacts_shown(events), float(arrays["trace"][0, 0]))
+        _log_contacts(rr, stream, replay.contacts, float(arrays["trace"][0, 0]))
         stream.disconnect()
         open_viewer(path)
 
@@ -149,21 +136,19 @@ def _log_map(rr: Any, stream: Any, grid: OccupancyGrid) -> None:
     stream.log("map", ground, static=True)
 
 
-def _log_rows(rr: Any, stream: Any, arrays: Mapping[str, Any], footprint: FloatArray, person_radius: float) -> None:
-    outline = np.vstack((footprint, footprint[:1]))
-    ends = np.cumsum(arrays["track_count"])
+def _log_rows(rr: Any, stream: Any, replay: Replay) -> None:
+    arrays, outline = replay.arrays, np.vstack((replay.footprint, replay.footprint[:1]))
     stream.log("way", rr.LineStrips3D([_flat(arrays["trace"][:, 1:3])], colors=GREEN, radii=0.02), static=True)
-    for row, crowd, end, count in zip(arrays["trace"], arrays["crowd"], ends, arrays["track_count"], strict=True):
+    for row, crowd, tracks in zip(arrays["trace"], arrays["crowd"], tracks_of(arrays), strict=True):
         stream.set_time(TIMELINE, duration=float(row[0]))
         for entity, pose, colour in (("robot", row[1:4], GREEN), ("belief", row[6:9], ORANGE)):
             if not np.isnan(pose).any():
                 body = _flat(transform_points(Pose2D(*pose.tolist()), outline))
                 stream.log(entity, rr.LineStrips3D([body], colors=colour, radii=0.03))
         there = crowd[np.isfinite(crowd).all(axis=1)]
-        stream.log("people", rr.Points3D(_flat(there), radii=person_radius, colors=PURPLE))
-        tracks = arrays["tracks"][end - count : end]
-        arrows = {"origins": _flat(tracks[:, 1:3]), "vectors": _flat(tracks[:, 3:5])}
-        stream.log("tracks", rr.Arrows3D(**arrows, colors=AMBER))
+        stream.log("people", rr.Points3D(_flat(there), radii=replay.person_radius, colors=PURPLE))
+        arrows = rr.Arrows3D(origins=_flat(tracks[:, 1:3]), vectors=_flat(tracks[:, 3:5]), colors=AMBER)
+        stream.log("tracks", arrows)
         stream.log("speed", rr.Scalars(float(row[4])))
 
 

@@ -10,7 +10,7 @@ import shapely
 from harness.economics.accountings import COUNTED, EVENT
 from harness.metrics import PRICED_PROPERTY, Row
 from harness.report.page.entries import Entry
-from harness.report.replay_places import contacts_shown
+from harness.report.replay import contacts_shown
 from navstack.types import FloatArray
 
 Json = dict[str, Any]

@@ -13,17 +13,15 @@ from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
 
-from harness.analysis.compare import side_of
 from harness.report.page.accountings import accountings
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import Entry, entries_of, notes_of, without_events
-from harness.report.page.recording_code import FINE, load_recording
+from harness.report.page.entries import entries_of, notes_of, without_events
+from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
 from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
 from harness.study.stored_run import StoredRun
-from navstack.errors import InputError
 
 Json = dict[str, Any]
 
@@ -47,7 +45,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     entries = [without_events(entry) for entry in entries_of(runs)]
     recorded = recorded_of(entries)
     readable, ways, troubles = trajectories(recorded)
-    replays = [replay(each, load_recording(each.path)) for each in chosen(readable, most_replays)]
+    replays = [replay(each) for each in chosen(readable, most_replays)]
     scenery, notes = sceneries(entries)
     notes += notes_of(runs)
     left = len(readable) - len(replays)
@@ -57,7 +55,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         "kind": "report",
         "title": " · ".join(dict.fromkeys(entry.label for entry in entries)),
         "date": date,
-        "entries": [_entry(entry) for entry in entries],
+        "entries": [{"label": entry.label} for entry in entries],
         "headline": headline(entries),
         "tables": tables(entries),
         "waterfall": waterfall(entries),
@@ -76,7 +74,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     return _assembled(data, replays)
 
 
-def replay_page(recorded: Recorded, arrays: Json, date: str) -> str:
+def replay_page(recorded: Recorded, date: str) -> str:
     """A page with the replay of one delivery, its scans whole."""
     entry = recorded.entry
     scenery, notes = sceneries([entry])
@@ -85,36 +83,11 @@ def replay_page(recorded: Recorded, arrays: Json, date: str) -> str:
         "kind": "replay",
         "title": label,
         "date": date,
-        "entries": [_entry(entry)],
+        "entries": [{"label": entry.label}],
         "scenery": scenery,
         "basis": basis([entry], notes),
     }
-    return _assembled(data, [{**replay(recorded, arrays, FINE), "entry": 0}])
-
-
-def one_recorded(run: StoredRun, episode: int) -> tuple[Recorded, Json]:
-    """The recording of one delivery of a run with one stack.
-
-    Raises:
-        InputError: the run has several stacks, no such delivery, or no sound recording of it.
-    """
-    stack = side_of(run).stack.name
-    entry = without_events(entries_of([run])[0])
-    index = next((i for i, row in enumerate(entry.stack.rows) if row["episode"] == episode), None)
-    if index is None:
-        raise InputError(f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others")
-    known = {each.index: each for each in recorded_of([entry])}
-    if index not in known:
-        have = ", ".join(str(each.row["episode"]) for each in list(known.values())[:10]) or "none"
-        raise InputError(
-            f"{run.folder}: episode {episode} of {stack} was not recorded (recorded: {have}); "
-            "make the run with --record full"
-        )
-    return known[index], load_recording(known[index].path)
-
-
-def _entry(entry: Entry) -> Json:
-    return {"label": entry.label}
+    return _assembled(data, [replay(recorded, FINE)])
 
 
 def _assembled(data: Json, replays: Sequence[Json]) -> str:

@@ -7,7 +7,6 @@ from typing import Any
 from harness.metrics import Row
 from harness.report.page.deliveries import rounded
 from harness.report.page.entries import Entry
-from harness.report.page.recording_code import SEEN
 from harness.world.outcome import Rules
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
@@ -24,8 +23,7 @@ def reasons_of(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[dict[s
         arrays: its recording.
 
     Returns:
-        Times rounded as those of contacts. Nothing where no event cost anything, or the recording is an older one that
-        does not tell enough.
+        Times rounded as those of contacts. Nothing where no event cost anything.
     """
     # what explains can also drive a delivery again: simulator and brain are imported only where there is a recording
     from harness.explain.document import explained
@@ -36,8 +34,6 @@ def reasons_of(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[dict[s
     run, episode = dataclasses.replace(entry.run, stacks=(entry.stack,)), row["episode"]
     needed = (decisions_file(run, episode), run.folder / "params" / f"{entry.stack.name}-robot.yaml")
     if not is_costly(row, events_of(run, episode)) or not all(file.is_file() for file in needed):
-        return []
-    if any(name not in arrays for name in SEEN):
         return []
     try:
         evidence = recorded(run, episode, arrays)

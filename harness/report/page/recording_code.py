@@ -31,13 +31,17 @@ FAR = 1e7  # scaled numbers are cut off here: whoever is absent stands there
 MOST_BYTES = 100_000_000  # of a recording, packed or not; an hour of driving has some 40 MB
 BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError, OverflowError)
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
-NEEDED = {"trace": ("rows", 11), "crowd": ("rows", "people", 2)}  # arrays that every recording has, and their shapes
-SEEN = {
-    **{"pieces_lost": ("rows",), "belief_covariance": ("rows", 3), "track_count": ("rows",), "tracks": ("tracks", 6)},
+SHAPES: dict[str, tuple[int | str, ...]] = {  # of the arrays of a recording; equal words are equal lengths
+    **{"trace": ("rows", 11), "crowd": ("rows", "people", 2), "pieces_lost": ("rows",), "odometry": ("rows", 5)},
+    **{
+        "belief_covariance": ("rows", 3),
+        "motion_energy_j": ("rows",),
+        "track_count": ("rows",),
+        "tracks": ("tracks", 6),
+    },
     **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
     **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
-    **{"odometry": ("rows", 5), "motion_energy_j": ("rows",)},
-}  # those of newer ones
+}
 WHOLE = ("pieces_lost", "track_count", "scan_mm", "plan_size")  # of them hold whole numbers from 0 on
 
 
@@ -67,7 +71,7 @@ def load_recording(path: Path) -> dict[str, Any]:
         if unpacked > MOST_BYTES:
             raise InputError(f"{path}: unpacks to {unpacked} bytes; at most {MOST_BYTES} are read")
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in (*NEEDED, *SEEN) if name in file}
+            arrays = {name: file[name] for name in SHAPES if name in file}
     except (*BROKEN, MemoryError) as error:  # an array that says it is larger than any memory
         raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
     trouble = _trouble_with(arrays)
@@ -78,27 +82,23 @@ def load_recording(path: Path) -> dict[str, Any]:
 
 def _trouble_with(arrays: Mapping[str, Any]) -> str:
     """Why arrays are no recording; empty: they are one."""
-    if any(name not in arrays for name in NEEDED):
-        return "is no recording of a delivery"
+    missing = [name for name in SHAPES if name not in arrays]
+    if missing:
+        return f"is no recording of a delivery, or an older one: it lacks {missing[0]}"
     if any(array.dtype.kind not in "iuf" for array in arrays.values()):
         return "holds something else than numbers"
-    trace, crowd = arrays["trace"], arrays["crowd"]
-    if trace.ndim != 2 or trace.shape[1] != 11 or len(trace) < 2 or not np.isfinite(trace[:, :6]).all():
-        return "has no sound trajectory"
-    if not _is_rising(trace[:, 0]):
-        return "has no sound trajectory: its times do not rise"
-    if crowd.ndim != 3 or len(crowd) != len(trace) or crowd.shape[2] != 2:
-        return "is damaged: people and robot do not match"
-    missing = [name for name in SEEN if name not in arrays]
-    if not missing and not _match(arrays):
+    if not _match(arrays):
         return "is damaged: its arrays do not match"
-    return "" if not missing or len(missing) == len(SEEN) else f"is damaged: it lacks {missing[0]}"
+    trace = arrays["trace"]
+    if len(trace) < 2 or not np.isfinite(trace[:, :6]).all() or not _is_rising(trace[:, 0]):
+        return "has no sound trajectory"
+    return ""
 
 
 def _match(arrays: Mapping[str, Any]) -> bool:
-    """Whether what the robot saw and meant fits together."""
+    """Whether the arrays fit together."""
     lengths: dict[int | str, int] = {}
-    for name, shape in {**NEEDED, **SEEN}.items():
+    for name, shape in SHAPES.items():
         found = arrays[name].shape
         if len(found) != len(shape):
             return False
@@ -122,36 +122,33 @@ def _is_rising(stamps: FloatArray) -> bool:
 
 def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
     """A recording as text; see the module."""
-    fields = _Fields()
-    trace = arrays["trace"]
-    fields.add("t", trace[:, 0], 0.001)
-    fields.add("pose", _with_yaw(trace[:, 1:4]), CENTIMETRE, yaw_column=2)
-    fields.add("motion", trace[:, (4, 5, 9, 10)], CENTIMETRE)  # speed, yaw rate, and both as commanded
-    if not np.isnan(trace[:, 6:9]).all():
-        fields.add("belief", _with_yaw(trace[:, 6:9]), CENTIMETRE, yaw_column=2)  # FAR where it has none
-    fields.add("crowd", arrays["crowd"].reshape(len(trace), -1), CENTIMETRE)
-    if "pieces_lost" in arrays:
-        _add_seen(fields, arrays, fineness)
-    return base64.b64encode(gzip.compress(fields.content(), 9, mtime=0)).decode()
-
-
-def _add_seen(fields: "_Fields", arrays: Mapping[str, Any], fineness: Fineness) -> None:
-    fields.add("lost", arrays["pieces_lost"], 1.0)
-    fields.add("energy", arrays["motion_energy_j"], 1.0)
-    fields.add("covariance", arrays["belief_covariance"], 1e-4)
-    fields.add("trackCount", arrays["track_count"], 1.0)
-    fields.add("tracks", arrays["tracks"][:, :5], CENTIMETRE, whole_column=0)
-    stamps, plans = arrays["plan_stamp"], _plans(arrays)
-    fields.add("planStamp", stamps, 0.001)
-    fields.add("planSize", np.array([len(plan) for plan in plans]), 1.0)
-    fields.add("plan", np.concatenate(plans) if plans else np.empty((0, 2)), CENTIMETRE)
-    every, beam, step = fineness.every_scan, fineness.every_beam, fineness.range_step
-    geometry = arrays["scan_geometry"]
+    trace, plans, geometry = arrays["trace"], _plans(arrays), arrays["scan_geometry"]
+    pose = (CENTIMETRE, CENTIMETRE, MILLIRADIAN)
+    every, beam = fineness.every_scan, fineness.every_beam
     ranges = arrays["scan_mm"][::every, ::beam]
-    fields.add("scanStamp", arrays["scan_stamp"][::every], 0.001)
-    fields.add("scanGeometry", geometry * (1, beam, 1, 1, 1, 1, 1), 1e-6)
-    ranges = np.where(ranges == NO_RETURN, 0, ranges).T  # [mm] scan by scan, beam after beam
-    fields.add("scan", ranges, step, unit=0.001)
+    fields = [
+        _field("t", trace[:, 0], 0.001),
+        _field("pose", _with_yaw(trace[:, 1:4]), pose),
+        _field("motion", trace[:, (4, 5, 9, 10)], CENTIMETRE),  # speed, yaw rate, and both as commanded
+        _field("crowd", arrays["crowd"].reshape(len(trace), -1), CENTIMETRE),
+        _field("lost", arrays["pieces_lost"], 1.0),
+        _field("energy", arrays["motion_energy_j"], 1.0),
+        _field("covariance", arrays["belief_covariance"], 1e-4),
+        _field("trackCount", arrays["track_count"], 1.0),
+        _field("tracks", arrays["tracks"][:, :5], (1.0, *(CENTIMETRE,) * 4)),
+        _field("planStamp", arrays["plan_stamp"], 0.001),
+        _field("planSize", np.array([len(plan) for plan in plans]), 1.0),
+        _field("plan", np.concatenate(plans) if plans else np.empty((0, 2)), CENTIMETRE),
+        _field("scanStamp", arrays["scan_stamp"][::every], 0.001),
+        _field("scanGeometry", geometry * (1, beam, 1, 1, 1, 1, 1), 1e-6),
+        # [mm] scan by scan, beam after beam
+        _field("scan", np.where(ranges == NO_RETURN, 0, ranges).T, fineness.range_step, unit=0.001),
+    ]
+    if not np.isnan(trace[:, 6:9]).all():
+        fields.append(_field("belief", _with_yaw(trace[:, 6:9]), pose))  # FAR where it has none
+    head = json.dumps([head for head, _ in fields], separators=(",", ":")).encode()
+    content = b"".join((struct.pack("<I", len(head)), head, *(body for _, body in fields)))
+    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()
 
 
 def _plans(arrays: Mapping[str, Any]) -> list[FloatArray]:
@@ -173,60 +170,19 @@ def _with_yaw(poses: FloatArray) -> FloatArray:
     return np.column_stack((poses[:, :2], yaws))
 
 
-class _Fields:
-    """Fields on their way into bytes."""
-
-    def __init__(self) -> None:
-        self._heads: list[dict[str, Any]] = []
-        self._bodies: list[bytes] = []
-
-    def add(
-        self,
-        name: str,
-        values: Any,
-        scale: float,
-        yaw_column: int | None = None,
-        whole_column: int | None = None,
-        unit: float = 1.0,
-    ) -> None:
-        """Take in an array (n,) or (n, columns) of ``unit`` in steps of ``scale``.
-
-        One column may be an angle, one a number.
-        """
-        table = np.asarray(values)
-        table = table[:, np.newaxis] if table.ndim == 1 else table
-        scales = [scale] * table.shape[1]
-        if yaw_column is not None:
-            scales[yaw_column] = MILLIRADIAN
-        if whole_column is not None:
-            scales[whole_column] = 1.0
-        first: list[int] = []
-        steps: npt.NDArray[np.int32] = np.zeros(table.T.shape, dtype=np.int32)
-        for column, own, step in zip(table.T, steps, scales, strict=True):  # one at a time: scans are large
-            scaled = np.nan_to_num(column.astype(np.float64) * (unit / step), nan=FAR)
-            whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
-            first += whole[:1].tolist()
-            own[1:] = np.diff(whole)
-        kind = _smallest(steps)
-        self._heads.append(
-            {
-                "name": name,
-                "columns": steps.shape[0],
-                "n": steps.shape[1],
-                "bytes": kind,
-                "scales": scales if len(set(scales)) > 1 else [scale],
-                "first": first,
-            }
-        )
-        self._bodies.append(steps.astype(f"<i{kind}").tobytes())
-
-    def content(self) -> bytes:
-        """All of it."""
-        head = json.dumps(self._heads, separators=(",", ":")).encode()
-        return b"".join((struct.pack("<I", len(head)), head, *self._bodies))
-
-
-def _smallest(steps: npt.NDArray[np.int32]) -> int:
-    """Bytes of the smallest whole number that holds them all."""
+def _field(name: str, values: Any, scale: float | tuple[float, ...], unit: float = 1.0) -> tuple[dict[str, Any], bytes]:
+    """Head and numbers of an array (n,) or (n, columns) of ``unit`` in steps of ``scale``, one for all or for each."""
+    table = np.asarray(values)
+    table = table[:, np.newaxis] if table.ndim == 1 else table
+    scales = scale if isinstance(scale, tuple) else (scale,) * table.shape[1]
+    first: list[int] = []
+    steps: npt.NDArray[np.int32] = np.zeros(table.T.shape, dtype=np.int32)
+    for column, own, step in zip(table.T, steps, scales, strict=True):  # one at a time: scans are large
+        scaled = np.nan_to_num(column.astype(np.float64) * (unit / step), nan=FAR)
+        whole = np.rint(np.clip(scaled, -FAR, FAR)).astype(np.int32)
+        first += whole[:1].tolist()
+        own[1:] = np.diff(whole)
     largest = max(int(steps.max()), -int(steps.min())) if steps.size else 0
-    return 1 if largest < 2**7 else 2 if largest < 2**15 else 4
+    size = 1 if largest < 2**7 else 2 if largest < 2**15 else 4  # bytes of the smallest number that holds them all
+    head = {"name": name, "columns": steps.shape[0], "n": steps.shape[1], "bytes": size, "first": first}
+    return {**head, "scales": scale if isinstance(scale, tuple) else (scale,)}, steps.astype(f"<i{size}").tobytes()

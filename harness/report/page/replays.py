@@ -6,12 +6,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from harness.analysis.compare import side_of
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
-from harness.report.page.entries import Entry
+from harness.report.page.entries import Entry, entries_of, without_events
 from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.page.sections import TERMS
+from harness.report.replay import Replay, contacts_shown
 from harness.storage.shipped import shipped
+from harness.study.stored_run import StoredRun
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError
@@ -62,9 +65,9 @@ def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
     return sorted(taken[:most], key=lambda each: (each.number, each.index))
 
 
-def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Json:
+def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
     """What the page needs to show a delivery: its facts, contacts, costs, their reasons, and the recording itself."""
-    entry, row = recorded.entry, recorded.row
+    entry, row, arrays = recorded.entry, recorded.row, load_recording(recorded.path)
     robot, radius = bodies(entry)
     return {
         "entry": recorded.number,
@@ -85,6 +88,42 @@ def replay(recorded: Recorded, arrays: Json, fineness: Fineness = COARSE) -> Jso
         "reasons": reasons_of(entry, row, arrays),
         "data": encode(arrays, fineness),
     }
+
+
+def one_recorded(run: StoredRun, episode: int) -> Recorded:
+    """The recording of one delivery of a run with one stack.
+
+    Raises:
+        InputError: the run has several stacks, no such delivery, or no recording of it.
+    """
+    stack = side_of(run).stack.name
+    entry = without_events(entries_of([run])[0])
+    if all(row["episode"] != episode for row in entry.stack.rows):
+        raise InputError(f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others")
+    known = {each.row["episode"]: each for each in recorded_of([entry])}
+    if episode not in known:
+        have = ", ".join(map(str, list(known)[:10])) or "none"
+        raise InputError(
+            f"{run.folder}: episode {episode} of {stack} was not recorded (recorded: {have}); "
+            "make the run with --record full"
+        )
+    return known[episode]
+
+
+def shown(recorded: Recorded) -> Replay:
+    """The delivery for all but a page.
+
+    Raises:
+        InputError: its recording is damaged.
+    """
+    entry, row = recorded.entry, recorded.row
+    robot, radius = bodies(entry)
+    ending = f"{row['outcome'].replace('_', ' ')} after {row['duration_s']:.1f} s"
+    if entry.margin is not None:
+        ending += f": {-recorded.loss:+.2f} $"
+    contacts = contacts_shown(entry.events_of(row["episode"]))
+    name = f"{entry.stack.name}-{row['episode']}"
+    return Replay(name, ending, load_recording(recorded.path), contacts, robot.polygon, radius)
 
 
 def bodies(entry: Entry) -> tuple[RobotParams, float]:

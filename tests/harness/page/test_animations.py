@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from harness.report import replay_gif
-from harness.report.replay_gif import write_frames, write_gif
-from harness.world.scene_io import load_scene
+from harness.report.replay import Replay, contacts_shown
+from harness.report.replay_gif import write_gif
 from harness.world.truth import Partner
 from navstack.errors import InputError
 
@@ -40,7 +40,7 @@ def test_an_animation_that_ends_early_leaves_the_old_one(
     monkeypatch.setattr(replay_gif._Picture, "show", show)
     (tmp_path / "d.gif").write_bytes(b"old")
     with pytest.raises(Stopped):
-        write_gif(tmp_path / "d.gif", make_arrays(ROW), [], load_scene("sidewalk"), CORNERS, 0.3, "over")
+        write_gif(tmp_path / "d.gif", Replay("", "over", make_arrays(ROW), [], CORNERS, 0.3), None)
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("d.gif", b"old")]
 
 
@@ -49,9 +49,8 @@ def test_contacts_are_marked_from_when_they_happened(make_arrays: Callable[..., 
     person = {**hit, "stamp_s": 2.0, "kind": "pedestrian", "partner": "pedestrian"}
     thing = {**hit, "stamp_s": 3.0, "kind": "mailbox", "partner": "property", "cost_usd": 4.5}
     free = {**thing, "stamp_s": 1.0, "cost_usd": 0.0}
-    picture = replay_gif._Picture(
-        Figure().subplots(), make_arrays(ROW), [thing, free, person], load_scene("sidewalk"), CORNERS, 0.3
-    )
+    delivery = Replay("", "", make_arrays(ROW), contacts_shown([thing, free, person]), CORNERS, 0.3)
+    picture = replay_gif._Picture(Figure().subplots(), delivery, None)
     assert [picture.show(time) for time in (1.5, 2.5, 3.5)] == [0.0, 0.0, 4.5]
     assert len(picture._hits.get_xdata()) == 2
     picture.show(2.5)
@@ -59,14 +58,12 @@ def test_contacts_are_marked_from_when_they_happened(make_arrays: Callable[..., 
 
 
 def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, make_arrays: Callable[..., dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    frames = [Image.new("RGB", (8, 8), colour) for colour in ("red", "blue")]
-
     def full(*args: Any, **kwargs: Any) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Image.Image, "save", full)
     with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); choose another"):
-        write_frames(tmp_path / "d.gif", frames, 10.0)
+        write_gif(tmp_path / "d.gif", Replay("", "", make_arrays(ROW), [], CORNERS, 0.3), None)
     assert list(tmp_path.iterdir()) == []

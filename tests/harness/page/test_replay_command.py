@@ -14,9 +14,9 @@ from harness.cli.app import main
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
+from harness.report.replay import Replay, contacts_shown, grid_around
 from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
-from harness.report.replay_places import contacts_shown, grid_around
 from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.geometry import compose
@@ -113,7 +113,7 @@ def test_a_person_who_was_hit_is_red_whatever_the_price(
         {**event, **person, **later, "stamp_s": 4.0},
         {**event, **person, "stamp_s": None},
     ]
-    write_bag(tmp_path / "d.mcap", make_arrays(ROW), hits, None, CORNERS, 0.3)
+    write_bag(tmp_path / "d.mcap", Replay("", "", make_arrays(ROW), contacts_shown(hits), CORNERS, 0.3), None)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         contacts = [c for c in reader.connections if c.topic == "/contacts"]
         found = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=contacts)]
@@ -152,7 +152,7 @@ def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, caps
     (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     err = capsys.readouterr().err
-    assert "note: the file has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+    assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
     assert run(str(folder), "1", "--gif", str(tmp_path / "d.gif")) == 1
@@ -164,7 +164,7 @@ def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, caps
 def test_a_way_off_the_map_has_no_map(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
     arrays, grid = make_arrays({**ROW, "start_x_m": 900.0, "goal_x_m": 908.0}), load_scene("sidewalk").geometry
     assert grid_around(grid, arrays["trace"]) is None
-    write_bag(tmp_path / "d.mcap", arrays, [], grid, CORNERS, 0.3)
+    write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), grid)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         assert "/map" not in {connection.topic for connection in reader.connections}
 
@@ -172,7 +172,7 @@ def test_a_way_off_the_map_has_no_map(make_arrays: Callable[..., dict[str, Any]]
 def test_the_absent_stand_nowhere(make_arrays: Callable[..., dict[str, Any]], tmp_path: Path) -> None:
     arrays = make_arrays({**ROW, "duration_s": 2.0})
     arrays["crowd"][:10, 1] = np.inf
-    write_bag(tmp_path / "d.mcap", arrays, [], None, CORNERS, 0.3)
+    write_bag(tmp_path / "d.mcap", Replay("", "", arrays, [], CORNERS, 0.3), None)
     with AnyReader([tmp_path / "d.mcap"]) as reader:
         people = [c for c in reader.connections if c.topic == "/people"]
         messages = [reader.deserialize(content, c.msgtype) for c, _, content in reader.messages(connections=people)]

@@ -16,7 +16,7 @@ from harness.cli.app import main
 from harness.economics.accountings import is_grave
 from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
-from harness.report.replay_places import contacts_shown
+from harness.report.replay import contacts_shown
 from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import SOLID_FROM
@@ -117,7 +117,7 @@ def test_a_map_that_has_changed_is_left_out_with_a_note(
     (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
     assert "/map" not in shown()
     err = capsys.readouterr().err
-    assert "note: the viewer has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
+    assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun-sdk is not installed")

@@ -94,9 +94,9 @@ function player() {
     if (recording.belief) lines.push(['belief error', believed ? `${num(Math.hypot(believed[0] - pose[0], believed[1] - pose[1]), 2)} m` : 'no belief']);
     const nearest = recording.crowd.length ? recording.nearest(row) : Infinity;
     lines.push(['nearest person', nearest < 1e3 ? `${num(nearest, 1)} m` : '–']);
-    if (recording.tracks && recording.tracks[0].length) lines.push(['tracks', num(recording.tracksAt(row).length)]);
-    if (recording.lost) lines.push(['cargo lost', isNumber(facts.pieces) ? `${num(recording.lost[0][row[0]])} of ${num(facts.pieces)}` : 'not modelled']);
-    if (recording.energy) lines.push(['energy', `${num(recording.energy[0][row[0]] / 3600, 1)} Wh`]);
+    if (recording.tracks[0].length) lines.push(['tracks', num(recording.tracksAt(row).length)]);
+    lines.push(['cargo lost', isNumber(facts.pieces) ? `${num(recording.lost[0][row[0]])} of ${num(facts.pieces)}` : 'not modelled']);
+    lines.push(['energy', `${num(recording.energy[0][row[0]] / 3600, 1)} Wh`]);
     lines.push(['costs so far', usd(recording.costs(time))]);
     if (time >= recording.end - 1e-3) lines.push(['ended', outcomeName(facts.outcome)]);
     parts.facts.replaceChildren(...lines.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]).flat());

@@ -35,8 +35,8 @@ class Recording {
     this.times = fields.t[0];
     this.settled = facts.duration ?? this.times.at(-1);
     this.end = Math.max(this.times.at(-1), this.settled, ...facts.contacts.map(each => each[2]));
-    this.trackStart = fields.trackCount ? starts(fields.trackCount[0]) : null;
-    this.planStart = fields.planSize ? starts(fields.planSize[0]) : null;
+    this.trackStart = starts(fields.trackCount[0]);
+    this.planStart = starts(fields.planSize[0]);
     this.costed = facts.contacts.filter(each => isGrave(each[3], each[5], each[6]));
     this.bill = [
       ['refund', facts.money.service_compensation], ['repair', facts.money.repair], ['electricity', facts.money.electricity],
@@ -63,13 +63,12 @@ class Recording {
     return found;
   }
   tracksAt([k]) {
-    if (!this.trackStart) return [];
     const found = [];
     for (let i = this.trackStart[k]; i < this.trackStart[k + 1]; i++) found.push(this.tracks.map(column => column[i]));
     return found;
   }
   planAt(time) {
-    if (!this.planStart || !this.planStamp[0].length) return [];
+    if (!this.planStamp[0].length) return [];
     const k = before(this.planStamp[0], time + 1e-3);
     if (k < 0) return [];
     const found = [];
@@ -77,7 +76,7 @@ class Recording {
     return found;
   }
   scanAt(time) {  // where its beams ended, map frame, from where the robot really was
-    if (!this.scanStamp || !this.scanStamp[0].length) return [];
+    if (!this.scanStamp[0].length) return [];
     const k = before(this.scanStamp[0], time + 1e-3);
     if (k < 0) return [];
     const stamp = this.scanStamp[0][k], [x, y, yaw] = this.pose(this.driven, this.row(stamp));

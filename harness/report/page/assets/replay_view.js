@@ -91,7 +91,6 @@ function drawBelief(context, camera, recording, row, colour) {
   if (!believed) return;
   polygon(context, outline(camera, recording.facts.footprint, believed));
   stroke(context, colour['--belief'], 2, 1, [4, 3]);
-  if (!recording.covariance) return;
   const [xx, xy, yy] = recording.covariance.map(column => column[row[0]]);
   const middle = (xx + yy) / 2, half = Math.hypot((xx - yy) / 2, xy);
   const long = 2 * Math.sqrt(Math.max(middle + half, 0)), wide = 2 * Math.sqrt(Math.max(middle - half, 0));

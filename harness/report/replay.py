@@ -1,6 +1,8 @@
-"""What of the map and of a delivery's contacts replays show."""
+"""A recorded delivery as every kind of replay shows it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +12,18 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Pose2D
 
 MAP_MARGIN = 20.0  # [m] around the way: the map of a whole town has 16 million cells
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replay:
+    """What a replay shows beside the map."""
+
+    name: str
+    ending: str  # what is said at the end
+    arrays: Mapping[str, Any]  # of the recording
+    contacts: Sequence[Row]  # of :func:`contacts_shown`
+    footprint: FloatArray  # (N, 2) [m], base frame
+    person_radius: float  # [m]
 
 
 def grid_around(grid: OccupancyGrid, trace: FloatArray) -> OccupancyGrid | None:
