@@ -27,6 +27,7 @@ import tarfile
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -157,16 +158,17 @@ def test_rows(folder: Path, rival: str, rival_folder: Path, workers: int | None)
     """
     base = load_study(folder, workers)
     study = load_tuning(folder, base, None)
-    with Workers(base.workers) as pool:
+    with Workers(base.workers) as pool, TemporaryDirectory() as files:
         with Journal(folder) as journal:
-            with StackEvaluator(study.template, pool, journal, lambda candidate, row: None) as evaluator:
-                result = finish(study, run_search(study, evaluator, journal, lambda trial, best: None), evaluator)
+            evaluator = StackEvaluator(study.template, pool, journal, lambda candidate, row: None, Path(files))
+            result = finish(study, run_search(study, evaluator, journal, lambda trial, best: None), evaluator)
         sides = dict(zip(("original", "tuned"), result.test_rows, strict=True))
         if rival:
             rival_folder.mkdir(exist_ok=True)
             stack = load_stack(rival)
             template = dataclasses.replace(study.template, stack=stack)
-            with Journal(rival_folder) as journal, StackEvaluator(template, pool, journal, tell) as evaluator:
+            with Journal(rival_folder) as journal:
+                evaluator = StackEvaluator(template, pool, journal, tell, Path(files))
                 sides[stack.name] = evaluator.rows(Candidate(stack.name, {}), result.test_missions)
     return sides
 

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -184,7 +185,8 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
         if len(journal):
             say(f"going on after {len(journal)} episodes")
         shared = None if where.is_local else path
-        with StackEvaluator(study.template, pool, journal, progress.episode, shared) as evaluator:
+        with TemporaryDirectory(prefix="navbench-tune-", dir=shared) as files:
+            evaluator = StackEvaluator(study.template, pool, journal, progress.episode, Path(files))
             try:
                 with shown(progress):
                     result = _search_and_test(study, evaluator, journal, progress)

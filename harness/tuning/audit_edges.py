@@ -14,7 +14,6 @@ from harness.statistics import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.result import StudyResult, TrialTable, trial_table
 from harness.tuning.space import Parameter
-from navstack.types import FloatArray
 
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
 NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
@@ -48,7 +47,7 @@ class Edge:
 def edges(study: StudyResult) -> Check:
     """Tuned values near an end of their range, flagged where that is no chance."""
     table = trial_table(study.space, study.trials)
-    if not _trends_can_be_told(table):
+    if len(table.trials) < 2 * max(len(table.varied) - 1, 0) + SPARE:  # for the response surface of _p_of_trend
         few = f"{len(table.trials)} trials are too few to tell a trend of {len(table.parameters)} parameters"
         return Check("edge", False, few, is_examined=False)
     near = [edge for edge in (_edge(study, table, i) for i in range(len(table.parameters))) if edge is not None]
@@ -67,12 +66,6 @@ def edges(study: StudyResult) -> Check:
         advice=ADVICE,
         look="" if flagged else "; ".join(at_end),
     )
-
-
-def _trends_can_be_told(table: TrialTable) -> bool:
-    """Whether there are trials enough for the response surface of :func:`_p_of_trend`, whichever parameter it is of."""
-    varied = sum(_varies(table.places[:, i]) for i in range(len(table.parameters))) if len(table.trials) else 0
-    return len(table.trials) >= 2 * max(varied - 1, 0) + SPARE
 
 
 def _is_tuned(study: StudyResult, parameter: Parameter) -> bool:
@@ -112,15 +105,11 @@ def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
     """One-sided p of the objective's rise towards an end, at that end, with all other parameters held.
 
     A quadratic response surface of the objective's ranks (Box and Wilson 1951) without products. All parameters stand
-    in it, as a sampler that dwells on what is good makes trials alike also in what does not matter. 1 where trials are
-    too few for it.
+    in it, as a sampler that dwells on what is good makes trials alike also in what does not matter.
     """
-    varied = [
-        i for i in range(len(table.parameters)) if i != number and len(table.trials) and _varies(table.places[:, i])
-    ]
-    few = len(table.trials) < 2 * len(varied) + SPARE
-    if few or not _varies(table.places[:, number]) or not _varies(table.objective):
+    if number not in table.varied or np.ptp(table.objective) == 0.0:
         return 1.0
+    varied = [other for other in table.varied if other != number]
     inward = 1.0 - table.places[:, number] if is_high else table.places[:, number]  # from the end
     others = table.places[:, varied] - table.places[:, varied].mean(axis=0)
     design = np.column_stack([np.ones(len(inward)), inward, inward**2, others, others**2])
@@ -131,10 +120,6 @@ def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
     if variance <= 0.0:
         return 1.0
     return float(stats.t.cdf(solution[1] / math.sqrt(variance), freedom))
-
-
-def _varies(values: FloatArray) -> bool:
-    return bool(np.ptp(values) > 0.0)
 
 
 def _sentence(edge: Edge) -> str:

@@ -55,7 +55,7 @@ def importances(table: TrialTable) -> tuple[Importance, ...]:
     percentile bootstrap's over trials; these come from an adaptive sampler and are not independent, so they are too
     narrow. Empty where the trials are fewer than :data:`LEAST_TRIALS`, or all alike.
     """
-    varied = [number for number in range(len(table.parameters)) if np.ptp(table.places[:, number], axis=0) > 0.0]
+    varied = table.varied
     if len(table.trials) < LEAST_TRIALS or len(varied) < 2 or np.ptp(table.objective) == 0.0:
         return ()
     parameters = [table.parameters[number] for number in varied]
@@ -79,11 +79,7 @@ def interactions(table: TrialTable) -> tuple[Interaction, ...]:
     Beside every parameter's linear term and the two squares the product of a pair is tested (partial F test). Empty
     where the trials are too few for such a surface.
     """
-    numbers = [
-        i
-        for i, parameter in enumerate(table.parameters)
-        if parameter.is_ordered and len(table.trials) and np.ptp(table.places[:, i]) > 0.0
-    ]
+    numbers = [number for number in table.varied if table.parameters[number].is_ordered]
     if len(table.trials) < max(LEAST_TRIALS, len(numbers) + 10) or np.ptp(table.objective) == 0.0:
         return ()
     places = table.places - table.places.mean(axis=0)

@@ -57,6 +57,11 @@ class TrialTable:
     places: FloatArray  # (trials, parameters) in 0..1 of the range, in the logarithm where the parameter is so
     objective: FloatArray  # (trials,) the study's first, larger is better
 
+    @property
+    def varied(self) -> list[int]:
+        """Numbers of the parameters of which there is more than one value."""
+        return np.flatnonzero(np.ptp(self.places, axis=0)).tolist() if len(self.trials) else []
+
 
 def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
     """The trials that have a value."""

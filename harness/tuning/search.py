@@ -126,27 +126,27 @@ class Search:
             if reason:
                 return dataclasses.replace(failed, missions=missions, reason=reason)
             if look < len(plan.rungs) - 1:
-                p, reason = self._look(rows, order)
+                p, told, reason = self._look(rows, order)
                 if reason:
-                    told = (self._told(rows, order),)
-                    return Trial(number, candidate, point, PRUNED, missions, values, told, p, reason)
+                    return Trial(number, candidate, point, PRUNED, missions, values, (told,), p, reason)
         return Trial(number, candidate, point, COMPLETE, plan.missions, values, values, p, "")
 
-    def _look(self, rows: Sequence[Row], order: Sequence[int]) -> tuple[float, str]:
-        """P value that a trial is no worse than the incumbent, and why it is dropped; empty: it is not."""
-        objective, known = self._plan.objectives[0], self._evaluator.rows(self.incumbent.candidate, order)
-        own, other = (objective.scores(each, known) for each in (rows, known[: len(rows)]))
-        p = p_no_worse(own, other, RESOLUTION if is_money(objective.name) else 0.0)
-        if objective.is_hopeless(rows) and objective.shortfall(known) == 0.0:
-            return p, f"the side condition of {objective.name} is out of reach"
-        return p, f"worse than {self.incumbent.candidate.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else ""
+    def _look(self, rows: Sequence[Row], order: Sequence[int]) -> tuple[float, float, str]:
+        """Hold a trial against the incumbent.
 
-    def _told(self, rows: Sequence[Row], order: Sequence[int]) -> float:
-        """A dropped trial's objective as it would be on all missions."""
-        objective, known = self._plan.objectives[0], self._evaluator.rows(self.incumbent.candidate, order)
+        Returns:
+            P value that it is no worse, its objective as it would be on all missions, and why it is dropped; empty: it
+            is not.
+        """
+        objective, rival = self._plan.objectives[0], self.incumbent.candidate
+        known = self._evaluator.rows(rival, order)
         own, other, all_ = (objective.scores(each, known) for each in (rows, known[: len(rows)], known))
+        p = p_no_worse(own, other, RESOLUTION if is_money(objective.name) else 0.0)
         shift = adjusted(own, other, float(np.nanmean(all_))) - float(np.nanmean(own))
-        return objective.value(rows, len(known)) + shift
+        told = objective.value(rows, len(known)) + shift
+        if objective.is_hopeless(rows) and objective.shortfall(known) == 0.0:
+            return p, told, f"the side condition of {objective.name} is out of reach"
+        return p, told, f"worse than {rival.name} with p = {p:.3f} below {LEVEL:g}" if p < LEVEL else ""
 
     def _is_better(self, trial: Trial, incumbent: Trial) -> bool:
         """By the side condition first, then by the first objective."""

@@ -3,10 +3,8 @@
 import dataclasses
 import hashlib
 import json
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import TracebackType
 
 from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
@@ -37,7 +35,7 @@ class StackEvaluator:
         workers: Workers,
         journal: Journal,
         on_episode: OnEpisode,
-        shared: Path | None = None,
+        files: Path,
     ) -> None:
         """Drive nothing yet.
 
@@ -46,21 +44,13 @@ class StackEvaluator:
             workers: where episodes run.
             journal: where they are kept.
             on_episode: hears of each episode that was driven, once it is kept.
-            shared: folder that all workers see, for the candidates' files; None: workers are on this machine.
+            files: folder that all workers see, for the candidates' files.
         """
         self._template, self._workers, self._journal, self._on_episode = template, workers, journal, on_episode
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
         self._shared: dict[Key, float | None] = {}
-        self._folder = tempfile.TemporaryDirectory(prefix="navbench-tune-", dir=shared)
-
-    def __enter__(self) -> "StackEvaluator":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._folder.cleanup()
+        self._files = files
 
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
         """As :class:`harness.tuning.evaluation.Evaluator` has it.
@@ -111,7 +101,7 @@ class StackEvaluator:
         if not candidate.values:
             return stack
         digest = hashlib.sha256(json.dumps(candidate.key).encode()).hexdigest()
-        path = Path(self._folder.name) / f"{digest[:16]}.nav2.yaml"
+        path = self._files / f"{digest[:16]}.nav2.yaml"
         if not path.exists():
             with_values(self._nav2, candidate.values, self._template.allow_unknown).dump(path)
         return dataclasses.replace(stack, nav2_file=str(path))

@@ -54,8 +54,8 @@ def rows(folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]
             raise KeyboardInterrupt
 
     with Journal(folder) as journal, Workers(1, InProcess) as workers:
-        with StackEvaluator(task, workers, journal, on_episode) as evaluator:
-            return [*(evaluator.rows(*each) for each in asked), len(driven)]
+        evaluator = StackEvaluator(task, workers, journal, on_episode, folder)
+        return [*(evaluator.rows(*each) for each in asked), len(driven)]
 
 
 def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path) -> None:
