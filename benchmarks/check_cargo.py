@@ -19,7 +19,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from harness.episode.episode import run_episode
-from harness.statistics import Interval, bootstrap_mean, wilson_interval
+from harness.statistics.bootstrap import bootstrap_mean
+from harness.statistics.interval import Interval, wilson_interval
 from harness.task.study import make_study
 from harness.world.cargo import Cargo
 from harness.world.world_params import CargoParams

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from harness.analysis.repricing import choose, profits
-from harness.statistics import bootstrap_cvar, bootstrap_mean
+from harness.statistics.bootstrap import bootstrap_cvar, bootstrap_mean
 from harness.study.stored_run import load_run
 from navstack.types import FloatArray
 

@@ -33,7 +33,8 @@ import numpy as np
 
 from harness.bench.loops import LOOPS
 from harness.bench.loops import __file__ as DRIVER
-from harness.statistics import Interval, bootstrap_mean
+from harness.statistics.bootstrap import bootstrap_mean
+from harness.statistics.interval import Interval
 
 ROOT = Path(__file__).resolve().parents[1]
 SECONDS = 20.0  # simulated, of a timed delivery

@@ -17,7 +17,7 @@ from harness.analysis.compare import Comparison, Side, compare
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.report.markdown import interval_text, table
-from harness.statistics import wilson_interval
+from harness.statistics.interval import wilson_interval
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study

@@ -18,7 +18,8 @@ from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
 from harness.report.markdown import interval_text, p_text, table
 from harness.report.published import PublishedMethod, load_published
-from harness.statistics import holm, wilson_interval
+from harness.statistics.interval import wilson_interval
+from harness.statistics.paired import holm
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study

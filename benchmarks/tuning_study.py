@@ -33,9 +33,11 @@ import numpy as np
 
 from harness.cli.app import main as navbench
 from harness.execution.workers import Workers
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.markdown import interval_text, table
-from harness.statistics import bootstrap_mean, compare_pairs, wilson_interval
+from harness.statistics.bootstrap import bootstrap_mean
+from harness.statistics.interval import wilson_interval
+from harness.statistics.paired import compare_pairs
 from harness.storage.run_folder import JOURNAL
 from harness.study.manifest import load_study
 from harness.task.stack import load_stack

@@ -12,8 +12,10 @@ from harness.analysis.compare import Compared, Side, compare
 from harness.economics.break_even import break_even_runs
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, margins, missions
-from harness.metrics import Row
-from harness.statistics import Interval, bootstrap_quantile, holm, paired_slope
+from harness.metrics.columns import Row
+from harness.statistics.bootstrap import bootstrap_quantile
+from harness.statistics.interval import Interval
+from harness.statistics.paired import holm, paired_slope
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
 from harness.task.stack import PLANNING_MAPS, TRUTH, Stack

@@ -7,8 +7,8 @@ from harness.ablation.arms import KINDS, is_buildable
 from harness.economics.break_even import break_even_days
 from harness.economics.prices import Prices
 from harness.economics.valuation import OUTCOMES
-from harness.metrics import Row
-from harness.statistics import Interval
+from harness.metrics.columns import Row
+from harness.statistics.interval import Interval
 from harness.task.study import Study
 
 

@@ -8,9 +8,11 @@ import numpy as np
 
 from harness.economics.cost_model import running
 from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, mean_columns
-from harness.metrics import EPISODE_METRICS, RUN_METRICS, Row
+from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
+from harness.metrics.columns import Row
 from harness.metrics.metric import Better
-from harness.statistics import PairedDifference, compare_pairs, holm, number_clusters
+from harness.statistics.bootstrap import number_clusters
+from harness.statistics.paired import PairedDifference, compare_pairs, holm
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray

@@ -24,8 +24,9 @@ from harness.economics.valuation import (
     valuation_document,
     value,
 )
-from harness.metrics import Row, summarize
-from harness.statistics import Interval
+from harness.metrics.columns import Row
+from harness.metrics.summary import summarize
+from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray

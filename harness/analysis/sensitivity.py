@@ -15,7 +15,7 @@ from harness.economics.optional_terms import TERMS
 from harness.economics.price import limits_of, price_keys
 from harness.economics.prices import Prices
 from harness.economics.valuation import missions, profit_draws, tells_of_rare
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray

@@ -14,7 +14,7 @@ from rich.text import Text
 from harness.cli.options import JSON
 from harness.report.map_picture import VIEWS, draw_map
 from harness.report.tables import report_console, report_table
-from harness.statistics import bootstrap_mean
+from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
 from harness.world.map_statistics import (

@@ -13,7 +13,7 @@ from harness.cli.options import condition_options, refuse_others
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
-    from harness.metrics import Row
+    from harness.metrics.columns import Row
     from harness.study.places import Where
     from harness.task.study import Study
     from harness.tuning.journal import Journal

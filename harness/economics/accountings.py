@@ -11,7 +11,8 @@ import numpy.typing as npt
 from harness.economics.contact_costs import injury_costs
 from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices
-from harness.metrics import PRICED_PROPERTY, PROPERTY_IMPULSE, Row
+from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
 
 PUBLISHED = "published"  # of :data:`ACCOUNTINGS`

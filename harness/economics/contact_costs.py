@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from harness.economics.prices import Prices
-from harness.metrics import PRICED_PROPERTY, PROPERTY_IMPULSE, Row
+from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
 
 MPH_PER_MPS = 2.23694  # [mph / (m/s)]

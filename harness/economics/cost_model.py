@@ -7,7 +7,7 @@ from typing import Any
 
 from harness.economics.break_even import break_even_days, break_even_runs
 from harness.economics.prices import Prices
-from harness.metrics import PRICED_PROPERTY
+from harness.metrics.contacts import PRICED_PROPERTY
 from navstack.errors import UnknownNameError
 
 Quantity = Any  # a mean over deliveries (float), or an array with one value per delivery

@@ -12,18 +12,19 @@ from harness.economics.break_even import break_even_probability
 from harness.economics.cost_model import NOTHING_BEYOND, Beyond, Economics, Measured, price, running
 from harness.economics.optional_terms import TERMS, Inputs, OptionalTerms, together
 from harness.economics.prices import Prices
-from harness.metrics import EPISODE_METRICS, Row, summarize, summarize_more
+from harness.metrics.catalog import EPISODE_METRICS
+from harness.metrics.columns import Row
 from harness.metrics.metric import Metric
-from harness.statistics import (
-    Interval,
+from harness.metrics.summary import summarize, summarize_more
+from harness.statistics.bootstrap import (
+    IntArray,
     bootstrap_cvar,
     cvar,
     number_clusters,
     percentile_interval,
     resampled_means,
-    wilson_interval,
 )
-from harness.statistics.bootstrap import IntArray
+from harness.statistics.interval import Interval, wilson_interval
 from navstack.types import FloatArray
 
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
@@ -114,7 +115,7 @@ def value(
 
 
 def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
-    """:func:`harness.metrics.summarize` delivery by delivery: arrays in place of means; None where one is undefined."""
+    """What a run sums up, delivery by delivery: arrays in place of means; None where one is undefined."""
     columns = mean_columns(rows, [metric for metric in EPISODE_METRICS if metric.is_published])
     outcomes = np.array([row["outcome"] for row in rows])
     shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
@@ -168,7 +169,7 @@ def beyond(measured: Measured, stack: Priced, prices: Prices, optional: Optional
 
 
 def missions(rows: Sequence[Row]) -> IntArray:
-    """Number of each row's mission, as :func:`harness.statistics.number_clusters` numbers them."""
+    """Number of each row's mission, as :func:`harness.statistics.bootstrap.number_clusters` numbers them."""
     return number_clusters([tuple(row[key] for key in MISSION) for row in rows])
 
 

@@ -15,18 +15,13 @@ from harness.economics.prices import Prices
 from harness.episode.brain import Brain
 from harness.episode.factory import Parts
 from harness.episode.pedestrian_delay import PedestrianDelay
-from harness.metrics import (
-    JOULES_PER_KWH,
-    DecisionLog,
-    DeliveryLog,
-    NoDecisionLog,
-    NoReplayLog,
-    ReplayLog,
-    Row,
-    event_rows,
-)
+from harness.metrics.columns import Row
+from harness.metrics.contacts import event_rows
+from harness.metrics.decisions import DecisionLog, NoDecisionLog
+from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
 from harness.metrics.encounters import Body
 from harness.metrics.motion import success_weighted_path_length
+from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Verdict
@@ -122,7 +117,7 @@ def _latency(part: str, count: str, durations: Sequence[float]) -> Row:
 def _row(
     task: EpisodeTask, mission: Mission, verdict: Verdict, truth: Truth, brain: Brain, measured: Row, prices: Prices
 ) -> Row:
-    """The episode's row; :data:`harness.metrics.EPISODE_COLUMNS` gives its order."""
+    """The episode's row; :data:`harness.metrics.columns.EPISODE_COLUMNS` gives its order."""
     start, goal = mission.start, mission.goal
     people = [c.impulse for c in truth.counted_contacts if c.partner is Partner.PEDESTRIAN]
     return {

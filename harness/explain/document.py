@@ -11,7 +11,7 @@ from harness.explain.moments import COMPONENTS, Moment, costs_of
 from harness.explain.rewind import Rewound
 from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, paragraph
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from navstack.control.decision import Alternative
 
 Json = dict[str, Any]

@@ -12,7 +12,7 @@ from harness.episode.brain import Brain
 from harness.episode.episode import run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import Watched, Weighed
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of

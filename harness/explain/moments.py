@@ -11,7 +11,7 @@ from harness.economics.cost_model import running
 from harness.economics.prices import Prices
 from harness.economics.valuation import DOLLARS, deliveries
 from harness.explain.evidence import Evidence
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.study.stored_run import StoredRun
 from harness.world.outcome import Outcome, Rules
 

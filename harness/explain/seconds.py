@@ -8,7 +8,7 @@ import numpy as np
 from harness.explain.brains import Weighed
 from harness.explain.evidence import Evidence
 from harness.explain.moments import Moment
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.metrics.encounters import in_base_frame, surface_distances
 from harness.metrics.motion import wrapped
 from navstack.errors import InputError

@@ -9,7 +9,7 @@ from harness.economics.accountings import PERSON
 from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.moments import ASSISTANCE, SPOILED, STUCK_PLACE, TIMEOUT, Moment
 from harness.explain.seconds import NEAR, Seconds
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.metrics.decisions import column_prefix
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative
 from navstack.types import FloatArray

@@ -11,7 +11,7 @@ from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, E
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.valuation import OUTCOMES
 from harness.report.tables import print_table, report_table
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 
 OUTCOME_TITLES = ("SLA compliance", "Spoiled", "Timeout", "Phys. assistance")
 METRICS = {

@@ -11,7 +11,7 @@ from harness.ablation.analysis import Ablation, Arm, figure_stem, points
 from harness.ablation.arms import injected_kind
 from harness.report.ablation import label
 from harness.report.figures import save_figure
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:

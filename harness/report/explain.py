@@ -13,7 +13,7 @@ from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.moments import COMPONENTS
 from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, gaps_to, is_same
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.tables import print_table, report_table
 from navstack.control.decision import RUNNER_UP, SLOWER
 

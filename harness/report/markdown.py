@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 
 WIDTH = 120  # [characters] of a line of text
 

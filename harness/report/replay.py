@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from harness.economics.accountings import COUNTED, EVENT
-from harness.metrics import Row, was_counted
+from harness.metrics.columns import Row
+from harness.metrics.contacts import was_counted
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import FloatArray, Pose2D
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.economics.accountings import is_grave
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of, tracks_of
 from harness.recorded.mcap_writer import McapWriter
 from harness.report.replay import Replay, grid_around

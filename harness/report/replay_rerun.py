@@ -14,7 +14,7 @@ import numpy as np
 from rich.text import Text
 
 from harness.economics.accountings import is_grave
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.metrics.replay_log import plans_of, scan_points, tracks_of
 from harness.report.replay import Replay, grid_around
 from navstack.costmap.occupancy_grid import SOLID_FROM, UNKNOWN, OccupancyGrid

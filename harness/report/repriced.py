@@ -11,7 +11,7 @@ from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import Measured
 from harness.economics.valuation import Risk
 from harness.report.tables import Column, render_tables, report_table
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
 TITLES = {

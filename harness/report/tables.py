@@ -14,7 +14,7 @@ from rich.text import Text
 
 from harness.economics.cost_model import Economics, Measured
 from harness.report.table_rows import LAYOUTS, NOT_MODELLED, RATES, Layout, Row
-from harness.statistics import Interval, wilson_interval
+from harness.statistics.interval import Interval, wilson_interval
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
 WIDEST = 1000  # [characters] that any table may have

@@ -7,7 +7,7 @@ from typing import Literal
 from rich.console import Console
 from rich.text import Text
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.tables import print_table, report_table
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import Sheet, sheets, summary

@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.report.figures import SUFFIXES, save_figure
 from harness.report.tuning_text import bounds, number_text, value_text
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
 from harness.tuning.history import Best

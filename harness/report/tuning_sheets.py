@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.valuation import CENT
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, span, step_title, value_text
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
 from harness.tuning.importance import Importance

@@ -1,6 +1,6 @@
 """Numbers, intervals and steps of a tuning study as text."""
 
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.paths import is_list
 from harness.tuning.waterfall import Step
 

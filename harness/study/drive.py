@@ -11,8 +11,8 @@ from harness.economics.valuation import Valuation, valuation_document, value
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
-from harness.statistics import Interval
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
+from harness.statistics.interval import Interval
 from harness.storage.run_folder import RunFolder
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, Study

@@ -11,7 +11,8 @@ from typing import Any
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, Row
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
+from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, other_study, read_manifest
 from harness.storage.tables import read_rows

@@ -8,7 +8,7 @@ at most 1 of 50 studies whose incumbent exploits nothing (Bonferroni).
 from dataclasses import dataclass
 
 from harness.economics.prices import Prices
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
 from harness.tuning.audit_edges import edges

@@ -12,7 +12,7 @@ from scipy.stats import fisher_exact
 from harness.economics.accountings import PUBLISHED
 from harness.economics.contact_costs import injury_costs
 from harness.economics.valuation import CENT
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.audit_pairs import SHARE, Pairs, Side
 from harness.world.outcome import Outcome

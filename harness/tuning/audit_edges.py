@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.result import StudyResult, TrialTable, trial_table
 from harness.tuning.space import Parameter

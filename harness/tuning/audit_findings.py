@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from harness.metrics import Row
-from harness.statistics import Interval
+from harness.metrics.columns import Row
+from harness.statistics.interval import Interval
 from harness.storage.documents import as_json
 
 FAMILY_LEVEL = 0.02  # at most the probability of any false alarm in a study whose incumbent exploits nothing

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, column, margins, missions
-from harness.metrics import Row
-from harness.statistics import compare_pairs
+from harness.metrics.columns import Row
 from harness.statistics.bootstrap import IntArray
+from harness.statistics.paired import compare_pairs
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.evaluation import EVENTS
 from harness.world.outcome import Outcome

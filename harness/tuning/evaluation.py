@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.task.study import MAX_EPISODES
 
 FIRST_TEST = MAX_EPISODES  # number of the first test mission; training missions are below

@@ -13,8 +13,9 @@ from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
 from harness.economics.valuation import deliveries
-from harness.metrics import Row
-from harness.statistics import Interval, percentile_interval, resampled_means
+from harness.metrics.columns import Row
+from harness.statistics.bootstrap import percentile_interval, resampled_means
+from harness.statistics.interval import Interval
 from harness.storage.documents import as_json
 from harness.study.suite import write_document
 from harness.tuning.audit import THRESHOLD, Audit, audit

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.economics.prices import Prices
-from harness.metrics import Row
-from harness.statistics import Interval, percentile_interval
+from harness.metrics.columns import Row
+from harness.statistics.bootstrap import percentile_interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit_pairs import pair_up
 from harness.tuning.evaluation import Evaluator
 from harness.tuning.objective import Objective, parse_objectives

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from harness.metrics import Row
-from harness.statistics import Interval, holm, percentile_interval
+from harness.metrics.columns import Row
+from harness.statistics.bootstrap import percentile_interval
+from harness.statistics.interval import Interval
+from harness.statistics.paired import holm
 from harness.tuning.result import TrialTable
 from harness.tuning.space import Parameter
 from navstack.types import FloatArray

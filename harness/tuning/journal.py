@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, Row
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder
 from harness.storage.journal import trouble_with
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE

@@ -18,9 +18,11 @@ import numpy as np
 from scipy.stats import t as student
 
 from harness.economics.valuation import ARRIVED, CENT, OUTCOMES, column
-from harness.metrics import EPISODE_METRICS, Row
+from harness.metrics.catalog import EPISODE_METRICS
+from harness.metrics.columns import Row
 from harness.metrics.metric import Better
-from harness.statistics import cvar, wilson_interval
+from harness.statistics.bootstrap import cvar
+from harness.statistics.interval import wilson_interval
 from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray

@@ -5,7 +5,7 @@ import difflib
 import shlex
 from pathlib import Path
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.storage.files import write_text
 from harness.storage.tables import write_table
 from harness.task.stack import Stack

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import MARGIN
 
 SHOWN = 3

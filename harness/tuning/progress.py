@@ -8,8 +8,8 @@ from rich.table import Table
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from harness.metrics import Row
-from harness.statistics import Interval
+from harness.metrics.columns import Row
+from harness.statistics.interval import Interval
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal

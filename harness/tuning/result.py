@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import Candidate, Value
 from harness.tuning.space import Parameter, Space
 from navstack.types import FloatArray

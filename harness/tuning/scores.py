@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from harness.economics.valuation import CENT, missions
-from harness.metrics import Row
-from harness.statistics import compare_pairs
+from harness.metrics.columns import Row
+from harness.statistics.paired import compare_pairs
 from harness.tuning.objective import Objective, UndefinedError, is_money, parse_objectives
 from harness.tuning.result import StudyResult
 

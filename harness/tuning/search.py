@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.finals import most_episodes
 from harness.tuning.objective import Objective, UndefinedError, is_money

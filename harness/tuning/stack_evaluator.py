@@ -12,7 +12,7 @@ from harness.economics.valuation import margins
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.economics.valuation import CENT
-from harness.statistics import Interval, bootstrap_mean
+from harness.statistics.bootstrap import bootstrap_mean
+from harness.statistics.interval import Interval
 from harness.tuning.evaluation import MARGIN, Candidate, Evaluator, Value
 from harness.tuning.result import StudyResult
 from navstack.types import FloatArray

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from harness.statistics import bootstrap_quantile, compare_pairs, paired_slope, pairs_needed, smallest_detectable
+from harness.statistics.bootstrap import bootstrap_quantile
+from harness.statistics.paired import compare_pairs, paired_slope, pairs_needed, smallest_detectable
 
 
 def rng(seed):

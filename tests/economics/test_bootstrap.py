@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.statistics import bootstrap_cvar, bootstrap_mean, cvar, number_clusters, resampled_means
+from harness.statistics.bootstrap import bootstrap_cvar, bootstrap_mean, cvar, number_clusters, resampled_means
 
 
 def rng(seed=0):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, ttest_1samp
 
-from harness.statistics import compare_pairs, holm, mcnemar_p, pairs_needed, sign_flip_p
+from harness.statistics.paired import compare_pairs, holm, mcnemar_p, pairs_needed, sign_flip_p
 
 
 def rng(seed=0):

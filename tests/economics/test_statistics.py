@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from harness.statistics import Interval, bootstrap_mean, wilson_interval
+from harness.statistics.bootstrap import bootstrap_mean
+from harness.statistics.interval import Interval, wilson_interval
 
 
 @pytest.mark.parametrize(

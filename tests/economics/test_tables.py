@@ -12,7 +12,7 @@ from harness.economics.prices import load_prices
 from harness.report.published import load_published, published_columns
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import PLAIN_WIDTH, Column, render_tables, report_console
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 
 PRICES = load_prices("costnav")
 PUBLISHED = load_published()

@@ -7,10 +7,10 @@ import pytest
 
 from harness.episode.episode import Delivery, run_episode
 from harness.execution.workers import Finished
-from harness.metrics import EPISODE_COLUMNS, TIMING_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, TIMING_COLUMNS
 from harness.metrics.decisions import DECISION_COLUMNS, DecisionLog, NoDecisionLog
 from harness.storage.tables import write_table
-from harness.study.drive import _record
+from harness.study.drive import record_of
 from harness.task.study import make_study
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.navigator import TickRecord
@@ -76,7 +76,7 @@ def test_a_delivery_fills_every_column(deliveries: dict[str, Delivery]) -> None:
     delivery = deliveries["decisions"]
     assert {*delivery.row, "error"} == set(EPISODE_COLUMNS)
     assert set(delivery.timing) == set(TIMING_COLUMNS)
-    record = _record(Finished(None, delivery))
+    record = record_of(Finished(None, delivery))
     assert record["timing"]["planner_calls"] >= delivery.row["plans"] > 0
     assert 0.0 < delivery.timing["controller_median_ms"] <= delivery.timing["controller_p95_ms"]
 

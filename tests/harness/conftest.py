@@ -9,7 +9,8 @@ import pytest
 
 from harness.economics.contact_costs import injury_costs, injury_measures, property_cost
 from harness.economics.prices import load_prices
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS, JOULES_PER_KWH, TIMING_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS
+from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.run_folder import RunFolder, create_run
 from harness.storage.shipped import shipped
 from navstack.params.strict import dump_dataclass

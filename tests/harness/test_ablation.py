@@ -13,7 +13,7 @@ from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.factory import nav2_parameters
 from harness.report.ablation import price_sentence, sentence
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run

@@ -11,7 +11,7 @@ from scipy.stats import ttest_rel
 
 from harness.analysis.compare import compare, document, side_of
 from harness.cli import compare as command
-from harness.metrics import EPISODE_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.study.stored_run import load_run
 from navstack.errors import InputError

@@ -3,7 +3,7 @@
 import pytest
 
 from harness.report.markdown import interval_text, number_text, wrapped
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 
 
 @pytest.mark.parametrize(("value", "expected"), [(None, "--"), (1.256, "1.26"), (-0.5, "-0.50"), (-0.001, "0.00")])

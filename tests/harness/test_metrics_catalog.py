@@ -7,9 +7,10 @@ from metrics_page import page
 
 from harness.economics.cost_model import Measured
 from harness.economics.valuation import OUTCOMES
-from harness.metrics import EPISODE_COLUMNS, EPISODE_METRICS, RUN_METRICS, summarize
-from harness.metrics.catalog import FACTS
+from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.metrics.metric import Metric
+from harness.metrics.summary import summarize
 from harness.report.metric_rows import further_metrics
 from harness.report.table_rows import SIMULATION_EVALUATION
 

@@ -16,9 +16,9 @@ from harness.cli.price import price
 from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import load_prices
 from harness.economics.valuation import Risk, valuation_document, value
-from harness.metrics import EVENT_COLUMNS
+from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.repriced import risk_text
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced

@@ -20,13 +20,13 @@ from harness.analysis.repricing import accounted_margins, choose, reprice
 from harness.cli.suite import _table
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.valuation import value
-from harness.metrics import EVENT_COLUMNS
+from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.markdown import interval_text
 from harness.report.suite.document import FIGURES, LIABILITY, page, write_results
 from harness.report.suite.figures import _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run
 from harness.study.suite import Suite, cells, declare

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.statistics import wilson_interval
+from harness.statistics.interval import wilson_interval
 from harness.world.cargo import Cargo, in_frame, is_inside, settled_heap, turned
 from harness.world.world_params import CargoParams
 

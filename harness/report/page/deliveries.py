@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 
 from harness.economics.accountings import COUNTED, EVENT
-from harness.metrics import PRICED_PROPERTY, Row
+from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.page.entries import Entry
 from harness.report.replay import contacts_shown
 from navstack.types import FloatArray

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from harness.economics.cost_model import Measured, Running, running
 from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, deliveries, missions, profit_draws, tells_of_rare, value
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.tables import Column
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError

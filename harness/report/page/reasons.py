@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.page.deliveries import rounded
 from harness.report.page.entries import Entry
 from harness.world.outcome import Rules

@@ -9,7 +9,7 @@ import numpy as np
 from harness.analysis.compare import Side, compare
 from harness.economics.cost_model import Economics
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
-from harness.metrics import EPISODE_METRICS, RUN_METRICS
+from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Better, Metric
 from harness.report.comparison import SURE
 from harness.report.page.entries import Entry
@@ -17,7 +17,7 @@ from harness.report.published import load_published, published_columns
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS
 from harness.report.tables import Column, number_text, span_text, table_notes
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
 Json = dict[str, Any]

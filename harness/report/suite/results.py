@@ -9,9 +9,10 @@ from pathlib import Path
 from harness.analysis.compare import PAIR, Comparison, Side, compare
 from harness.analysis.repricing import accounted_margins
 from harness.economics.valuation import Valuation, valuation_document, value
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.suite.names import label_of
-from harness.statistics import Interval, PairedDifference, holm
+from harness.statistics.interval import Interval
+from harness.statistics.paired import PairedDifference, holm
 from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
 from harness.study.suite_log import Session, sessions_of

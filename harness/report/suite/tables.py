@@ -8,7 +8,7 @@ from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.suite.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.storage.tables import Row, write_table
 from harness.study.suite import Condition
 from navstack.errors import InputError

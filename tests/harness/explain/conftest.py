@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.metrics import EVENT_COLUMNS
+from harness.metrics.columns import EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.storage.shipped import shipped
 from harness.storage.tables import write_table

@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.explain.evidence import RECORDING, Evidence
 from harness.explain.moments import Moment
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.world.outcome import Rules

@@ -14,7 +14,7 @@ from harness.episode.episode import run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import Watched
 from harness.explain.rewind import changes_of, drive_changed
-from harness.metrics import EPISODE_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows, write_table
 from harness.task.study import EpisodeTask, make_study
 from harness.world.world import World

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table

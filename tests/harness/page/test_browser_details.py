@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.metrics import EPISODE_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.report.page.document import report_page
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows

@@ -14,7 +14,7 @@ import pytest
 
 from harness.analysis.repricing import choose, reprice
 from harness.cli.app import main
-from harness.metrics import EVENT_COLUMNS
+from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
 from harness.report.page.sections import break_even, break_even_histogram, profit_curve

@@ -11,7 +11,7 @@ from PIL import Image
 from rosbags.highlevel import AnyReader
 
 from harness.cli.app import main
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.recorded.bag import Bag
 from harness.recorded.ros_messages import TYPES
 from harness.report.replay import Replay, contacts_shown, grid_around

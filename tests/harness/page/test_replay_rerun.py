@@ -14,7 +14,7 @@ import pytest
 
 from harness.cli.app import main
 from harness.economics.accountings import is_grave
-from harness.metrics import EPISODE_COLUMNS, EVENT_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
 from harness.report.replay import contacts_shown
 from harness.storage.tables import read_rows

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from harness.economics.prices import load_prices
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value, seed_and_episode, unseen_missions
 from harness.tuning.result import COMPLETE, PRUNED, StudyResult, Trial
 from harness.tuning.space import Parameter, Space

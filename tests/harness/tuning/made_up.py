@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.space import Parameter, Space
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from harness.economics.prices import load_prices
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.audit import audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_edges import edges

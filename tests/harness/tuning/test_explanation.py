@@ -13,7 +13,7 @@ from rich.console import Console
 
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.report.figures import save_figure
 from harness.report.tuning import print_tuning, write_tuning
 from harness.report.tuning_sheets import summary

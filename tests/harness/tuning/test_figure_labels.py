@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from harness.report.figures import WIDTH_INCH
 from harness.report.tuning_figures import _waterfall
 from harness.report.tuning_sheets import value_text
-from harness.statistics import Interval
+from harness.statistics.interval import Interval
 from harness.tuning.waterfall import REST, Step, Waterfall
 
 GAIN = Interval(1.0, 0.5, 1.5, 20)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.metrics import Row
+from harness.metrics.columns import Row
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.finals import decide, most_episodes, schedule
 from harness.tuning.objective import parse_objectives

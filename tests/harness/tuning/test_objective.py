@@ -8,7 +8,7 @@ import pytest
 
 from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
-from harness.metrics import EPISODE_COLUMNS
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.tuning.evaluation import EVENTS, MARGIN, SHARED_MARGIN
 from harness.tuning.objective import UndefinedError, parse_objectives
