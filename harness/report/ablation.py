@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, ErrorPrice, wrong_maps
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.valuation import OUTCOMES
-from harness.report.tables import print_table, report_table
+from harness.report.markdown import interval_text, number_text, p_text
+from harness.report.sheet import Sheet, print_sheet
 from harness.statistics.interval import Interval
 
 OUTCOME_TITLES = ("SLA compliance", "Spoiled", "Timeout", "Phys. assistance")
@@ -33,10 +33,8 @@ NOTES = (
 
 def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, console: Console) -> None:
     """Print what the arms did, how they differ, what that says, and where it is."""
-    for table in (_outcomes(ablation), _money(ablation), _differences(ablation)):
-        if table.row_count:
-            print_table(table, console)
-            console.print()
+    for sheet in (_outcomes(ablation), _money(ablation), _differences(ablation)):
+        print_sheet(sheet, console)
     for difference in ablation.differences:
         console.print(Text(sentence(difference)))
     console.print()
@@ -49,32 +47,27 @@ def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, co
     console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
 
 
-def _outcomes(ablation: Ablation) -> Table:
-    table = report_table(f"{ablation.declaration.stack}, another localizer in each arm: how deliveries ended")
-    table.add_column("Arm", no_wrap=True)
-    for title in ("n", "Errors", *OUTCOME_TITLES):
-        table.add_column(title, justify="right", no_wrap=True)
+def _outcomes(ablation: Ablation) -> Sheet:
+    rows = []
     for arm in ablation.arms:
-        rates = [_span(arm.result.intervals.get(name), 2, "not modelled") for name in OUTCOMES]
-        table.add_row(*map(Text, (arm.name, str(arm.result.episodes), str(arm.result.errors), *rates)))
-    return table
+        rates = [interval_text(arm.result.intervals.get(name), absent="not modelled") for name in OUTCOMES]
+        rows.append((arm.name, str(arm.result.episodes), str(arm.result.errors), *rates))
+    title = f"{ablation.declaration.stack}, another localizer in each arm: how deliveries ended"
+    return Sheet(title, ("Arm", "n", "Errors", *OUTCOME_TITLES), rows)
 
 
-def _money(ablation: Ablation) -> Table:
-    table = report_table("What they knew of their position, and what that earned")
-    table.add_column("Arm", no_wrap=True)
-    for title in ("Error [m]", "95 % [m]", "Error [deg]", "Margin [USD/run]"):
-        table.add_column(Text(title), justify="right", no_wrap=True)  # [m] as it is, not as markup
-    table.add_column("Sensors", no_wrap=True)
-    for title in ("CAPEX [USD]", "BEP [runs]"):
-        table.add_column(Text(title), justify="right", no_wrap=True)
+def _money(ablation: Ablation) -> Sheet:
+    rows = []
     for arm in ablation.arms:
-        errors = arm.errors
-        position = _span(errors["localization_error_median_m"], 3)
-        tail, heading = (_value(errors[key], 2) for key in ("localization_error_p95_m", "heading_error_median_deg"))
-        money = (_span(arm.margin, 2, "undefined"), *_investment(arm))
-        table.add_row(*map(Text, (arm.name, position, tail, heading, *money)))
-    return table
+        sensors, *investment = _investment(arm)
+        position = interval_text(arm.errors["localization_error_median_m"], 3)
+        tail = number_text(arm.errors["localization_error_p95_m"].value)
+        heading = number_text(arm.errors["heading_error_median_deg"].value)
+        margin = interval_text(arm.margin, absent="undefined")
+        rows.append((arm.name, sensors, position, tail, heading, margin, *investment))
+    errors = ("Error [m]", "95 % [m]", "Error [deg]")
+    headers = ("Arm", "Sensors", *errors, "Margin [USD/run]", "CAPEX [USD]", "BEP [runs]")
+    return Sheet("What they knew of their position, and what that earned", headers, rows, texts=2)
 
 
 def _investment(arm: Arm) -> tuple[str, str, str]:
@@ -94,28 +87,25 @@ def _break_even(runs: Interval, margin: Interval) -> str:
     return f"{value} [{runs.low:,.0f}, {'never' if runs.high is None else f'{runs.high:,.0f}'}]"
 
 
-def _differences(ablation: Ablation) -> Table:
-    table = report_table("Differences on the same missions: arm minus the one that it is held against")
-    for title in ("Arm", "Against", "Metric"):
-        table.add_column(title, no_wrap=True)
-    for title in ("Difference", "p Holm", "n", "Detectable", "Needed"):
-        table.add_column(title, justify="right", no_wrap=True)
+def _differences(ablation: Ablation) -> Sheet:
+    rows = []
     for difference in ablation.differences:
         paired = difference.compared.paired
         cells = (
-            _span(paired.difference),
-            "<.001" if difference.p_holm < 0.001 else f"{difference.p_holm:.3f}",
+            interval_text(paired.difference, None),
+            p_text(difference.p_holm),
             str(paired.difference.n),
-            "--" if paired.detectable is None else f"{paired.detectable:.3g}",
+            number_text(paired.detectable, None),
             "--" if paired.needed is None else f"{paired.needed:,d}",
         )
-        table.add_row(*map(Text, (difference.arm, difference.against, METRICS[difference.metric], *cells)))
-    return table
+        rows.append((difference.arm, difference.against, METRICS[difference.metric], *cells))
+    headers = ("Arm", "Against", "Metric", "Difference", "p Holm", "n", "Detectable", "Needed")
+    return Sheet("Differences on the same missions: arm minus the one that it is held against", headers, rows, texts=3)
 
 
 def sentence(difference: Difference) -> str:
     """What one comparison says, and what it does not."""
-    paired, span = difference.compared.paired, _span(difference.compared.paired.difference)
+    paired, span = difference.compared.paired, interval_text(difference.compared.paired.difference, None)
     subject = f"{difference.arm} against {difference.against}, {METRICS[difference.metric]}:"
     n = paired.difference.n
     if not paired.differs:
@@ -146,7 +136,7 @@ def price_sentence(price: ErrorPrice) -> str:
         verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing of what is rare"
     elif price.price.low <= 0.0 <= price.price.high:
         verdict = ", not told apart from nothing"
-    return f"{subject} {_span(price.price)} USD per run per {unit}, n = {price.price.n}{verdict}."
+    return f"{subject} {interval_text(price.price, None)} USD per run per {unit}, n = {price.price.n}{verdict}."
 
 
 def _wrong_maps(ablation: Ablation) -> list[str]:
@@ -154,25 +144,6 @@ def _wrong_maps(ablation: Ablation) -> list[str]:
     pairs = wrong_maps(ablation.arms)
     found = [each for each in ablation.of(MARGIN) if (each.arm, each.against) in pairs]
     return [f"what the wrong map costs: {sentence(each)}" for each in found]
-
-
-def _span(interval: Interval | None, decimals: int | None = None, absent: str = "--") -> str:
-    """A value with its interval; without ``decimals``, to three significant digits."""
-    if interval is None or interval.value is None:
-        return absent
-    bounds = (interval.low, interval.high)
-    value, *ends = (_number(number, decimals) for number in (interval.value, *bounds) if number is not None)
-    return f"{value} [{', '.join(ends)}]" if len(ends) == len(bounds) else value
-
-
-def _number(number: float, decimals: int | None) -> str:
-    if decimals is None:
-        return f"{round(number, 6) + 0.0:.3g}"
-    return f"{round(number, decimals) + 0.0:.{decimals}f}"  # + 0.0: no minus sign before a rounded zero
-
-
-def _value(interval: Interval, decimals: int) -> str:
-    return "--" if interval.value is None else f"{interval.value:.{decimals}f}"
 
 
 def label(arm: Arm) -> str:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.explain.document import Explained, Saving, instant
@@ -14,11 +13,11 @@ from harness.explain.moments import COMPONENTS
 from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, gaps_to, is_same
 from harness.metrics.columns import Row
-from harness.report.tables import print_table, report_table
+from harness.report.markdown import number_text
+from harness.report.sheet import Sheet, print_sheet
 from navstack.control.decision import RUNNER_UP, SLOWER
 
 WORDS_WIDTH = 100  # [characters]
-UNKNOWN = "--"
 INSTANTS = (  # title, key of an instant, decimals
     ("t [s]", "time_to_event_s", 1),
     ("v [m/s]", "speed_mps", 2),
@@ -66,13 +65,9 @@ def print_explanation(
         if each.before is not None and is_same(each.before, each.seconds.moment):
             continue
         console.print()
-        print_table(_instants(each.seconds), console)
-        scores = _scores(each.seconds)
-        if scores is not None:
-            console.print()
-            print_table(scores, console)
+        print_sheet(_instants(each.seconds), console)
+        print_sheet(_scores(each.seconds), console)
     if saving is not None:
-        console.print()
         _print_saving(saving, console)
     for figure in figures:
         console.print(f"figure: {figure}", markup=False, soft_wrap=True)
@@ -83,44 +78,38 @@ def _print_words(words: str, console: Console) -> None:
         console.print(Text(line), soft_wrap=True)
 
 
-def _instants(seconds: Seconds) -> Table:
-    table = report_table(f"The {-seconds.at[0]:.1f} s before event {seconds.moment.number}")
-    for title, _, decimals in INSTANTS:
-        table.add_column(Text(title), justify="left" if decimals is None else "right", no_wrap=True)
-    for place in seconds.instants():
-        values = instant(seconds, place)
-        table.add_row(*(Text(_text(values[key], decimals)) for _, key, decimals in INSTANTS))
-    return table
+def _instants(seconds: Seconds) -> Sheet:
+    told = [instant(seconds, place) for place in seconds.instants()]
+    rows = [[_text(values[key], decimals) for _, key, decimals in INSTANTS] for values in told]
+    title = f"The {-seconds.at[0]:.1f} s before event {seconds.moment.number}"
+    return Sheet(title, [title for title, *_ in INSTANTS], rows, texts=0)
 
 
-def _scores(seconds: Seconds) -> Table | None:
-    """What each critic or term said in the telling cycle; None: there is nothing to tell."""
-    row = seconds.telling
-    if row is None:
-        return None
+def _scores(seconds: Seconds) -> Sheet:
+    """What each critic or term said in the telling cycle; no rows: there is nothing to tell."""
+    row = seconds.telling or {}
     names = [key.removesuffix(WEIGHTED) for key, value in row.items() if key.endswith(WEIGHTED) and value is not None]
     names += [key.removesuffix("_rejected") for key, value in row.items() if key.endswith("_rejected") and value]
-    names = list(dict.fromkeys(names))
     if not names:
-        return None
-    back = seconds.moment.stamp - row["stamp_s"]
-    table = report_table(f"{row['decided_by']}, {back:.1f} s before event {seconds.moment.number}")
+        return Sheet("", (), ())
     others = alternatives_at(seconds, row)
-    table.add_column("Critic or term", no_wrap=True)
     kinds = [(kind, title) for kind, title in ((RUNNER_UP, "second"), (SLOWER, "slower")) if kind in others]
-    for title in ("raw", "weighted", *(f"{title}: +" for _, title in kinds), "illegal"):
-        table.add_column(title, justify="right", no_wrap=True)
     gaps = {kind: gaps_to(row, others[kind]) for kind, _ in kinds}
-    for name in names:
+    rows: list[tuple[str, ...]] = []
+    for name in dict.fromkeys(names):
         own = (_text(row.get(f"{name}_raw"), 3), _text(row.get(f"{name}{WEIGHTED}"), 3))
         more = (_text(gaps[kind].get(name), 3) for kind, _ in kinds)
-        table.add_row(*map(Text, (name, *own, *more, _text(row.get(f"{name}_rejected"), 0))))
-    table.add_section()
+        rows.append((name, *own, *more, _text(row.get(f"{name}_rejected"), 0)))
     sums = (_text(others[kind].total - row["total_score"], 3) for kind, _ in kinds)
-    table.add_row(*map(Text, ("total", "", _text(row["total_score"], 3), *sums, _text(row["rejected"], 0))))
     speeds = (f"{others[kind].command.linear_x:.2f}" for kind, _ in kinds)
-    table.add_row(*map(Text, ("speed [m/s]", "", _text(row["wanted_linear_x_mps"], 2), *speeds, "")))
-    return table
+    rows += [
+        (),
+        ("total", "", _text(row["total_score"], 3), *sums, _text(row["rejected"], 0)),
+        ("speed [m/s]", "", _text(row["wanted_linear_x_mps"], 2), *speeds, ""),
+    ]
+    back = seconds.moment.stamp - row["stamp_s"]
+    headers = ("Critic or term", "raw", "weighted", *(f"{title}: +" for _, title in kinds), "illegal")
+    return Sheet(f"{row['decided_by']}, {back:.1f} s before event {seconds.moment.number}", headers, rows)
 
 
 def _print_saving(saving: Saving, console: Console) -> None:
@@ -136,15 +125,12 @@ def _print_saving(saving: Saving, console: Console) -> None:
         f"{_ended(row)}; that {effect}.",
         console,
     )
-    table = report_table("What the delivery comes to [USD]")
-    table.add_column("", no_wrap=True)
-    for title in ("as it was", "rewound", "difference"):
-        table.add_column(title, justify="right", no_wrap=True)
+    rows = []
     for name in COMPONENTS:
         values = (saving.costs[name], saving.new_costs[name], saving.difference(name))
-        table.add_row(*map(Text, (TITLES.get(name, name), *(_text(value, 2) for value in values))))
+        rows.append((TITLES.get(name, name), *map(number_text, values)))
     console.print()
-    print_table(table, console)
+    print_sheet(Sheet("What the delivery comes to [USD]", ("", "as it was", "rewound", "difference"), rows), console)
     for note in (_handed_over(saving), SHADOW, NO_PROOF):
         _print_words(note, console)
 
@@ -167,9 +153,6 @@ def _handed_over(saving: Saving) -> str:
 
 
 def _text(value: float | str | None, decimals: int | None) -> str:
-    if value is None or value == "":
-        return UNKNOWN
-    if isinstance(value, str) or decimals is None:
-        return str(value)
-    text = f"{value:.{decimals}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text
+    if value is None or isinstance(value, str):
+        return value or "--"
+    return number_text(value, decimals)

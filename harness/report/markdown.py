@@ -17,19 +17,27 @@ def table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in padded)
 
 
-def interval_text(interval: Interval, decimals: int, is_signed: bool = False) -> str:
-    """A value with its interval; without bounds where there are too few data to say."""
-    if interval.value is None:
-        return "--"
-    form = f"{'+' if is_signed else ''}z.{decimals}f"
+def number_text(value: float | None, decimals: int | None = 2, is_signed: bool = False) -> str:
+    """A number to so many decimals, or to three significant digits; dashes where there is none."""
+    sign = "+" if is_signed else ""
+    return "--" if value is None else f"{value:{sign}z.3g}" if decimals is None else f"{value:{sign}z.{decimals}f}"
+
+
+def bounds_text(interval: Interval, decimals: int | None = 2, is_signed: bool = False) -> str:
+    """The interval alone; empty where there are too few data to say."""
     if interval.low is None or interval.high is None:
-        return f"{interval.value:{form}}"
-    return f"{interval.value:{form}} [{interval.low:{form}}, {interval.high:{form}}]"
+        return ""
+    low, high = (number_text(end, decimals, is_signed) for end in (interval.low, interval.high))
+    return f"[{low}, {high}]"
 
 
-def number_text(value: float | None, decimals: int) -> str:
-    """A number; dashes where there is none."""
-    return "--" if value is None else f"{value:z.{decimals}f}"
+def interval_text(
+    interval: Interval | None, decimals: int | None = 2, is_signed: bool = False, absent: str = "--"
+) -> str:
+    """A value with its interval; without bounds where there are too few data to say."""
+    if interval is None or interval.value is None:
+        return absent
+    return f"{number_text(interval.value, decimals, is_signed)} {bounds_text(interval, decimals, is_signed)}".rstrip()
 
 
 def p_text(p: float | None) -> str:

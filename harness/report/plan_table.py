@@ -7,7 +7,8 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.plan.question import COST_WEIGHT, Answer
-from harness.report.tables import print_table, report_table
+from harness.report.markdown import number_text
+from harness.report.sheet import Sheet, print_sheet
 from navstack.types import Pose2D
 
 DECIMALS = 6  # of numbers in the document
@@ -48,13 +49,9 @@ def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str
     """Print a table, and below it why a planner found nothing."""
     start, goal = ends
     title = f"From ({start.x:.2f}, {start.y:.2f}) m to ({goal.x:.2f}, {goal.y:.2f}) m"
-    table = report_table(title if smoother is None else f"{title}, paths smoothed by {smoother}")
-    table.add_column("Planner")
-    for heading in ("Length [m]", "Clearance [m]", "Cost [m]", "Time [ms]", "First path [m]", "after [ms]"):
-        table.add_column(Text(heading), justify="right")
-    for answer in answers:
-        table.add_row(Text(answer.planner), *_cells(answer))
-    print_table(table, console)
+    title += "" if smoother is None else f", paths smoothed by {smoother}"
+    headers = ("Planner", "Length [m]", "Clearance [m]", "Cost [m]", "Time [ms]", "First path [m]", "after [ms]")
+    print_sheet(Sheet(title, headers, [(answer.planner, *_cells(answer)) for answer in answers]), console)
     for answer in answers:
         if answer.why:
             console.print(Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"), soft_wrap=True)
@@ -66,14 +63,8 @@ def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str
 
 
 def _cells(answer: Answer) -> tuple[str, ...]:
-    if answer.path is None or answer.clearance is None or answer.cost is None:
-        return ("none", "-", "-", f"{1e3 * answer.seconds:.1f}", "-", "-")
-    first = answer.improvement[0] if answer.improvement else None
-    return (
-        f"{answer.path.length:.2f}",
-        f"{answer.clearance:.2f}",
-        f"{answer.cost:.1f}",
-        f"{1e3 * answer.seconds:.1f}",
-        "-" if first is None else f"{first[1]:.2f}",
-        "-" if first is None else f"{1e3 * first[0]:.1f}",
-    )
+    seconds, cost = answer.improvement[0] if answer.improvement else (None, None)
+    length = "none" if answer.path is None else number_text(answer.path.length)
+    after = None if seconds is None else 1e3 * seconds
+    own = (length, number_text(answer.clearance), number_text(answer.cost, 1), number_text(1e3 * answer.seconds, 1))
+    return (*own, number_text(cost), number_text(after, 1))

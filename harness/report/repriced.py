@@ -3,28 +3,28 @@
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from harness.analysis.repricing import VARIED, Accounting, Choices, Repriced
+from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import Measured
 from harness.economics.valuation import Risk
-from harness.report.tables import Column, render_tables, report_table
-from harness.statistics.interval import Interval
+from harness.report.markdown import interval_text
+from harness.report.sheet import Sheet, print_sheet
+from harness.report.tables import Column, render_tables
 from harness.study.stored_run import StoredRun
 
 TITLES = {
-    PUBLISHED: "counted, whole: published",
-    "robot_at_fault": "counted, robot at fault",
-    "shared_fault": "counted, shared",
-    "no_threshold": "all, whole",
+    PUBLISHED: "published rule",
+    "robot_at_fault": "robot at fault",
+    "shared_fault": "shared fault",
+    "no_threshold": "all contacts",
     "no_threshold_robot_at_fault": "all, robot at fault",
-    "no_threshold_shared_fault": "all, shared",
+    "no_threshold_shared_fault": "all, shared fault",
 }
 ACCOUNTING_NOTE = (
-    "counted: contacts that the published rule counts; all: every contact event with the impulse of its impacts, "
-    "without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
+    "The robot pays for contacts that the published rule counts; all: for every contact event with the impulse of its "
+    "impacts, without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
     "into it; shared: by its share of the closing speed. Property is the robot's in all. Outcomes stay."
 )
 HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
@@ -45,8 +45,7 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     render_tables(columns, console)
     console.print()
     for each in results:
-        console.print(_accounting_table(each))
-        console.print()
+        print_sheet(_accountings(each), console)
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
     for each in results:
         console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}", markup=False)
@@ -71,7 +70,7 @@ def risk_text(risk: Risk) -> str:
     if worst is None:
         return "chance of break-even and mean of the worst deliveries undefined: they need several missions, with cargo"
     few = "" if worst.low is not None else " (too few, or all alike: no interval)"
-    text = f"the worst 5 % of deliveries cost {_money(worst)} $ each{few}"
+    text = f"the worst 5 % of deliveries cost {interval_text(worst)} $ each{few}"
     if risk.break_even_probability is None:
         return (
             f"{text}; chance of break-even undefined: all deliveries earned the same, so nothing is known of rare ones"
@@ -82,25 +81,11 @@ def risk_text(risk: Risk) -> str:
     )
 
 
-def _accounting_table(result: Repriced) -> Table:
-    table = report_table(f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)")
-    table.add_column("Accounting")
-    for heading in (*HEADINGS, "BEP (runs)"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for name, accounting in result.accountings.items():
-        table.add_row(TITLES[name], *map(Text, _cells(accounting)))
-    return table
-
-
-def _cells(accounting: Accounting) -> list[str]:
-    cells = [_money(accounting.intervals.get(term)) for term in VARIED]
-    runs = accounting.break_even_runs
-    return [*cells, "--" if runs is None else f"{runs:,.0f}"]
-
-
-def _money(interval: Interval | None) -> str:
-    if interval is None:
-        return "undefined"
-    if interval.low is None or interval.high is None:
-        return f"{interval.value:.2f}"
-    return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"
+def _accountings(result: Repriced) -> Sheet:
+    rows = []
+    for name, found in result.accountings.items():
+        cells = [interval_text(found.intervals.get(term), absent="undefined") for term in VARIED]
+        runs = found.break_even_runs
+        rows.append((TITLES[name], *cells, "--" if runs is None else f"{runs:,.0f}"))
+    title = f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)"
+    return Sheet(title, ("Accounting", *HEADINGS, "BEP (runs)"), rows)

@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from harness.analysis.sensitivity import STATED, Sensitivity, quantiles
-from harness.report.tables import report_table
+from harness.report.sheet import Sheet, print_sheet
 
 
 def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], console: Console) -> None:
     """Print the tornado and the break-even distribution of each stack."""
     for result in results:
-        console.print(_tornado(result))
-        console.print()
+        print_sheet(_tornado(result), console)
         console.print(f"{result.stack.name}: {_break_even(result)}", markup=False)
         console.print()
     console.print(
@@ -28,22 +26,16 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
         console.print(f"figure: {figure}", markup=False, soft_wrap=True)
 
 
-def _tornado(result: Sensitivity) -> Table:
-    table = report_table(
-        f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range"
-    )
-    table.add_column("Price", no_wrap=True)
-    for heading in ("low", "value", "high", "profit at low", "at high", "swing"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("range", no_wrap=True)
+def _tornado(result: Sensitivity) -> Sheet:
+    rows = []
     for bar in result.bars:
         span = bar.range
         numbers = [f"{number:g}" for number in (span.low, span.value, span.high)]
         money = [f"{number:.4f}" for number in (bar.profit_at_low, bar.profit_at_high, bar.swing)]
-        origin = "source" if span.range == STATED else ""
-        table.add_row(*map(Text, (bar.key, *numbers, *money, span.unit, origin)))
-    return table
+        rows.append((bar.key, span.unit, "source" if span.range == STATED else "", *numbers, *money))
+    title = f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range"
+    headers = ("Price", "unit", "range", "low", "value", "high", "profit at low", "at high", "swing")
+    return Sheet(title, headers, rows, texts=3)
 
 
 def _break_even(result: Sensitivity) -> str:

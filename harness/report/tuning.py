@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 from rich.console import Console
 from rich.text import Text
 
 from harness.metrics.columns import Row
-from harness.report.tables import print_table, report_table
+from harness.report.sheet import markdown_lines, print_sheet
 from harness.report.tuning_figures import draw_tuning
-from harness.report.tuning_sheets import Sheet, sheets, summary
+from harness.report.tuning_sheets import sheets, summary
 from harness.storage.files import write_text
 from harness.tuning.explanation import Explanation
 from harness.tuning.output import DIFF
@@ -19,7 +18,6 @@ from navstack.errors import InputError
 from navstack.params.strict import read_text
 
 REPORT = "report.md"
-SENTENCE = 80  # [characters] at which sentences in a table are broken
 CAPTIONS = {
     "history": "The search: every trial, and the best so far with its 95 % interval on training missions.",
     "front": "Every trial in the first two objectives (larger is better), and the Pareto front.",
@@ -44,7 +42,7 @@ def print_tuning(
         console: where to.
     """
     for sheet in sheets(study, scores, explanation, command):
-        _print(sheet, console)
+        print_sheet(sheet, console)
     for line in summary(study, explanation):
         console.print(Text(line))
     console.print(f"report: {folder / REPORT}", markup=False, soft_wrap=True)
@@ -76,7 +74,7 @@ def write_tuning(
     lines = [f"# {study.space.title}", ""]
     lines += [f"{line}\n" for line in summary(study, explanation)]
     for sheet in sheets(study, scores, explanation, command):
-        lines += [*_markdown(sheet), ""]
+        lines += markdown_lines(sheet)
     for figure in draw_tuning(study, explanation, folder):
         if figure.suffix == ".png" and figure.stem in CAPTIONS:
             lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
@@ -94,30 +92,3 @@ def lint_lines(lint: Row) -> list[str]:
     """What the check of the tuned file finds: how much, and what of it is new or gone."""
     counts = f"{lint['errors']} errors, {lint['warnings']} warnings"
     return [counts, *(f"new: {each}" for each in lint["new"]), *(f"gone: {each}" for each in lint["gone"])]
-
-
-def _print(sheet: Sheet, console: Console) -> None:
-    table = report_table(sheet.title)
-    for place, header in enumerate(sheet.headers):
-        is_sentence = sheet.texts == len(sheet.headers) and place == len(sheet.headers) - 1
-        justify: Literal["left", "right"] = "left" if place < sheet.texts else "right"
-        width = SENTENCE if is_sentence else None
-        table.add_column(Text(header), no_wrap=not is_sentence, max_width=width, justify=justify)
-    for row in sheet.rows:
-        table.add_row(*map(Text, row))
-    print_table(table, console)
-    for note in sheet.notes:
-        console.print(Text(note, style="dim"), soft_wrap=True)
-    console.print()
-
-
-def _markdown(sheet: Sheet) -> list[str]:
-    rules = ["---" if place < sheet.texts else "---:" for place in range(len(sheet.headers))]
-    rows = [sheet.headers, rules, *sheet.rows]
-    table = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return [f"## {sheet.title}", "", *table, *(line for note in sheet.notes for line in ("", _note(note)))]
-
-
-def _note(note: str) -> str:
-    """A note; commands as they are typed."""
-    return f"`{note}`" if note.startswith("navbench ") else note

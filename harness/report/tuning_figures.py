@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.report.figures import SUFFIXES, save_figure
-from harness.report.tuning_text import bounds, number_text, value_text
+from harness.report.markdown import bounds_text, number_text
+from harness.report.tuning_text import value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
@@ -226,7 +227,7 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     axes.plot(found.incumbent, len(labels) - 1, "s", color=NEW, markersize=7)
     texts = [
         f"{found.original:.2f}",
-        *(number_text(step.gain_usd_per_run.value or 0.0, sign="+") for step in found.steps),
+        *(number_text(step.gain_usd_per_run.value or 0.0, is_signed=True) for step in found.steps),
         f"{found.incumbent:.2f}",
     ]
     axes.set_yticks(range(len(labels)), labels)
@@ -269,7 +270,7 @@ def _components(axes: "Axes", shown: Sequence[Evidence]) -> None:
 
 
 def _difference(interval: Interval) -> str:
-    return f"{number_text(interval.value or 0.0, sign='+')} {bounds(interval)}".rstrip()
+    return f"{number_text(interval.value, is_signed=True)} {bounds_text(interval)}".rstrip()
 
 
 def _is_shown(component: Evidence) -> bool:

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.valuation import CENT
 from harness.metrics.columns import Row
-from harness.report.tuning_text import NOTHING, bounds, number_text, p_text, span, step_title, value_text
+from harness.report.markdown import bounds_text, interval_text, number_text, p_text
+from harness.report.sheet import Sheet
+from harness.report.tuning_text import step_title, value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
@@ -16,17 +17,7 @@ from harness.tuning.objective import score_text
 from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
-
-
-@dataclass(frozen=True, slots=True)
-class Sheet:
-    """One table: the first columns are text, the others stand to the right."""
-
-    title: str
-    headers: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    texts: int = 1  # columns of text
-    notes: tuple[str, ...] = ()
+from harness.tuning.waterfall import Step
 
 
 def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]) -> list[Sheet]:
@@ -83,7 +74,7 @@ def _proof(explanation: Explanation) -> str:
         return "The margin is undefined, because the cargo was not simulated."
     where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it: no proof"
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
-    return f"{text}difference {span(margin.difference)}, {_verdict(margin.difference)}."
+    return f"{text}difference {interval_text(margin.difference)}, {_verdict(margin.difference)}."
 
 
 def _verdict(difference: Interval) -> str:
@@ -102,12 +93,12 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
         for name, score in (scores[part] or {}).items():
             difference = Interval(**score["difference"])
             means = value_text(float(score["original"])), value_text(float(score["incumbent"]))
-            needed = NOTHING if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
-            cells = str(difference.n), *means, span(difference), p_text(score["p"], difference), needed
+            needed = "--" if score["pairs_needed"] is None else f"{score['pairs_needed']:,d}"
+            cells = str(difference.n), *means, interval_text(difference), _p(score["p"], difference), needed
             rows.append((name, title, *cells))
             missed += _missed(name, title, score["shortfall"])
     if explanation.optimism_usd_per_run is not None:
-        rows.append(("margin", "optimism", "", "", "", span(explanation.optimism_usd_per_run), "", ""))
+        rows.append(("margin", "optimism", "", "", "", interval_text(explanation.optimism_usd_per_run), "", ""))
     headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
     notes: tuple[str, ...] = (
         "Margins, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same "
@@ -119,7 +110,7 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be "
             "tested: for lower_bound their margins, for cvar these and what exceeds the original's tail.",
         )
-    return Sheet("What it brings", headers, tuple(rows), texts=2, notes=(*notes, *missed))
+    return Sheet("What it brings", headers, rows, texts=2, notes=(*notes, *missed))
 
 
 def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
@@ -132,15 +123,15 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
 def _finals(study: StudyResult) -> Sheet:
     """Who met in the final choice."""
     trials = {trial.number: trial for trial in study.trials}
-    rows = tuple(
+    rows = [
         (
             f"trial {each.number}" if each.number else "original",
             score_text(study.objectives[0], trials[each.number].values[0]),
-            score_text(study.objectives[0], each.value) if math.isfinite(each.value) else NOTHING,
+            score_text(study.objectives[0], each.value) if math.isfinite(each.value) else "--",
             str(each.missions),
         )
         for each in study.finals
-    )
+    ]
     headers = (f"Final choice: {study.objectives[0]}", "In training", "In the final choice", "Missions")
     notes = (
         "The best trials and the original on training missions that had no part in choosing them, the best first; the "
@@ -153,10 +144,10 @@ def _front(study: StudyResult) -> Sheet:
     """What a Pareto study has to offer."""
     if len(study.objectives) < 2:
         return Sheet("", (), ())
-    rows = tuple(
+    rows = [
         (f"trial {number}" if number else "original", *(f"{value:.4g}" for value in study.trials[number].values))
         for number in sorted(study.front, key=lambda number: -study.trials[number].values[0])
-    )
+    ]
     notes = (
         "Trials that no other beats in every objective, on training missions; larger is better in each. Their files "
         "are in front/. What follows is of the one that is best in the first objective; try others with navbench run.",
@@ -169,14 +160,14 @@ def _bests(explanation: Explanation) -> Sheet:
     names = [name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)]
     if len(explanation.history) < 2 or not names:
         return Sheet("", (), ())
-    rows = tuple(
+    rows = [
         (
             f"trial {best.number}" if best.number else "original",
-            span(best.score),
+            interval_text(best.score),
             *(f"{best.margins[name]:.2f}" for name in names),
         )
         for best in explanation.history
-    )
+    ]
     headers = ("Best so far", "Objective", *(name.replace("_", " ") for name in names))
     notes = (
         "Each trial that was the best when it was driven: its objective with its 95 % interval, and its margin "
@@ -192,7 +183,8 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
     for each in sorted(study.space.parameters, key=lambda each: order.get(each.name, len(order))):
         new = next((study.incumbent.values[path] for path in each.paths if path in study.incumbent.values), None)
         found = shares.get(each.name)
-        importance = NOTHING if found is None else span(found.share) + ("" if found.is_told_apart else " (chance)")
+        importance = interval_text(None if found is None else found.share)
+        importance += "" if found is None or found.is_told_apart else " (chance)"
         value = "unchanged" if new is None else value_text(new)
         allowed = " | ".join(map(value_text, each.choices)) or f"{each.low:g} .. {each.high:g}"
         if is_list(each.original):
@@ -203,7 +195,7 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
         "Importance: PED-ANOVA's share in what makes a trial one of the best quarter, with its bootstrap interval over "
         "trials; (chance): no more than parameters without effect reach in 1 of 20 studies. --: too few trials.",
     )
-    return Sheet("What changed", headers, tuple(rows), texts=2, notes=notes)
+    return Sheet("What changed", headers, rows, texts=2, notes=notes)
 
 
 def _waterfall(explanation: Explanation) -> Sheet:
@@ -211,24 +203,24 @@ def _waterfall(explanation: Explanation) -> Sheet:
     if found is None:
         return Sheet("", (), ())
     rows = [("original file", f"{found.original:.2f}", "")]
-    rows += [
-        (step_title(step), number_text(step.gain_usd_per_run.value or 0.0, sign="+"), bounds(step.gain_usd_per_run))
-        for step in found.steps
-    ]
-    rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {span(found.total)}"))
+    rows += [_step(step) for step in found.steps]
+    rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
     kind = "unseen test" if found.unseen else "training"
     notes = (
         f"Exact Shapley values on {found.missions} {kind} missions, each driven with every mixture of old and new "
         f"values ({found.episodes} deliveries); 95 % bootstrap intervals over missions. The steps add up to the total.",
     )
-    return Sheet("From the old margin to the new [USD/run]", ("Step", "Margin", "95 %"), tuple(rows), notes=notes)
+    return Sheet("From the old margin to the new [USD/run]", ("Step", "Margin", "95 %"), rows, notes=notes)
+
+
+def _step(step: Step) -> tuple[str, str, str]:
+    """A step and what it gains."""
+    gain = step.gain_usd_per_run
+    return step_title(step), number_text(gain.value, is_signed=True), bounds_text(gain)
 
 
 def _set_back(explanation: Explanation) -> Sheet:
-    rows = tuple(
-        (step_title(step), number_text(step.gain_usd_per_run.value or 0.0, sign="+"), bounds(step.gain_usd_per_run))
-        for step in explanation.set_back
-    )
+    rows = [_step(step) for step in explanation.set_back]
     notes = (
         "The tuned file's margin less that of the same file with this one value as it was, on the missions above. "
         "Unlike the steps above these do not add up; one whose interval holds zero brings nothing that can be told.",
@@ -237,9 +229,7 @@ def _set_back(explanation: Explanation) -> Sheet:
 
 
 def _components(explanation: Explanation) -> Sheet:
-    rows = tuple(
-        (each.what, *_both(each, 5 if key == "electricity" else 2)) for key, each in explanation.components.items()
-    )
+    rows = [(each.what, *_both(each, 5 if key == "electricity" else 2)) for key, each in explanation.components.items()]
     notes = ("What is paid counts negative; all but the last add up to the last.",)
     headers = ("Cost component [USD/run]", "Original", "Tuned", "Difference", "p")
     return Sheet("Where the money comes from", headers, rows, notes=notes)
@@ -248,7 +238,7 @@ def _components(explanation: Explanation) -> Sheet:
 def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
     """Money of original and incumbent, and their difference."""
     means = (number_text(number or 0.0, digits) for number in (found.original, found.incumbent))
-    return (*means, span(found.difference, digits), p_text(found.p or 0.0, found.difference))
+    return (*means, interval_text(found.difference, digits), _p(found.p or 0.0, found.difference))
 
 
 def _accountings(explanation: Explanation) -> Sheet:
@@ -259,10 +249,10 @@ def _accountings(explanation: Explanation) -> Sheet:
 
 
 def _interactions(explanation: Explanation) -> Sheet:
-    rows = tuple(
+    rows = [
         (" x ".join(each.names), f"{100.0 * each.variance_share:.1f} %", p_text(each.p_holm))
         for each in explanation.interactions
-    )
+    ]
     notes = (
         "Share of the variance of the trials' ranks that the product of two parameters explains beyond each by itself.",
     )
@@ -270,10 +260,10 @@ def _interactions(explanation: Explanation) -> Sheet:
 
 
 def _checks(explanation: Explanation) -> Sheet:
-    rows = tuple(
+    rows = [
         (check.title, check.state.upper() if check.is_flagged else check.state, check.says)
         for check in explanation.audit.checks
-    )
+    ]
     notes = tuple(
         f"{check.title}: a gap, because {check.why}. What to do: {check.advice}." for check in explanation.audit.flagged
     )
@@ -281,11 +271,16 @@ def _checks(explanation: Explanation) -> Sheet:
 
 
 def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
-    rows = tuple(
+    rows = [
         (f"seed {each.seed}, delivery {each.episode}", f"{each.difference_usd:+.2f}", sentence(each))
         for each in partings
-    )
+    ]
     notes = tuple(each.replay(command) for each in partings)
     return Sheet(
         "Missions where the two files part ways [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
     )
+
+
+def _p(p: float, difference: Interval) -> str:
+    """The p value of a difference; none where no pairs are apart."""
+    return "--" if difference.low is None else p_text(p)

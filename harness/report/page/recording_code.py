@@ -33,12 +33,8 @@ BROKEN = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.erro
 PLAN_TOLERANCE = 0.05  # [m] of a plan on a page
 SHAPES: dict[str, tuple[int | str, ...]] = {  # of the arrays of a recording; equal words are equal lengths
     **{"trace": ("rows", 11), "crowd": ("rows", "people", 2), "pieces_lost": ("rows",), "odometry": ("rows", 5)},
-    **{
-        "belief_covariance": ("rows", 3),
-        "motion_energy_j": ("rows",),
-        "track_count": ("rows",),
-        "tracks": ("tracks", 6),
-    },
+    **{"belief_covariance": ("rows", 3), "motion_energy_j": ("rows",)},
+    **{"track_count": ("rows",), "tracks": ("tracks", 6)},
     **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
     **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
 }
