@@ -1,7 +1,9 @@
 """Two stacks on the missions that they have in common: differences, how sure they are, and what stands against it."""
 
+import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, delive
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
-from harness.statistics.bootstrap import number_clusters
+from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.paired import PairedDifference, compare_pairs, holm
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
@@ -100,17 +102,19 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
             raise UnknownNameError("metric", key, keys)
     wanted = [key for key in keys if key in metrics or not metrics]
     clusters = number_clusters([tuple(row[key] for key in MISSION) for row in rows[0]])
-    entries = {key: _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed) for key in wanted}
-    known = {key: entry for key, entry in entries.items() if entry is not None}
-    family = [key for key, (_, _, paired) in known.items() if paired.differs]
-    adjusted = dict(zip(family, holm([known[key][2].p for key in family]), strict=True))
-    directions = _directions()
+    known = {}
+    for key in wanted:
+        if (entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)) is not None:
+            known[key] = entry
+    family = [key for key, entry in known.items() if entry.differs]
+    for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
+        known[key] = dataclasses.replace(known[key], p_holm=p_holm)
     return Comparison(
         first=first,
         second=second,
         pairs=len(pairs),
         left_out=(len(first.stack.rows) - len(pairs), len(second.stack.rows) - len(pairs)),
-        differences={key: Compared(*entry, adjusted.get(key, 1.0), directions[key]) for key, entry in known.items()},
+        differences=known,
         warnings=_warnings(first, second),
     )
 
@@ -158,18 +162,17 @@ def _columns(side: Side, rows: Sequence[Row]) -> dict[str, FloatArray]:
     return {key: column for key, column in known.items() if not np.isnan(column).all()}
 
 
-def _compare(
-    first: FloatArray, second: FloatArray, clusters: Any, key: str, seed: int
-) -> tuple[float, float, PairedDifference] | None:
+def _compare(first: FloatArray, second: FloatArray, clusters: IntArray, key: str, seed: int) -> Compared | None:
     both = ~(np.isnan(first) | np.isnan(second))
     if not both.any():
         return None
     own = number_clusters(clusters[both].tolist())
     resolution = CENT if key in DOLLARS else 0.0
     paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution)
-    return float(first[both].mean()), float(second[both].mean()), paired
+    return Compared(float(first[both].mean()), float(second[both].mean()), paired, 1.0, _directions()[key])
 
 
+@cache
 def _directions() -> dict[str, Better]:
     directions = {metric.key: metric.better for metric in RUN_METRICS}
     directions |= {term: Better.HIGHER if term in EARNED else Better.LOWER for term in DOLLARS}

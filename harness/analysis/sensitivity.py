@@ -16,6 +16,7 @@ from harness.economics.price import limits_of, price_keys
 from harness.economics.prices import Prices
 from harness.economics.valuation import missions, profit_draws, tells_of_rare
 from harness.metrics.columns import Row
+from harness.storage.documents import as_json
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -41,20 +42,18 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True)
-class Bar:
-    """What one price does between the ends of its range, all else as it is [USD/run]."""
+class Bar(Range):
+    """What one price does between the ends of its range, all else as it is."""
 
-    key: str
-    range: Range
-    margin_at_low: float
-    margin_at_high: float
-    profit_at_low: float
-    profit_at_high: float
+    price: str  # its key
+    contribution_margin: tuple[float, float]  # [USD/run] at the low and the high end
+    profit_usd_per_run: tuple[float, float]
 
     @property
     def swing(self) -> float:
         """Difference in profit between the ends of the range [USD/run]."""
-        return abs(self.profit_at_high - self.profit_at_low)
+        low, high = self.profit_usd_per_run
+        return abs(high - low)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,15 +173,7 @@ def _document(result: Sensitivity) -> Row:
         "episodes": len(result.stack.rows),
         "contribution_margin": result.economics.contribution_margin,
         "profit_usd_per_run": result.profit,
-        "tornado": [
-            {
-                "price": bar.key,
-                **dataclasses.asdict(bar.range),
-                "contribution_margin": [bar.margin_at_low, bar.margin_at_high],
-                "profit_usd_per_run": [bar.profit_at_low, bar.profit_at_high],
-            }
-            for bar in result.bars
-        ],
+        "tornado": [{"price": bar.price, **as_json(bar)} for bar in result.bars],
         "maps": [
             {
                 "x": _axis_document(each.x),
@@ -260,17 +251,9 @@ def tornado(evaluate: Evaluate, varied: Mapping[str, Range]) -> list[Bar]:
     bars = []
     for key, span in varied.items():
         low, high = evaluate({key: span.low}), evaluate({key: span.high})
-        bars.append(
-            Bar(
-                key=key,
-                range=span,
-                margin_at_low=_margin(low[0]),
-                margin_at_high=_margin(high[0]),
-                profit_at_low=profit_per_run(*low),
-                profit_at_high=profit_per_run(*high),
-            )
-        )
-    return sorted(bars, key=lambda bar: (-bar.swing, bar.key))
+        margins, gains = (_margin(low[0]), _margin(high[0])), (profit_per_run(*low), profit_per_run(*high))
+        bars.append(Bar(**dataclasses.asdict(span), price=key, contribution_margin=margins, profit_usd_per_run=gains))
+    return sorted(bars, key=lambda bar: (-bar.swing, bar.price))
 
 
 def axis(prices: Prices, key: str) -> Axis:

@@ -29,10 +29,9 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
 def _tornado(result: Sensitivity) -> Sheet:
     rows = []
     for bar in result.bars:
-        span = bar.range
-        numbers = [f"{number:g}" for number in (span.low, span.value, span.high)]
-        money = [f"{number:.4f}" for number in (bar.profit_at_low, bar.profit_at_high, bar.swing)]
-        rows.append((bar.key, span.unit, "source" if span.range == STATED else "", *numbers, *money))
+        numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
+        money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
+        rows.append((bar.price, bar.unit, "source" if bar.range == STATED else "", *numbers, *money))
     title = f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range"
     headers = ("Price", "unit", "range", "low", "value", "high", "profit at low", "at high", "swing")
     return Sheet(title, headers, rows, texts=3)

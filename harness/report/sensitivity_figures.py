@@ -45,20 +45,20 @@ def _tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
     """Bars from the profit of today to that at either end of a price's range, the widest on top."""
     bars = result.bars[:shown]
     for place, bar in enumerate(bars):
-        for profit, colour in ((bar.profit_at_low, AT_LOW), (bar.profit_at_high, AT_HIGH)):
+        for profit, colour in zip(bar.profit_usd_per_run, (AT_LOW, AT_HIGH), strict=True):
             axes.barh(place, profit - result.profit, left=result.profit, height=0.62, color=colour, linewidth=0)
-    lowest = min(min(bar.profit_at_low, bar.profit_at_high) for bar in bars)
-    highest = max(max(bar.profit_at_low, bar.profit_at_high) for bar in bars)
+    lowest = min(min(bar.profit_usd_per_run) for bar in bars)
+    highest = max(max(bar.profit_usd_per_run) for bar in bars)
     margin = 0.16 * (highest - lowest or 1.0)
     for place, bar in enumerate(bars):
-        ends = sorted(((bar.profit_at_low, bar.range.low), (bar.profit_at_high, bar.range.high)))
+        ends = sorted(zip(bar.profit_usd_per_run, (bar.low, bar.high), strict=True))
         for (profit, number), side in zip(ends, ("right", "left"), strict=True):
             gap = -0.01 if side == "right" else 0.01
             at = profit + gap * (highest - lowest)
             text = f"{number:,.0f}" if number >= LARGE else f"{number:.4g}"
             axes.text(at, place, text, va="center", ha=side, fontsize=6.5)
     axes.axvline(result.profit, color=LINE, linewidth=0.8)
-    axes.set_yticks(range(shown), [_label(bar.key, bar.range.unit) for bar in bars])
+    axes.set_yticks(range(shown), [_label(bar.price, bar.unit) for bar in bars])
     axes.set_xlim(lowest - margin, highest + margin)
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)

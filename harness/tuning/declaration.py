@@ -11,7 +11,6 @@ ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
 MOST_FINALISTS = 100
 MOST_EPISODES = 10_000  # training missions, or test missions
-_UNITS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")
 
 
@@ -60,11 +59,8 @@ def parse_duration(text: str) -> float:
         InputError: it is none, or nothing.
     """
     parts = _DURATION.fullmatch(text.strip().lower())
-    seconds = (
-        sum(float(part or 0.0) * unit for part, unit in zip(parts.groups(), _UNITS.values(), strict=True))
-        if parts
-        else 0.0
-    )
+    numbers = parts.groups("0") if parts else ()
+    seconds = sum(float(number) * unit for number, unit in zip(numbers, (3600.0, 60.0, 1.0), strict=False))
     if seconds <= 0.0:
         raise InputError(f"--budget '{text}' is no duration; give hours, minutes, seconds, e.g. 90s, 30m or 1h30m")
     return seconds

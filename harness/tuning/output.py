@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import shlex
+from collections import Counter
 from pathlib import Path
 
 from harness.metrics.columns import Row
@@ -10,10 +11,11 @@ from harness.storage.files import write_text
 from harness.storage.tables import write_table
 from harness.task.stack import Stack
 from harness.tuning.declaration import Declaration
-from harness.tuning.evaluation import Candidate, Value, unseen_seed
+from harness.tuning.evaluation import Value, unseen_seed
 from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space import Parameter
+from harness.tuning.space_file import OF_TRIAL
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass
@@ -22,14 +24,6 @@ TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"
 FRONT = "front"  # folder with the file of every trial of a Pareto front
 ALLOW_UNKNOWN = "--allow-unknown"  # option of navbench run
 TRIALS, DOCUMENT = "trials.parquet", "tune.json"
-OF_TRIAL = {
-    "trial": "int64",
-    "state": "string",
-    "missions": "int64",
-    "told": "double",
-    "p": "double",
-    "reason": "string",
-}  # columns of trials.parquet beside one per objective and parameter
 
 
 def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: Declaration, folder: Path) -> None:
@@ -98,6 +92,7 @@ def study_document(
         folder: of the study.
     """
     driven = sum(len(trial.missions) for trial in result.trials)
+    number = next(trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key)
     every = sum(len(result.train_missions) for trial in result.trials if trial.state != FAILED)
     return {
         "schema": 1,
@@ -108,9 +103,9 @@ def study_document(
         "seed": result.seed,
         "test_seed": unseen_seed(result.seed),
         "trials_asked": declaration.trials,
-        "trials": {state: sum(trial.state == state for trial in result.trials) for state in _states(result)},
+        "trials": dict(sorted(Counter(trial.state for trial in result.trials).items())),
         "training_episodes": {"missions": len(result.train_missions), "driven": driven, "without_racing": every},
-        "incumbent": {"trial": _number_of(result), "changes": _changes(result, nav2)},
+        "incumbent": {"trial": number, "changes": _changes(result, nav2)},
         "finals": [each.as_json() for each in result.finals],
         "front": [{"trial": number, "values": list(result.trials[number].values)} for number in result.front],
         **scores,
@@ -163,13 +158,3 @@ def _before(path: str, result: StudyResult, nav2: Nav2File) -> Value:
         return owner.original if path == owner.paths[0] else locate(nav2, path).value
     except AbsentError:
         return owner.original
-
-
-def _number_of(result: StudyResult) -> int:
-    """Of the trial that became the incumbent."""
-    key = Candidate("", result.incumbent.values).key
-    return next(trial.number for trial in result.trials if trial.candidate.key == key)
-
-
-def _states(result: StudyResult) -> list[str]:
-    return sorted({trial.state for trial in result.trials})

@@ -7,7 +7,14 @@ from pathlib import Path
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 
-RESERVED = ("trial", "state", "missions", "told", "p", "reason")  # columns of trials.parquet that are no parameter
+OF_TRIAL = {
+    "trial": "int64",
+    "state": "string",
+    "missions": "int64",
+    "told": "double",
+    "p": "double",
+    "reason": "string",
+}  # columns of trials.parquet beside one per objective and parameter
 JOINT = "+"  # between the names of spaces that are searched together
 
 
@@ -98,10 +105,10 @@ def _check_agreement(first: str, one: SpaceFile, second: str, other: SpaceFile) 
 
 
 def _check_names(content: SpaceFile, where: str) -> None:
-    """Check that names can stand in constraints and head columns beside :data:`RESERVED`, and are given once."""
+    """Check that names can stand in constraints and head columns beside :data:`OF_TRIAL`, and are given once."""
     for name in (*content.parameters, *content.reads):
-        if not name.isidentifier() or not name.isascii() or name in RESERVED or name.startswith("objective_"):
-            advice = f"give letters, digits and _, none of {', '.join(RESERVED)}"
+        if not name.isidentifier() or not name.isascii() or name in OF_TRIAL or name.startswith("objective_"):
+            advice = f"give letters, digits and _, none of {', '.join(OF_TRIAL)}"
             raise ParameterError(f"{where}: {name!r} is no name for a parameter; {advice}")
     twice = sorted(content.parameters.keys() & content.reads.keys())
     if twice:

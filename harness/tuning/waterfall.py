@@ -1,7 +1,7 @@
 """The margin waterfall: from the old file to the new one, parameter by parameter, on the same missions."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +14,7 @@ from harness.tuning.result import StudyResult
 from navstack.types import FloatArray
 
 REST = "the rest"
-MOST_PLAYERS = 5  # 32 coalitions, each of which drives every mission
-
-Coalition = frozenset[int]  # numbers of the players that are in
+MOST_PLAYERS = 5  # 32 mixtures, each of which drives every mission
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +42,9 @@ class Waterfall:
     original: float  # [USD/run] mean margin
     incumbent: float
     total: Interval  # [USD/run] incumbent less original; the steps add up to its value
-    missions: int  # on which every coalition has a margin
+    missions: int  # on which every mixture has a margin
     unseen: bool  # these are test missions
-    episodes: int  # that all coalitions together stand for
+    episodes: int  # that all mixtures together stand for
 
 
 def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS) -> tuple[Player, ...]:
@@ -94,17 +92,17 @@ def waterfall(
     """
     if not who or not missions:
         return None
-    margins: dict[Coalition, FloatArray] = {}
-    for each in coalitions(len(who)):
-        margins[each] = _margins(evaluator, mixture(study, who, each), missions)
-        if np.isnan(margins[each]).all():
+    driven = []
+    for mask in range(2 ** len(who)):
+        driven.append(_margins(evaluator, mixture(study, who, mask), missions))
+        if np.isnan(driven[-1]).all():
             return None  # then no mission has one for every mixture: the others need not be driven
-    whole = ~np.isnan(np.array(list(margins.values()))).any(axis=0)
+    whole = ~np.isnan(driven).any(axis=0)
     if not whole.any():
         return None
-    margins = {coalition: values[whole] for coalition, values in margins.items()}
-    shares = shapley_values(margins, len(who))
-    first, last = margins[frozenset()], margins[frozenset(range(len(who)))]
+    margins = np.array(driven)[:, whole]
+    shares = shapley_values(margins)
+    first, last = margins[0], margins[-1]
     steps = [_step(study, player, shares[:, i]) for i, player in enumerate(who)]
     return Waterfall(
         steps=tuple(sorted(steps, key=lambda step: -(step.gain_usd_per_run.value or 0.0))),
@@ -113,7 +111,7 @@ def waterfall(
         total=_mean(last - first),
         missions=int(whole.sum()),
         unseen=set(missions) <= set(study.test_missions),
-        episodes=len(margins) * len(missions),
+        episodes=len(driven) * len(missions),
     )
 
 
@@ -137,56 +135,44 @@ def set_back(study: StudyResult, evaluator: Evaluator, missions: Sequence[int]) 
         return ()
     tuned, found = _margins(evaluator, study.incumbent, missions), []
     for number, player in enumerate(who):
-        others = frozenset(range(len(who))) - {number}
+        others = 2 ** len(who) - 1 - 2**number
         gains = tuned - _margins(evaluator, mixture(study, who, others), missions)
         if not np.isnan(gains).all():
             found.append(_step(study, player, gains[~np.isnan(gains)]))
     return tuple(sorted(found, key=lambda step: -(step.gain_usd_per_run.value or 0.0)))
 
 
-def mixture(study: StudyResult, who: Sequence[Player], coalition: Coalition) -> Candidate:
-    """The candidate with the new values of some players and the old ones of the others."""
-    if not coalition:
+def mixture(study: StudyResult, who: Sequence[Player], mask: int) -> Candidate:
+    """The candidate with the new values of the players whose bits are set and the old ones of the others."""
+    inside = [bool(mask >> number & 1) for number in range(len(who))]
+    if not any(inside):
         return study.original
-    if len(coalition) == len(who):
+    if all(inside):
         return study.incumbent
-    names = {name for i in coalition for name in who[i].names}
+    names = {name for player, is_in in zip(who, inside, strict=True) if is_in for name in player.names}
     paths = {path for each in study.space.parameters if each.name in names for path in each.paths}
     values = {path: value for path, value in study.incumbent.values.items() if path in paths}
-    return Candidate("mixture-" + "".join("01"[i in coalition] for i in range(len(who))), values)
+    return Candidate("mixture-" + "".join("01"[is_in] for is_in in inside), values)
 
 
-def coalitions(players: int) -> Iterator[Coalition]:
-    """Every coalition, the empty one first and the whole one last.
-
-    Raises:
-        ValueError: more than :data:`MOST_PLAYERS` players, or none.
-    """
-    if not 1 <= players <= MOST_PLAYERS:
-        raise ValueError(f"{players} players; allowed are 1 to {MOST_PLAYERS}")
-    for mask in range(2**players):
-        yield frozenset(i for i in range(players) if mask >> i & 1)
-
-
-def shapley_values(values: Mapping[Coalition, FloatArray], players: int) -> FloatArray:
+def shapley_values(values: FloatArray) -> FloatArray:
     """What each player brings, averaged over all orders in which they can come in, mission by mission.
 
     Args:
-        values: shape (n,) of every coalition: what it is worth on each mission.
-        players: how many there are.
+        values: (2^players, n): what each mixture is worth on each mission; the bits of its number say who is in.
 
     Returns:
-        Shape (n, players); rows add up to the whole coalition's worth less the empty one's.
+        Shape (n, players); rows add up to the whole mixture's worth less the empty one's.
     """
-    shares = []
-    for player in range(players):
-        share = np.zeros_like(values[frozenset()])
-        for without in coalitions(players):
-            if player not in without:
-                weight = math.factorial(len(without)) * math.factorial(players - len(without) - 1)
-                share += weight / math.factorial(players) * (values[without | {player}] - values[without])
-        shares.append(share)
-    return np.column_stack(shares)
+    players = len(values).bit_length() - 1
+    shares = np.zeros((values.shape[1], players))
+    for mask in range(len(values)):
+        size = mask.bit_count()
+        for player in range(players):
+            if not mask >> player & 1:
+                weight = math.factorial(size) * math.factorial(players - size - 1) / math.factorial(players)
+                shares[:, player] += weight * (values[mask | 1 << player] - values[mask])
+    return shares
 
 
 def _is_changed(study: StudyResult, paths: Sequence[str]) -> bool:

@@ -7,7 +7,6 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.tuning.constraint import parse_constraint
-from harness.tuning.output import OF_TRIAL
 from harness.tuning.paths import (
     COMMA,
     AbsentError,
@@ -19,7 +18,7 @@ from harness.tuning.paths import (
 )
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space import Space, fit_space
-from harness.tuning.space_file import RESERVED, SpaceFile, read_spaces
+from harness.tuning.space_file import SpaceFile, read_spaces
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import Nav2File, load_nav2
@@ -182,10 +181,6 @@ NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5
 )
 def test_what_contradicts_itself_is_refused(tmp_path: Path, text: str, said: str) -> None:
     assert said in complaint(tmp_path, text)
-
-
-def test_no_parameter_takes_a_column_of_the_trials() -> None:
-    assert RESERVED == tuple(OF_TRIAL)
 
 
 def test_levels_stand_in_order_each_once_and_whole_steps_stay_whole(tmp_path: Path) -> None:

@@ -23,7 +23,8 @@ from harness.task.study import EpisodeTask, make_generators, make_study
 from harness.tuning.declaration import Declaration, parse_duration
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
-from harness.tuning.output import DOCUMENT, OF_TRIAL, TRIALS, TUNED, _difference
+from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
+from harness.tuning.space_file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import notes_before, within_budget
 from navstack.errors import InputError, ParameterError
