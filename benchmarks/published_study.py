@@ -19,8 +19,8 @@ from pathlib import Path
 from harness.cli.signals import run_script
 from harness.cli.suite import begin_suite, write_overview
 from harness.report.markdown import wrapped
-from harness.report.suite.document import FIGURES, page
-from harness.report.suite.figures import FOLDER
+from harness.report.suite.document import page
+from harness.report.suite.figures import FIGURES, FOLDER
 from harness.report.suite.results import Results, read_results
 from harness.report.suite.tables import margins
 from harness.storage.shipped import shipped

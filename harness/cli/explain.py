@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from harness.cli.options import JSON, Finite
-from harness.storage.files import require_writable
+from harness.storage.files import require_writable, write_text, writing
 from navstack.errors import InputError, NavstackError
 
 if TYPE_CHECKING:
@@ -171,10 +171,8 @@ def _scene(run: "StoredRun") -> "Scene | None":
 
 
 def _make(out: Path) -> None:
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"folder '{out}' cannot be made ({error.strerror}); choose another") from None
 
 
 def _print(evidence: "Evidence", told: "list[Explained]", saving: "Saving | None", figures: list[Path]) -> None:
@@ -195,10 +193,6 @@ def _text(evidence: "Evidence", told: "list[Explained]", saving: "Saving | None"
 
 
 def _write(out: Path, content: dict[str, object], text: str) -> None:
-    from harness.storage.files import write_text
-
-    try:
+    with writing(out):
         write_text(out / "explanation.json", json.dumps(content, indent=2, allow_nan=False) + "\n")
         write_text(out / "explanation.txt", text)
-    except OSError as error:
-        raise InputError(f"folder '{out}' cannot be written ({error.strerror}); choose another") from None

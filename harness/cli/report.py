@@ -5,8 +5,7 @@ from pathlib import Path
 
 import click
 
-from harness.storage.files import require_writable, write_text
-from navstack.errors import InputError
+from harness.storage.files import require_writable, write_text, writing
 
 REPLAYS = 20
 PAGES = (".html", ".htm")  # suffixes
@@ -44,10 +43,8 @@ def write_page(out: Path, text: str) -> None:
     Raises:
         InputError: it cannot be written.
     """
-    try:
+    with writing(out):
         write_text(out, text)
-    except OSError as error:
-        raise InputError(f"page '{out}' cannot be written ({error.strerror}); choose another") from None
     click.echo(f"{out}: {len(text.encode()) / 1e6:.1f} MB")
 
 

@@ -2,15 +2,15 @@
 
 import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from harness.episode.brain import Brain
 from navstack.control.decision import Alternative
-from navstack.navigation_status import Counts, Status, Trouble
-from navstack.navigator import Navigator, TickRecord
-from navstack.stopwatch import Latencies
-from navstack.types import Belief, Observation, Path, Pose2D, Track, Twist2D
+from navstack.navigation_status import Status
+from navstack.navigator import Navigator
+from navstack.types import Belief, Observation, Pose2D, Twist2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,61 +33,13 @@ class TakeOver:
 
 
 class _Led:
-    """Tells what the brain tells that drives."""
+    """Tells what the brain tells that drives: all of :class:`harness.episode.brain.Brain` but the tick."""
 
     def __init__(self, driving: Brain) -> None:
         self._driving = driving
 
-    @property
-    def belief(self) -> Belief | None:
-        """See :class:`harness.episode.brain.Brain`, as all below."""
-        return self._driving.belief
-
-    @property
-    def status(self) -> Status:
-        """How the navigation stands."""
-        return self._driving.status
-
-    @property
-    def counts(self) -> Counts:
-        """Plans, failures and recoveries so far."""
-        return self._driving.counts
-
-    @property
-    def trouble(self) -> Trouble:
-        """What went wrong last."""
-        return self._driving.trouble
-
-    @property
-    def decision(self) -> TickRecord | None:
-        """How the last tick was decided."""
-        return self._driving.decision
-
-    @property
-    def plan(self) -> Path | None:
-        """What is followed."""
-        return self._driving.plan
-
-    @property
-    def tracks(self) -> tuple[Track, ...]:
-        """What moves about."""
-        return self._driving.tracks
-
-    @property
-    def latencies(self) -> Latencies:
-        """How long planner and controller took."""
-        return self._driving.latencies
-
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
-        """Start a delivery."""
-        self._driving.reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._driving, name)
 
 
 class Watched(_Led):
@@ -133,7 +85,7 @@ class HandOver(_Led):
         """Start both; the second draws its chance from copies of the generators."""
         copies = [copy.deepcopy(generator) for generator in (rng, localizer_rng, controller_rng)]
         self._second.reset(goal, initial_belief, *copies)
-        super().reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+        self._driving.reset(goal, initial_belief, rng, localizer_rng, controller_rng)
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command of whoever drives."""

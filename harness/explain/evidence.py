@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -132,7 +132,7 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
         if not isinstance(brain, Navigator):
             return brain
         watched.append(Watched(brain))
-        return watched[0]
+        return cast(Brain, watched[0])
 
     delivery = run_episode(task, make)
     check_same(stored, delivery.row, run.folder, episode)

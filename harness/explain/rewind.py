@@ -10,6 +10,7 @@ same in every tick, and the row comes out as it was.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -95,7 +96,7 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     def make(parts: Parts, world: World) -> Brain:
         first, second = (navigator_on(parts.scene, world, task.stack, file) for file in (nav2, changed))
         made.append(HandOver(first, second, moment))
-        return made[0]
+        return cast(Brain, made[0])
 
     delivery = run_episode(task, make)
     take_over = made[0].take_over

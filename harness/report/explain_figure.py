@@ -1,7 +1,6 @@
 """The seconds before a costed event as a figure: the place, and what was done, met, believed and scored over time."""
 
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,19 +8,17 @@ import numpy as np
 
 from harness.explain.evidence import WEIGHTED, Evidence
 from harness.explain.seconds import NEAR, Seconds
-from harness.report.figures import DPI, FONT
+from harness.report.figures import save_as
 from harness.report.map_picture import draw_scene
-from harness.storage.files import replacing
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
-from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-SMALL: Any = {"font.size": 7, "svg.hashsalt": "explain"}
 WIDTH_INCH, HEIGHT_INCH = 7.1, 4.1  # both columns of a paper
 FORMATS = (".png", ".pdf", ".svg")
 MARGIN, LEAST, SHAPE = 1.5, 7.0, 1.25  # [m] around what is shown, [m] of its width, its height over its width
@@ -42,25 +39,14 @@ def draw_seconds(evidence: Evidence, seconds: Seconds, scene: Scene | None, path
     Raises:
         InputError: a file cannot be written.
     """
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    with rc_context(FONT), rc_context(SMALL):
-        figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), layout="constrained")
-        FigureCanvasAgg(figure)
+    def draw(figure: "Figure") -> None:
         parts: Any = figure.subfigures(1, 2, width_ratios=(1.0, 1.25))
         place, strips = parts
         _draw_place(place.subplots(), evidence, seconds, scene)
         _draw_strips(strips.subplots(4, 1, sharex=True), seconds)
-        for path in paths:
-            content = BytesIO()  # what draws makes no sense of a full disk
-            figure.savefig(content, format=path.suffix[1:].lower(), dpi=DPI, facecolor="white")
-            try:
-                with replacing(path) as stream:
-                    stream.write(content.getvalue())
-            except OSError as error:
-                raise InputError(f"figure '{path}' cannot be written ({error.strerror}); choose another") from None
+
+    save_as(paths, (WIDTH_INCH, HEIGHT_INCH), draw, font_size=7.0)
 
 
 def _draw_place(axes: "Axes", evidence: Evidence, seconds: Seconds, scene: Scene | None) -> None:

@@ -1,11 +1,11 @@
 """What all figures have in common: size, type, and the files that they become."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.storage.files import replacing
+from harness.storage.files import replacing, writing
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -13,9 +13,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH_INCH, DPI = 5.2, 200  # fit for a paper's column
-FONT: Any = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "pdf.fonttype": 42}
+FONT: Any = {
+    "font.size": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "0",
+}
 SUFFIXES = (".pdf", ".png")
-UNDATED = {".pdf": {"CreationDate": None}, ".png": {}}
+UNDATED: dict[str, Any] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {}}
 
 
 def save_picture(figure: "Figure", path: Path) -> None:
@@ -48,27 +54,34 @@ def save_figure(stem: Path, height: float, draw: "Callable[[Axes], None]") -> li
 
 
 def save_panels(stem: Path, size: tuple[float, float], draw: "Callable[[Figure], None]") -> list[Path]:
-    """As :func:`save_figure`, for a figure of any width and height [inch]; same input, same bytes."""
+    """As :func:`save_figure`, for a figure of any width and height [inch]."""
+    paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
+    with writing(stem.parent):
+        stem.parent.mkdir(parents=True, exist_ok=True)
+    save_as(paths, size, draw)
+    return paths
+
+
+def save_as(
+    paths: Sequence[Path], size: tuple[float, float], draw: "Callable[[Figure], None]", font_size: float = 8.0
+) -> None:
+    """Draw a figure once and write it in the formats that its paths' suffixes name; same input, same bytes.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with rc_context(FONT):
+    with rc_context(FONT | {"font.size": font_size}):
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # it is laid out now; saving would do it again for each file
-        paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
-        try:
-            stem.parent.mkdir(parents=True, exist_ok=True)
-            for path in paths:
-                content = BytesIO()  # what draws makes no sense of a full disk
-                figure.savefig(content, format=path.suffix[1:], dpi=DPI, metadata=UNDATED[path.suffix])
-                with replacing(path) as stream:
-                    stream.write(content.getvalue())
-        except OSError as error:
-            raise InputError(
-                f"'{stem.parent}' cannot be written ({error.strerror}); make room or give --out another"
-            ) from None
-    return paths
+        for path in paths:
+            content, suffix = BytesIO(), path.suffix.lower()  # what draws makes no sense of a full disk
+            figure.savefig(content, format=suffix[1:], dpi=DPI, metadata=UNDATED[suffix], facecolor="white")
+            with writing(path), replacing(path) as stream:
+                stream.write(content.getvalue())

@@ -109,7 +109,7 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
     axes.tick_params(labelsize=7, length=2.5)
     for spine in axes.spines.values():
         spine.set_linewidth(0.6)
-    _draw_scale_bar(axes, area)
+    draw_scale_bar(axes, area)
 
 
 def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None) -> None:
@@ -210,7 +210,8 @@ def _draw_obstacles(axes: "Axes", obstacles: Sequence[Obstacle], area: Rect) -> 
         )
 
 
-def _draw_scale_bar(axes: "Axes", area: Rect) -> None:
+def draw_scale_bar(axes: "Axes", area: Rect) -> None:
+    """A bar of a round length in the lower left corner of an area [m]."""
     length = max((step for step in _STEPS if step <= 0.25 * area.width), default=_STEPS[0])
     x, y = area.x0 + 0.03 * area.width, area.y0 + 0.02 * area.width
     box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}

@@ -9,6 +9,8 @@ import numpy as np
 
 from harness.plan.question import Answer
 from harness.report.figures import save_picture
+from harness.report.map_picture import draw_scale_bar
+from harness.world.shapes import Rect
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, IntArray, Pose2D
@@ -62,7 +64,7 @@ def draw_plan(
             axes.plot(*answer.path.poses[:, :2].T, color=colour, ls=style, lw=2.0, label=label, zorder=3)
     _draw_ends(axes, ends, footprint)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[], aspect="equal")
-    _draw_scale(axes, low, high)
+    draw_scale_bar(axes, Rect(*low.tolist(), *high.tolist()))
     figure.legend(*axes.get_legend_handles_labels(), loc="lower left", ncols=LEGEND_COLUMNS, fontsize=8, frameon=False)
     save_picture(figure, picture)
 
@@ -105,22 +107,3 @@ def _draw_ends(axes: "Axes", ends: Sequence[Pose2D], footprint: FloatArray) -> N
     ):
         axes.add_patch(Polygon(transform_points(pose, footprint), closed=True, fill=False, ec=colour, lw=1.2, zorder=4))
         axes.plot(pose.x, pose.y, marker=marker, ms=size, color=colour, mec="white", ls="none", label=name, zorder=5)
-
-
-def _draw_scale(axes: "Axes", low: FloatArray, high: FloatArray) -> None:
-    """A bar of a round length in the lower right corner."""
-    width = high[0] - low[0]
-    length = 10.0 ** math.floor(math.log10(width / 4.0))
-    length *= max(step for step in (1, 2, 5) if step * length <= width / 4.0)
-    right, bottom = high[0] - 0.03 * width, low[1] + 0.03 * width
-    axes.plot((right - length, right), (bottom, bottom), color="black", lw=3.0, solid_capstyle="butt", zorder=6)
-    axes.text(
-        right - length / 2.0,
-        bottom + 0.008 * width,
-        f"{length:g} m",
-        ha="center",
-        va="bottom",
-        fontsize=8,
-        zorder=6,
-        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
-    )

@@ -17,8 +17,8 @@ from harness.metrics.columns import Row
 from harness.metrics.replay_log import FARTHEST_MM, NO_RETURN, plans_of, tracks_of
 from harness.recorded.mcap_writer import McapWriter
 from harness.report.replay import Replay, grid_around
+from harness.storage.files import writing
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.errors import InputError
 from navstack.geometry import compose, relative_to
 from navstack.types import FloatArray, Pose2D
 
@@ -49,13 +49,10 @@ def write_bag(path: Path, replay: Replay, grid: OccupancyGrid | None) -> int:
         _people(arrays, replay.person_radius),
         _hits(replay.contacts),
     ]
-    try:
-        with McapWriter(path) as bag:
-            for topic, kind, stamp, fields in heapq.merge(*streams, key=lambda message: message[2]):
-                bag.write(topic, kind, stamp, fields, is_latched=topic in ("/map", "/tf_static"))
-                count += 1
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}); choose another place") from None
+    with writing(path), McapWriter(path) as bag:
+        for topic, kind, stamp, fields in heapq.merge(*streams, key=lambda message: message[2]):
+            bag.write(topic, kind, stamp, fields, is_latched=topic in ("/map", "/tf_static"))
+            count += 1
     return count
 
 

@@ -11,10 +11,9 @@ from harness.economics.accountings import is_grave
 from harness.metrics.replay_log import plans_of, scan_points
 from harness.report.map_picture import draw_scene
 from harness.report.replay import Replay
-from harness.storage.files import replacing
+from harness.storage.files import replacing, writing
 from harness.world.scene import Scene
 from harness.world.shapes import Rect
-from navstack.errors import InputError
 from navstack.geometry import transform_points
 from navstack.types import FloatArray, Pose2D
 
@@ -57,13 +56,9 @@ def write_gif(path: Path, replay: Replay, scene: Scene | None) -> int:
             told.set_text(replay.ending)
         canvas.draw()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
-    try:
-        with replacing(path) as stream:
-            frames[0].save(
-                stream, "GIF", save_all=True, append_images=frames[1:], duration=1000 // FRAMES_PER_SECOND, loop=0
-            )
-    except OSError as error:
-        raise InputError(f"animation '{path}' cannot be written ({error.strerror}); choose another") from None
+    duration = 1000 // FRAMES_PER_SECOND
+    with writing(path), replacing(path) as stream:
+        frames[0].save(stream, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
     return len(times)
 
 

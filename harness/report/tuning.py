@@ -10,11 +10,10 @@ from harness.metrics.columns import Row
 from harness.report.sheet import markdown_lines, print_sheet
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import sheets, summary
-from harness.storage.files import write_text
+from harness.storage.files import write_text, writing
 from harness.tuning.explanation import Explanation
 from harness.tuning.output import DIFF
 from harness.tuning.result import StudyResult
-from navstack.errors import InputError
 from navstack.params.strict import read_text
 
 REPORT = "report.md"
@@ -81,10 +80,8 @@ def write_tuning(
     lines += ["## What differs", "", "```diff", read_text(folder / DIFF).rstrip("\n"), "```", ""]
     lines += ["## Lint of the tuned file", "", *(f"- {line}" for line in lint_lines(lint)), ""]
     lines += ["## Its test, driven again", "", "```", again, "```", ""]
-    try:
+    with writing(folder / REPORT):
         write_text(folder / REPORT, "\n".join(lines))
-    except OSError as error:
-        raise InputError(f"'{folder / REPORT}' cannot be written ({error.strerror})") from None
     return folder / REPORT
 
 

@@ -72,6 +72,19 @@ def require_real_folders(path: Path) -> None:
 
 
 @contextlib.contextmanager
+def writing(what: Path) -> Iterator[None]:
+    """Say in one line that a file or folder cannot be written.
+
+    Raises:
+        InputError: it cannot.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"'{what}' cannot be written ({error.strerror}); make room or choose another place") from None
+
+
+@contextlib.contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """A stream that takes a file's place once it is complete and on disk: a power cut leaves the old or the new one."""
     partial = path.with_name(f"{path.name}.partial")

@@ -22,8 +22,8 @@ from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.valuation import value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.markdown import interval_text
-from harness.report.suite.document import FIGURES, LIABILITY, page, write_results
-from harness.report.suite.figures import _margin
+from harness.report.suite.document import page, write_results
+from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
 from harness.statistics.interval import Interval
@@ -33,6 +33,7 @@ from harness.study.suite import Suite, cells, declare
 from harness.study.suite_log import Session, note_session
 from navstack.errors import InputError
 
+PAYING = ("robot_at_fault", "shared_fault", "no_threshold_robot_at_fault")
 ROOT = Path(__file__).parents[2]
 SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
 INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars
@@ -110,7 +111,7 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
     assert found == {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
     assert found[PUBLISHED] == standing.interval(MARGIN) != found["robot_at_fault"]
     section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## How deliveries end")[0]
-    for text, name in zip(section.split("**: ")[1:], LIABILITY, strict=True):
+    for text, name in zip(section.split("**: ")[1:], PAYING, strict=True):
         assert f"| `other` | {interval_text(found[name], 2)}, n = 12 | not driven |" in text
     write_results(results, study)
     rows = {row["quantity"]: row for row in read_rows(study / "table.parquet", COLUMNS) if row["stack"] == "other"}

@@ -16,20 +16,6 @@ from harness.task.study import is_recording
 
 Json = dict[str, Any]
 
-LIMITS = (
-    "Everything here is simulated: a rigid-body world on level ground, people who walk by a model, sensors with "
-    "modelled noise. No figure was measured on a street.",
-    "The maps that come with navbench are generated after the statistics of the published one; none of them is it.",
-    "Contacts count from the threshold of the world's file on, property from that of the publication; softer ones are "
-    "shown and cost nothing.",
-    "An injury has a price up to MAIS 3 only, as published: the hardest contacts with people, those that may kill, "
-    "cost next to nothing here. Look at who was hit, not at the cost alone.",
-    "Rare events decide the costs: a contact that no delivery met is not known to be impossible. An interval tells of "
-    "chance within these missions, not of other cities, robots or prices.",
-    "The paper's columns are its own measurements; only the money is worked out here from them, at these prices.",
-    "Costs that the paper leaves out (mapping, operators, wear of the battery) are left out here: see navbench price.",
-)
-
 
 def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
     """The section "What these figures rest on".
@@ -44,7 +30,6 @@ def basis(entries: Sequence[Entry], notes: Sequence[str]) -> Json:
     return {
         "runs": [_run(of_run[-1].run, of_run) for of_run in runs.values()],
         "prices": _prices(entries),
-        "limits": list(LIMITS),
         "notes": list(notes),
         "made": {"navbench": version("navbench"), "python": platform.python_version()},
     }

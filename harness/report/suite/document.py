@@ -1,35 +1,22 @@
 """The page of a suite as Markdown: what was found, on how much it rests, and what is missing."""
 
+import re
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.results import Results, Standing
 from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
-from harness.storage.files import write_text
+from harness.storage.files import write_text, writing
 from harness.study.stored_run import StoredRun
 from harness.study.suite import Condition, cells
 from harness.study.suite_log import Session
-from navstack.errors import InputError
 
 PAGE = "index.md"
-FIGURES = {
-    "margin": "Contribution margin of every stack, with its 95 % interval, a panel for each condition",
-    "costs": "What a delivery costs on average, by component",
-    "outcomes": "How deliveries end, as shares",
-    "break_even": "Probability that the robot pays for itself within its life",
-}
-LIABILITY = {  # of harness.economics.accountings.ACCOUNTINGS that the page shows
-    "robot_at_fault": "**Counted contacts, the robot at fault**: it pays where it moved into a person at least as fast "
-    "as the person into it.",
-    "shared_fault": "**Counted contacts, shared**: it pays its part of the speed at which the two came together, and "
-    "nothing where a person walked into it as it stood.",
-    "no_threshold_robot_at_fault": "**Every contact event, the robot at fault**: as the first, but with the impulse of "
-    "a whole event instead of a physics step's, without threshold for people and without the published pause after a "
-    "counted contact. What a push adds that goes on is not in it, so that the gravest squeezes weigh less.",
-}
 DIGITS = 12  # of a digest that are shown
 
 
@@ -41,10 +28,8 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     """
     figures = draw_figures(results, folder)
     quantities = write_quantities(results, folder)
-    try:
+    with writing(folder):
         write_text(folder / PAGE, page(results))
-    except OSError as error:
-        raise InputError(f"'{folder}' cannot be written ({error.strerror}); make room or choose another") from None
     return [folder / PAGE, quantities, *figures]
 
 
@@ -63,7 +48,7 @@ def page(results: Results, figures: str = FOLDER) -> str:
         counts(results),
     ]
     if any(each.valuation for each in results.standings):
-        paragraphs += _found(results, figures)
+        paragraphs.append(_found(results, figures))
     paragraphs += ["## What it was driven with", *_basis(results)]
     return wrapped("\n\n".join(paragraphs)) + "\n"
 
@@ -100,64 +85,34 @@ def _seeds(results: Results) -> str:
     return f", seed {seeds[0]}" if len(seeds) == 1 else f", seeds {', '.join(map(str, seeds))} together"
 
 
-def _found(results: Results, figures: str) -> list[str]:
+def _found(results: Results, figures: str) -> str:
     """Tables and pictures, and how to read them."""
-    pictures = {name: f"![{text}]({figures}/{name}.png)" for name, text in FIGURES.items()}
-    first = Path(results.suite.stacks[0]).stem
     shown = len(results.conditions)
-    cut = [f"The figures show the first {MOST_PANELS} of {shown} conditions."] if shown > MOST_PANELS else []
-    return [
-        "## What a delivery earns",
-        "Contribution margin [USD/delivery] with its 95 % bootstrap interval over missions. Stacks stand in the order "
-        "of their mean over the conditions that they drove. Where rare disasters decide, the low end is too high: by "
-        "some 1000 USD over the number of deliveries for each that has not happened yet.",
-        margins(results),
-        pictures["margin"],
-        *cut,
-        "## What it costs",
-        pictures["costs"],
-        *_liability(results),
-        "## How deliveries end",
-        pictures["outcomes"],
-        "## Whether the robot pays for itself",
-        "From the spread of the deliveries and of their mean: the probability that the profits summed up have once "
-        "paid back the robot and its sensors within its life.",
-        pictures["break_even"],
-        "## Condition by condition",
-        f"Shares with Wilson's 95 % intervals, margins with bootstrap intervals. *Margin minus `{first}`'s* is taken "
-        "mission by mission on the missions that both finished, with its interval and a sign-flip p value adjusted "
-        "(Holm) for all stacks of the table. Overlapping intervals of two margins do not say that the two are alike; "
-        "the paired difference tells. *Break-even*: as the figure above.",
-        *(
-            text
-            for condition in results.conditions
-            if any(each.valuation for each in results.under(condition))
-            for text in (
-                f"### {results.label(condition)}",
-                of_condition(results, condition),
-                *_warnings(results, condition),
-            )
-        ),
-    ]
+    conditions: list[str] = []
+    for each in results.conditions:
+        if any(standing.valuation for standing in results.under(each)):
+            conditions += [f"### {results.label(each)}", of_condition(results, each), *_warnings(results, each)]
+    text = _template("page.md").substitute(
+        margins=margins(results),
+        figures=figures,
+        cut=f"The figures show the first {MOST_PANELS} of {shown} conditions." if shown > MOST_PANELS else "",
+        liability=_liability(results),
+        first=Path(results.suite.stacks[0]).stem,
+        conditions="\n\n".join(conditions),
+    )
+    return re.sub("\n{3,}", "\n\n", text).rstrip()
 
 
-def _liability(results: Results) -> list[str]:
+def _liability(results: Results) -> str:
     """What the robot would earn if it paid for other contacts; nothing where that changes nothing."""
     known = [each for each in results.accounted.values() if each]
     if not any(each[name] != each[PUBLISHED] for each in known for name in each):
-        return []
-    tables = [text for name, words in LIABILITY.items() for text in (words, margins_under(results, name))]
-    return [
-        "## Who pays for contacts",
-        "Above the robot pays for every contact that the published rule counts, whoever moved into whom. The same "
-        "deliveries with the same outcomes would have earned [USD/delivery], if it paid otherwise:",
-        *tables,
-        "In all of these, contacts with property are the robot's and are priced from a threshold of their own. A robot "
-        "that is pushed moves, too: also one that never drives can be at fault. Without the published pause the "
-        "property counts that a robot touched just after a person; without the threshold the softest touch of a person "
-        "costs about 27 USD at the shipped prices, as the injury curves have it. Overlapping intervals do not say that "
-        "two stacks are alike. `navbench price RUN` has two more accountings, with injuries and damage apart.",
-    ]
+        return ""
+    return _template("liability.md").substitute({name: margins_under(results, name) for name in known[0]})
+
+
+def _template(name: str) -> Template:
+    return Template((files("harness.report.suite") / name).read_text(encoding="utf-8"))
 
 
 def _warnings(results: Results, condition: Condition) -> list[str]:

@@ -40,7 +40,7 @@ def draw_figures(results: Results, folder: Path) -> list[Path]:
     rows = -(-len(shown) // PANELS_PER_ROW)
     height = rows * (FRAME_INCH + LINE_INCH * len(results.suite.stacks)) + 0.3
     paths = []
-    for name, draw in (("margin", _margin), ("costs", _costs), ("outcomes", _outcomes), ("break_even", _break_even)):
+    for name, draw in FIGURES.items():
         paths += save_panels(folder / FOLDER / name, (WIDTH_INCH, height), partial(draw, results=results))
     return paths
 
@@ -175,3 +175,6 @@ def _legend(figure: "Figure", axes: "Axes", names: Sequence[str], colours: Seque
 
 def _number(value: float | None, decimals: int = 2) -> str:
     return "" if value is None else f"{value:.{decimals}f}".replace("-", "−")
+
+
+FIGURES = {"margin": _margin, "costs": _costs, "outcomes": _outcomes, "break_even": _break_even}

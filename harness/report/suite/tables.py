@@ -9,9 +9,9 @@ from harness.report.markdown import interval_text, number_text, p_text, table
 from harness.report.suite.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 from harness.statistics.interval import Interval
+from harness.storage.files import writing
 from harness.storage.tables import Row, write_table
 from harness.study.suite import Condition
-from navstack.errors import InputError
 
 TABLE = "table.parquet"
 COLUMNS = {
@@ -98,10 +98,8 @@ def write_quantities(results: Results, folder: Path) -> Path:
         InputError: it cannot be written.
     """
     path = folder / TABLE
-    try:
+    with writing(path):
         write_table(path, COLUMNS, [row for each in results.standings for row in _quantities(results, each)])
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None
     return path
 
 

@@ -82,7 +82,7 @@ def test_what_cannot_be_explained_is_said_in_one_line(
         ((str(folder), "0", "--before", "0"), "range"),
         ((str(folder), "0", "--plot", str(tmp_path / "a.gif")), "give a name that ends with .png"),
         ((str(folder), "0", "--plot", str(tmp_path / "no" / "a.png")), "its folder does not exist"),
-        ((str(folder), "0", "--out", str(tmp_path / "file" / "x")), "cannot be made"),
+        ((str(folder), "0", "--out", str(tmp_path / "file" / "x")), "cannot be written"),
         ((str(two), "0"), "has 2 stacks; choose one of"),
         ((str(two), "0", "--stack", "c"), "'c'"),
         ((str(tmp_path), "0"), "holds no run"),

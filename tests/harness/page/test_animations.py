@@ -64,6 +64,6 @@ def test_an_animation_that_cannot_be_written_leaves_nothing_and_is_said_in_one_l
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Image.Image, "save", full)
-    with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); choose another"):
+    with pytest.raises(InputError, match=r"d\.gif' cannot be written \(No space left on device\); make room"):
         write_gif(tmp_path / "d.gif", Replay("", "", make_arrays(ROW), [], CORNERS, 0.3), None)
     assert list(tmp_path.iterdir()) == []

@@ -79,8 +79,17 @@ function forest(interval) {
     s('circle', { cx: x(interval.v), cy: height / 2, r: 3.6, fill: colour }));
 }
 
+const LIMITS = [
+  'Everything here is simulated: a rigid-body world on level ground, people who walk by a model, sensors with modelled noise. No figure was measured on a street.',
+  'The maps that come with navbench are generated after the statistics of the published one; none of them is it.',
+  "Contacts count from the threshold of the world's file on, property from that of the publication; softer ones are shown and cost nothing.",
+  'An injury has a price up to MAIS 3 only, as published: the hardest contacts with people, those that may kill, cost next to nothing here. Look at who was hit, not at the cost alone.',
+  'Rare events decide the costs: a contact that no delivery met is not known to be impossible. An interval tells of chance within these missions, not of other cities, robots or prices.',
+  "The paper's columns are its own measurements; only the money is worked out here from them, at these prices.",
+  'Costs that the paper leaves out (mapping, operators, wear of the battery) are left out here: see navbench price.',
+];
 function basisContent() {
-  const { runs, prices, limits, notes, made } = DATA.basis;
+  const { runs, prices, notes, made } = DATA.basis;
   const keys = ['folder', 'seed', 'missions', 'map', 'map version', 'people', 'world version', 'rules version', 'prices version', 'command'];
   const line = (name, values) => h('tr', {}, h('th', { scope: 'row' }, name), values.map(value => h('td', { class: 'wrap' }, value)));
   const listed = values => Object.entries(values).map(([name, value]) => `${name} ${value}`).join(', ');
@@ -97,6 +106,6 @@ function basisContent() {
         h('td', { class: 'n' }, sign(price.value.toLocaleString('en-US', { maximumSignificantDigits: 10 })), price.differs && ' *'),
         h('td', {}, price.unit), h('td', { class: 'wrap' }, price.source))))))),
     prices.some(price => price.differs) && h('p', { class: 'note loss' }, '* other runs of this page have another value.'),
-    h('h3', {}, 'What they do not say'), h('ul', { class: 'limits' }, limits.map(text => h('li', {}, text))),
+    h('h3', {}, 'What they do not say'), h('ul', { class: 'limits' }, LIMITS.map(text => h('li', {}, text))),
   ].flat().filter(Boolean);
 }
