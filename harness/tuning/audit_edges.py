@@ -12,7 +12,7 @@ from scipy import stats
 
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
-from harness.tuning.result import StudyResult, TrialTable, trial_table
+from harness.tuning.result import StudyResult, TrialTable, least_squares, trial_table
 from harness.tuning.space import Parameter
 
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
@@ -114,9 +114,9 @@ def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:
     others = table.places[:, varied] - table.places[:, varied].mean(axis=0)
     design = np.column_stack([np.ones(len(inward)), inward, inward**2, others, others**2])
     answer = stats.rankdata(table.objective)
-    solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
-    residual, freedom = answer - design @ solution, len(answer) - int(rank)
-    variance = float(residual @ residual) / freedom * np.linalg.pinv(design.T @ design)[1, 1]
+    solution, left, rank = least_squares(design, answer)
+    freedom = len(answer) - rank
+    variance = left / freedom * np.linalg.pinv(design.T @ design)[1, 1]
     if variance <= 0.0:
         return 1.0
     return float(stats.t.cdf(solution[1] / math.sqrt(variance), freedom))

@@ -11,7 +11,7 @@ from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
-from harness.tuning.result import TrialTable
+from harness.tuning.result import TrialTable, least_squares
 from harness.tuning.space import Parameter
 from navstack.types import FloatArray
 
@@ -98,8 +98,8 @@ def interactions(table: TrialTable) -> tuple[Interaction, ...]:
 
 def _gain_of_term(without: FloatArray, term: FloatArray, answer: FloatArray) -> tuple[float, float]:
     """Share of the variance that one more term explains, and the p value of its partial F test."""
-    before, _ = _residual(without, answer)
-    after, rank = _residual(np.column_stack([without, term]), answer)
+    _, before, _ = least_squares(without, answer)
+    _, after, rank = least_squares(np.column_stack([without, term]), answer)
     freedom = len(answer) - rank
     whole = float(((answer - answer.mean()) ** 2).sum())
     gain = max(before - after, 0.0)
@@ -107,13 +107,6 @@ def _gain_of_term(without: FloatArray, term: FloatArray, answer: FloatArray) -> 
         return 0.0, 1.0
     p = float(stats.f.sf(gain / (after / freedom), 1, freedom)) if after > 0.0 else 0.0
     return gain / whole, p
-
-
-def _residual(design: FloatArray, answer: FloatArray) -> tuple[float, int]:
-    """Sum of squares that the columns leave, and their rank."""
-    solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
-    left = answer - design @ solution
-    return float(left @ left), int(rank)
 
 
 def _ped_anova(parameters: Sequence[Parameter], places: FloatArray, objective: FloatArray) -> FloatArray:

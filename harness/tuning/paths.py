@@ -125,14 +125,14 @@ def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
     node, name = _split(path)
     name, index = (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
     visits = nav2.visits.get(node, ())
-    known = {f"{visit.prefix}{field}": (visit, field) for visit in visits for field in _fields(visit)}
+    known = {each: (kind, default) for visit in visits for each, kind, default in _parameters(visit)}
     given = _TYPE.search(name)
     if given is not None:
         name = name.replace(f"{given[0]}.", _prefix_of(nav2, node, given[1], path))
     if name not in known:
         raise _absent(nav2, path, node, name, known)
-    visit, field = known[name]
-    return node, name, index, _kind(visit, field), nav2.value(node, name, _default(visit, field))
+    kind, default = known[name]
+    return node, name, index, kind, nav2.value(node, name, default)
 
 
 def _names_list(nav2: Nav2File, path: str) -> bool:
@@ -180,22 +180,15 @@ def _absent(nav2: Nav2File, path: str, node: str, name: str, known: Mapping[str,
     return AbsentError(f"{what} has no such parameter{did_you_mean(f'{node}.{name}', places)}")
 
 
-def _fields(visit: Visit) -> Iterator[str]:
-    """The parameters of a namespace that a file may hold; other namespaces have visits of their own."""
+def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
+    """Name, type and default of what a file may hold in a namespace; other namespaces have visits of their own."""
+    hints = typing.get_type_hints(visit.params)
     for field in dataclasses.fields(visit.params):
-        if _kind(visit, field.name) in SCALARS or typing.get_origin(_kind(visit, field.name)) is tuple:
-            yield field.name
-
-
-def _kind(visit: Visit, name: str) -> Any:
-    kind = typing.get_type_hints(visit.params)[name]
-    if typing.get_origin(kind) not in (typing.Union, types.UnionType):
-        return kind
-    return next(option for option in typing.get_args(kind) if option is not type(None))
-
-
-def _default(visit: Visit, name: str) -> Any:
-    return next(field.default for field in dataclasses.fields(visit.params) if field.name == name)
+        kind = hints[field.name]
+        if typing.get_origin(kind) in (typing.Union, types.UnionType):
+            kind = next(option for option in typing.get_args(kind) if option is not type(None))
+        if kind in SCALARS or typing.get_origin(kind) is tuple:
+            yield f"{visit.prefix}{field.name}", kind, field.default
 
 
 def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File:

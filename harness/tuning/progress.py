@@ -14,7 +14,7 @@ from harness.tuning.evaluation import Candidate, Evaluator
 from harness.tuning.history import score_interval
 from harness.tuning.journal import Journal
 from harness.tuning.objective import score_text
-from harness.tuning.result import Trial
+from harness.tuning.result import PRUNED, Trial
 from harness.tuning.search import Plan
 
 SHOWN = 8  # trials of the live table
@@ -69,17 +69,6 @@ class Progress:
         self._phase = name
 
     @property
-    def driven(self) -> int:
-        """Episodes of training so far."""
-        return sum(len(trial.missions) for trial in self.trials)
-
-    @property
-    def saved(self) -> int:
-        """Episodes that racing has spared."""
-        total = len(self._plan.missions)
-        return sum(total - len(trial.missions) for trial in self.trials if trial.state == "pruned")
-
-    @property
     def remaining(self) -> float | None:
         """Wall time [s] that everything is likely to take yet; None: too early to say.
 
@@ -104,8 +93,9 @@ class Progress:
         if self.best is None or len(self._plan.objectives) > 1:
             return None
         told = [trial.told[0] for trial in self.trials[1:] if trial.told]
-        left = self._plan.trials - (len(self.trials) - 1)
-        return expected_gain(told, self.best.values[0], self._error, left)
+        low, high = self.interval.low, self.interval.high
+        error = 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
+        return expected_gain(told, self.best.values[0], error, self._plan.trials - (len(self.trials) - 1))
 
     @property
     def when(self) -> str:
@@ -123,8 +113,13 @@ class Progress:
         if self.phase != "search":
             left = "" if self.remaining is None else f", at most about {self.remaining:.0f} s left"
             return f"{self.phase}: {self._since} of at most {self._later} episodes driven{left}"
-        parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", f"best {self.best_text}"]
-        parts.append(f"{self.driven} episodes, {self.saved} saved by racing")
+        low, high = self.interval.low, self.interval.high
+        bounds = "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
+        best = f"best {self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
+        parts = [f"trial {len(self.trials) - 1}/{self._plan.trials}", best]
+        driven = sum(len(trial.missions) for trial in self.trials)
+        saved = sum(len(self._plan.missions) - len(trial.missions) for trial in self.trials if trial.state == PRUNED)
+        parts.append(f"{driven} episodes, {saved} saved by racing")
         if self.remaining is not None:
             parts.append(f"about {self.remaining:.0f} s left")
         if self.gain is not None:
@@ -143,23 +138,9 @@ class Progress:
             table.add_row(f"{mark}{trial.number}", trial.state, str(len(trial.missions)), value, p)
         return table
 
-    @property
-    def best_text(self) -> str:
-        """The incumbent and its score."""
-        if self.best is None:
-            return "none yet"
-        low, high = self.interval.low, self.interval.high
-        bounds = "" if low is None or high is None else f" ({self.text_of(low)} .. {self.text_of(high)})"
-        return f"{self.text_of(self.best.values[0])}{bounds} of {self.best.candidate.name}"
-
     def text_of(self, value: float) -> str:
         """A value of the first objective."""
         return score_text(self._plan.objectives[0].name, value)
-
-    @property
-    def _error(self) -> float:
-        low, high = self.interval.low, self.interval.high
-        return 0.0 if low is None or high is None else (high - low) / (2.0 * 1.96)
 
 
 def expected_gain(values: Sequence[float], best: float, error: float, remaining: int) -> float | None:

@@ -72,6 +72,13 @@ def trial_table(space: Space, trials: Sequence[Trial]) -> TrialTable:
     return TrialTable(space.parameters, driven, np.array(places, dtype=np.float64).reshape(shape), objective)
 
 
+def least_squares(design: FloatArray, answer: FloatArray) -> tuple[FloatArray, float, int]:
+    """Coefficients of the columns of a response surface, the sum of squares that they leave, and their rank."""
+    solution, _, rank, _ = np.linalg.lstsq(design, answer, rcond=None)
+    left = answer - design @ solution
+    return np.asarray(solution, dtype=np.float64), float(left @ left), int(rank)
+
+
 @dataclass(frozen=True, slots=True)
 class StudyResult:
     """Everything that the search and the test brought. Rows stand in the order of the missions."""

@@ -24,9 +24,9 @@ def scores_document(result: StudyResult) -> Row:
     """
     objectives = parse_objectives(",".join(dict.fromkeys((*result.objectives, *ALWAYS))))
     train = _scores(objectives, *result.train_rows, result.seed)
-    if len(result.test_rows) != 2:
+    if not result.is_tested:
         return {"train": train, "test": None, "optimism": None}
-    test = _scores(objectives, *result.test_rows, result.seed)
+    test = _scores(objectives, *result.judged_rows, result.seed)
     optimism = {
         name: train[name]["difference"]["value"] - test[name]["difference"]["value"] for name in train if name in test
     }

@@ -43,6 +43,15 @@ class TuningStudy:
         """Of the final choice at most, and of the test."""
         return self.plan.final_episodes + 2 * self.declaration.test_episodes
 
+    def make_sampler(self) -> Sampler:
+        """What chooses its points, from the first one on.
+
+        Raises:
+            InputError: there is none of this name, or it cannot do what is asked for.
+        """
+        plan = self.plan
+        return make_sampler(self.declaration.sampler, plan.space, self.template.seed, plan.trials, len(plan.objectives))
+
     @property
     def episodes_of_explanation(self) -> int:
         """Of the waterfall at most: every mixture of its players, and each parameter set back."""
@@ -98,15 +107,14 @@ def load_tuning(folder: Path, study: Study, budget: float | None) -> TuningStudy
         declaration.finalists,
         tuple(range(declaration.episodes, declaration.episodes + declaration.final_episodes)),
     )
-    make_sampler(declaration.sampler, plan.space, template.seed, plan.trials, len(plan.objectives))
-    return TuningStudy(declaration, template, plan, nav2)
+    found = TuningStudy(declaration, template, plan, nav2)
+    found.make_sampler()
+    return found
 
 
 def run_search(study: TuningStudy, evaluator: Evaluator, journal: Journal, on_trial: OnTrial) -> Search:
     """Drive every trial that the budget allows; those that the journal has are gone through again without driving."""
-    plan, seed = study.plan, study.template.seed
-    sampler = make_sampler(study.declaration.sampler, plan.space, seed, plan.trials, len(plan.objectives))
-    search = Search(plan, sampler, evaluator, on_trial)
+    search = Search(study.plan, study.make_sampler(), evaluator, on_trial)
     search.run(within_budget(study.declaration.budget, study.episodes_after_search, journal))
     return search
 
@@ -120,9 +128,6 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
     best = finals[0].candidate if finals else search.incumbent.candidate
     original, incumbent = trials[0].candidate, Candidate("incumbent", best.values)
     test = unseen_missions(study.declaration.test_episodes)
-    both = (original, incumbent)
-    train_rows = tuple(evaluator.rows(each, plan.missions) for each in both)
-    test_rows = tuple(evaluator.rows(each, test) for each in both) if test else ()
     return StudyResult(
         original=original,
         incumbent=incumbent,
@@ -133,8 +138,8 @@ def finish(study: TuningStudy, search: Search, evaluator: Evaluator) -> StudyRes
         seed=study.template.seed,
         train_missions=plan.missions,
         test_missions=test,
-        train_rows=(train_rows[0], train_rows[1]),
-        test_rows=test_rows,
+        train_rows=(evaluator.rows(original, plan.missions), evaluator.rows(incumbent, plan.missions)),
+        test_rows=(evaluator.rows(original, test), evaluator.rows(incumbent, test)) if test else (),
         finals=finals,
     )
 
