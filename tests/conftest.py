@@ -20,16 +20,24 @@ SWITCHES = (
 )
 MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
 ROOM = 800e6  # [bytes] beyond which a process forgets the worlds of earlier tests
+GROWTH = 50e6  # [bytes] since it forgot last: every object is looked at, which takes half a second
+left = [ROOM - GROWTH]  # [bytes] what was still there after it forgot
 
 
 def pytest_sessionstart() -> None:
     give_memory_back()
 
 
+def resident() -> float:
+    """Memory of this process [bytes]; 0: the system does not say."""
+    return int(MEMORY.read_text().split()[1]) * resource.getpagesize() if MEMORY.exists() else 0.0
+
+
 def pytest_runtest_logfinish() -> None:
-    if MEMORY.exists() and int(MEMORY.read_text().split()[1]) * resource.getpagesize() > ROOM:
+    if resident() > left[-1] + GROWTH:
         forget()
         gc.collect()
+        left.append(resident())
 
 
 @pytest.fixture
