@@ -10,7 +10,7 @@ CRITICS := results/baseline/tuning/critics-social
 .PHONY: help run test check mutants docs bench frozen clean
 
 help:
-	@echo "make run    install, drive 20 deliveries and print the tables"
+	@echo "make run    install, drive 20 deliveries with each of two stacks and print the tables"
 	@echo "make test   run the tests"
 	@echo "make check  lint, types and import rules"
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
@@ -27,7 +27,7 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 run: $(READY)
-	$(BIN)/navbench run --stack nav2-gps --episodes 20
+	$(BIN)/navbench run --stack nav2-gps --stack evasive-gps-ekf --episodes 20
 
 test: $(READY)
 	$(DATA) $(BIN)/pytest -n auto --dist loadscope
