@@ -10,7 +10,7 @@ import numpy as np
 from harness.ablation.analysis import Ablation, Arm, figure_stem, points
 from harness.ablation.arms import injected_kind
 from harness.report.ablation import label
-from harness.report.figures import save_figure
+from harness.report.figures import error_bars, save_figure
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -52,8 +52,8 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
         axes.errorbar(
             [error.value or 0.0],
             [margin.value or 0.0],
-            xerr=_ends(error),
-            yerr=_ends(margin),
+            xerr=error_bars([error]),
+            yerr=error_bars([margin]),
             fmt=marker,
             color=colour,
             markersize=4.0,
@@ -64,7 +64,7 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
     axes.set_xlabel("localization error, median over the deliveries [m]")
     axes.set_ylabel("contribution margin [USD/run]")
     n = min(arm.result.episodes for arm, _, _ in shown)
-    spans = ", 95 % intervals" if any(_ends(each) for _, *both in shown for each in both) else ""
+    spans = ", 95 % intervals" if any(each.low is not None for _, *both in shown for each in both) else ""
     axes.set_title(f"{stack}: n = {n} deliveries per arm{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
@@ -103,10 +103,3 @@ def _looks(arms: Sequence[Arm]) -> Iterator[tuple[str, object]]:
         else:
             marker, colours = SHADES[kind]
             yield marker, colormaps[colours](np.linspace(DARKEST, LIGHTEST, kinds.count(kind))[-1 - place])
-
-
-def _ends(interval: Interval) -> list[list[float]] | None:
-    """Lengths of an error bar below and above; None where there is no interval."""
-    if interval.value is None or interval.low is None or interval.high is None:
-        return None
-    return [[max(interval.value - interval.low, 0.0)], [max(interval.high - interval.value, 0.0)]]

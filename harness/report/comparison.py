@@ -34,14 +34,16 @@ def _cells(entry: Compared) -> list[str]:
         p_text(entry.p_holm),
         str(span.n),
         "--" if paired.needed is None else f"{paired.needed:,d}",
-        _winner(entry),
+        winner(entry, "A", "B"),
     ]
 
 
-def _winner(entry: Compared) -> str:
-    if entry.better is Better.NEITHER or entry.p_holm >= SURE or not entry.paired.difference.value:
+def winner(entry: Compared, first: str, second: str) -> str:
+    """The better of two; empty where that is not sure."""
+    difference = entry.paired.difference.value
+    if entry.better is Better.NEITHER or entry.p_holm >= SURE or not difference:
         return ""
-    return "B" if (entry.paired.difference.value > 0.0) == (entry.better is Better.HIGHER) else "A"
+    return second if (difference > 0.0) == (entry.better is Better.HIGHER) else first
 
 
 def _notes(comparison: Comparison) -> list[str]:

@@ -5,6 +5,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from harness.statistics.interval import Interval
 from harness.storage.files import replacing, writing
 from navstack.errors import InputError
 
@@ -22,6 +23,13 @@ FONT: Any = {
 }
 SUFFIXES = (".pdf", ".png")
 UNDATED: dict[str, Any] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {}}
+
+
+def error_bars(intervals: Sequence[Interval]) -> list[list[float]]:
+    """Lengths of error bars below and above values; none where there is no interval."""
+    known = [(each.value or 0.0, each.low, each.high) for each in intervals]
+    below = [0.0 if low is None else max(value - low, 0.0) for value, low, _ in known]
+    return [below, [0.0 if high is None else max(high - value, 0.0) for value, _, high in known]]
 
 
 def save_picture(figure: "Figure", path: Path) -> None:

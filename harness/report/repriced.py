@@ -7,11 +7,10 @@ from rich.text import Text
 
 from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
-from harness.economics.cost_model import Measured
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
 from harness.report.sheet import Sheet, print_sheet
-from harness.report.tables import Column, render_tables
+from harness.report.tables import own_column, render_tables
 from harness.study.stored_run import StoredRun
 
 TITLES = {
@@ -32,16 +31,7 @@ HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 
 def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
     """Print the tables, the accountings, the risk and what was changed."""
-    columns = [
-        Column(
-            each.stack.name,
-            Measured(**each.valuation.measured),
-            each.valuation.economics,
-            len(each.stack.rows),
-            each.valuation.intervals,
-        )
-        for each in results
-    ]
+    columns = [own_column(each.stack.name, each.valuation, len(each.stack.rows)) for each in results]
     render_tables(columns, console)
     console.print()
     for each in results:

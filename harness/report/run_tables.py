@@ -5,13 +5,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices
 from harness.episode.factory import world_params
 from harness.report.metric_rows import further_metrics
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
-from harness.report.tables import Column, render_table, render_tables
+from harness.report.tables import own_column, render_table, render_tables
 from harness.study.drive import StackResult
 from harness.task.study import Study
 
@@ -21,14 +20,7 @@ PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the st
 def print_results(results: Sequence[StackResult], study: Study, prices: Prices, folder: Path, console: Console) -> None:
     """Print the tables of a run and what its figures rest on."""
     columns = [
-        Column(
-            result.stack.name,
-            Measured(**result.valuation.measured),
-            result.valuation.economics,
-            result.episodes,
-            result.intervals,
-            further=result.valuation.more,
-        )
+        own_column(result.stack.name, result.valuation, result.episodes)
         for result in results
         if result.valuation is not None
     ]

@@ -13,6 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.economics.cost_model import Economics, Measured
+from harness.economics.valuation import Valuation
+from harness.metrics.contacts import PRICED_PROPERTY
 from harness.report.table_rows import LAYOUTS, NOT_MODELLED, RATES, Layout, Row
 from harness.statistics.interval import Interval, wilson_interval
 
@@ -53,6 +55,12 @@ class Column:
         return wilson_interval(round(value * self.n), self.n) if key in RATES else None
 
 
+def own_column(title: str, valuation: Valuation, n: int) -> Column:
+    """The column of one's own deliveries."""
+    measured = Measured(**valuation.measured)
+    return Column(title, measured, valuation.economics, n, valuation.intervals, further=valuation.more)
+
+
 class QuietConsole(Console):
     """A console whose reader may leave early, as ``head`` does: that is no error."""
 
@@ -84,10 +92,14 @@ def report_table(title: str | None = None) -> Table:
 def print_table(table: Table, console: Console) -> None:
     """Print a table at its full width, wherever it goes: what is cut off is lost."""
     given = console.width
-    whole = Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
-    console.width = max(given, whole)
+    console.width = max(given, _width(table, console))
     console.print(table)
     console.width = given
+
+
+def _width(table: Table, console: Console) -> int:
+    """Of a table that nothing is cut off from [characters]."""
+    return Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum
 
 
 def render_tables(columns: Sequence[Column], console: Console) -> None:
@@ -100,33 +112,15 @@ def render_tables(columns: Sequence[Column], console: Console) -> None:
 
 def render_table(layout: Layout, columns: Sequence[Column], console: Console) -> None:
     """Print one table; columns that do not fit beside each other continue in a further one below."""
-    label_width = len(INDENT) + max(len(row.label) for section in layout.sections for row in section.rows)
-    texts = [_column_text(layout, column) for column in columns]
-    for block in _blocks(texts, label_width, console.width):
-        console.print(_table(layout, block, label_width))
-        console.print()
-
-
-@dataclass(frozen=True, slots=True)
-class _ColumnText:
-    """One column of one table, padded to its width."""
-
-    header: str
-    cells: dict[str, str]  # by row key
-    width: int  # [characters]
-
-
-def _column_text(layout: Layout, column: Column) -> _ColumnText:
-    """Values right-aligned, their intervals right-aligned beside them."""
-    rows = [row for section in layout.sections for row in section.rows]
-    values = {row.key: number_text(column.value(row.key), row) for row in rows}
-    spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
-    header = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
-    span_width = max(map(len, spans.values()))
-    beside = 1 + span_width if span_width else 0
-    width = max(max(map(len, header)), max(map(len, values.values())) + beside)
-    cells = {key: values[key].rjust(width - beside) + spans[key].rjust(beside) for key in values}
-    return _ColumnText("\n".join(line.rjust(width) for line in header), cells, width)
+    shown: list[Column] = []
+    for column in columns:
+        if shown and _width(_table(layout, [*shown, column]), console) > console.width:
+            console.print(_table(layout, shown))
+            console.print()
+            shown = []
+        shown.append(column)
+    console.print(_table(layout, shown))
+    console.print()
 
 
 def _broken(title: str) -> list[str]:
@@ -155,29 +149,24 @@ def span_text(interval: Interval | None, row: Row) -> str:
     return f"[{number_text(interval.low, row)}, {number_text(interval.high, row)}]"
 
 
-def _blocks(columns: Sequence[_ColumnText], label_width: int, width: int) -> list[list[_ColumnText]]:
-    """Columns in groups that fit beside labels into ``width`` characters, at least one in each."""
-    blocks: list[list[_ColumnText]] = [[]]
-    used = label_width
-    for column in columns:
-        if blocks[-1] and used + GAP + column.width > width:
-            blocks.append([])
-            used = label_width
-        blocks[-1].append(column)
-        used += GAP + column.width
-    return blocks
-
-
-def _table(layout: Layout, columns: Sequence[_ColumnText], label_width: int) -> Table:
+def _table(layout: Layout, columns: Sequence[Column]) -> Table:
+    """Values stand below each other, and so do their intervals."""
     table = report_table(layout.title)
-    table.add_column("Metric", no_wrap=True, min_width=label_width, vertical="bottom")
+    table.add_column("Metric", no_wrap=True, vertical="bottom")
+    rows = [row for section in layout.sections for row in section.rows]
+    cells = []
     for column in columns:
-        table.add_column(Text(column.header), no_wrap=True, vertical="bottom")
+        spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
+        width = max(map(len, spans.values()))
+        own = {row.key: f"{number_text(column.value(row.key), row)} {spans[row.key]:>{width}}" for row in rows}
+        cells.append(own if width else {key: text.rstrip() for key, text in own.items()})
+        title = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
+        table.add_column(Text("\n".join(title)), justify="right", no_wrap=True, vertical="bottom")
     for section in layout.sections:
         table.add_row(Text(section.title, style="italic"))
         for row in section.rows:
             style = "bold" if row.bold else ""
-            table.add_row(INDENT + row.label, *(Text(column.cells[row.key]) for column in columns), style=style)
+            table.add_row(INDENT + row.label, *(Text(own[row.key]) for own in cells), style=style)
         table.add_section()
     return table
 
@@ -187,7 +176,7 @@ def table_notes(columns: Sequence[Column]) -> list[str]:
     notes = []
     if any(column.economics.break_even_runs is None for column in columns):
         notes.append("BEP --: the contribution margin is not positive (or undefined), so there is no break-even point.")
-    if any(value is None for column in columns for value in _contacts(column)):
+    if any(column.value(f"{kind}_contacts") is None for column in columns for kind in PRICED_PROPERTY):
         notes.append("Contact --: nothing of this kind stands in that world; it costs nothing.")
     if any(column.measured.spoiled is None for column in columns):
         notes.append(
@@ -202,11 +191,3 @@ def table_notes(columns: Sequence[Column]) -> list[str]:
     if any(column.published for column in columns):
         notes.append("paper: as measured and published there; the money is computed here from these measurements.")
     return notes
-
-
-def _contacts(column: Column) -> tuple[float | None, ...]:
-    measured = column.measured
-    return (
-        *(measured.mailbox_contacts, measured.trash_bin_contacts, measured.building_glass_contacts),
-        *(measured.bollard_contacts, measured.plant_contacts, measured.fence_contacts),
-    )

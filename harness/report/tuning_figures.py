@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.report.figures import SUFFIXES, save_figure
+from harness.report.figures import SUFFIXES, error_bars, save_figure
 from harness.report.markdown import bounds_text, number_text
 from harness.report.tuning_text import value_text
 from harness.statistics.interval import Interval
@@ -148,7 +148,7 @@ def _importance(axes: "Axes", ranked: Sequence[Importance]) -> None:
     colours = [NEW if each.is_told_apart else FAINT for each in ranked]
     values = [each.share.value or 0.0 for each in ranked]
     axes.barh(places, values, height=0.6, color=colours, linewidth=0)
-    ends = _lengths([each.share for each in ranked])
+    ends = error_bars([each.share for each in ranked])
     axes.errorbar(values, places, xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8)
     axes.plot([each.chance for each in ranked], places, "|", color=LOSS, markersize=9, label="chance alone (95 %)")
     axes.set_yticks(places, [each.name for each in ranked])
@@ -275,13 +275,6 @@ def _difference(interval: Interval) -> str:
 
 def _is_shown(component: Evidence) -> bool:
     return max(abs(component.original or 0.0), abs(component.incumbent)) >= LEAST_SHOWN
-
-
-def _lengths(intervals: Sequence[Interval]) -> list[list[float]]:
-    """Lengths of error bars below and above."""
-    below = [max(_end(each, "value") - _end(each, "low"), 0.0) for each in intervals]
-    above = [max(_end(each, "high") - _end(each, "value"), 0.0) for each in intervals]
-    return [below, above]
 
 
 def _end(interval: Interval, key: str) -> float:

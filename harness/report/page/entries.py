@@ -4,11 +4,11 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from harness.economics.cost_model import Measured, Running, running
+from harness.economics.cost_model import Running, running
 from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, deliveries, missions, profit_draws, tells_of_rare, value
 from harness.metrics.columns import Row
-from harness.report.tables import Column
+from harness.report.tables import Column, own_column
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError
 from navstack.types import FloatArray
@@ -35,15 +35,7 @@ class Entry:
     @property
     def column(self) -> Column:
         """Its column of the tables."""
-        valuation = self.valuation
-        return Column(
-            self.label,
-            Measured(**valuation.measured),
-            valuation.economics,
-            len(self.stack.rows),
-            valuation.intervals,
-            further=valuation.more,
-        )
+        return own_column(self.label, self.valuation, len(self.stack.rows))
 
     def mean_draws(self) -> FloatArray | None:
         """Bootstrap draws of the mean margin [USD/run]; None: undefined, or too few or too much alike to tell."""

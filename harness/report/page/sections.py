@@ -10,8 +10,8 @@ from harness.analysis.compare import Side, compare
 from harness.economics.cost_model import Economics
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
-from harness.metrics.metric import Better, Metric
-from harness.report.comparison import SURE
+from harness.metrics.metric import Metric
+from harness.report.comparison import winner
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
 from harness.report.run_tables import PUBLISHED_BESIDE
@@ -238,9 +238,6 @@ def _comparison(first: Entry, second: Entry) -> Json:
     for key in order:
         entry = result.differences[key]
         span = entry.paired.difference
-        better = ""
-        if entry.better is not Better.NEITHER and entry.p_holm < SURE and span.value:
-            better = second.label if (span.value > 0.0) == (entry.better is Better.HIGHER) else first.label
         rows.append(
             {
                 "metric": titles.get(key, key),
@@ -250,7 +247,7 @@ def _comparison(first: Entry, second: Entry) -> Json:
                 "p": entry.paired.p,
                 "pHolm": entry.p_holm,
                 "needed": entry.paired.needed,
-                "better": better,
+                "better": winner(entry, first.label, second.label),
                 "first": key in FOREMOST,
             }
         )
