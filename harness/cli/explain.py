@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from harness.cli.options import JSON, Finite
+from harness.cli.replay import map_of
 from harness.storage.files import require_writable, write_text, writing
-from navstack.errors import InputError, NavstackError
+from navstack.errors import InputError
 
 if TYPE_CHECKING:
     from harness.explain.document import Explained, Saving
     from harness.explain.evidence import Evidence
     from harness.explain.moments import Moment
     from harness.study.stored_run import StoredRun
-    from harness.world.scene import Scene
 
 
 # fmt: off
@@ -57,7 +57,9 @@ def explain(
     from harness.analysis.compare import side_of
     from harness.explain.document import document, explained
     from harness.explain.seconds import seconds_before
+    from harness.report.explain import print_explanation
     from harness.report.explain_figure import FORMATS
+    from harness.report.tables import report_console
     from harness.study.stored_run import load_run
 
     if plot is not None:
@@ -75,13 +77,17 @@ def explain(
     saving = _saving(stored, evidence, chosen, settings, before) if settings else None
     figures = _draw(stored, evidence, told, plot, out)
     content = {**document(evidence, told, saving), "figures": [str(figure) for figure in figures]}
-    text = _text(evidence, told, saving, figures)
+    document_text = json.dumps(content, indent=2, allow_nan=False) + "\n"
     if out is not None:
-        _write(out, content, text)
+        plain = StringIO()
+        print_explanation(evidence, told, saving, figures, report_console(plain))
+        with writing(out):
+            write_text(out / "explanation.json", document_text)
+            write_text(out / "explanation.txt", plain.getvalue())
     if as_json:
-        sys.stdout.write(json.dumps(content, indent=2, allow_nan=False) + "\n")
+        sys.stdout.write(document_text)
         return
-    _print(evidence, told, saving, figures)
+    print_explanation(evidence, told, saving, figures, report_console(sys.stdout))
 
 
 def _evidence(run: "StoredRun", episode: int, again: bool) -> "Evidence | None":
@@ -147,8 +153,9 @@ def _draw(
     from harness.report.explain_figure import draw_seconds
 
     if out is not None:
-        _make(out)
-    scene, files = _scene(run), []
+        with writing(out):
+            out.mkdir(parents=True, exist_ok=True)
+    scene, files = map_of(run, "the figure"), []
     costly = costliest([each.seconds.moment for each in told])
     for each in told:
         number = each.seconds.moment.number
@@ -158,41 +165,3 @@ def _draw(
             draw_seconds(evidence, each.seconds, scene, wanted)
             files += wanted
     return files
-
-
-def _scene(run: "StoredRun") -> "Scene | None":
-    from harness.report.page.scenery import scene_of_run
-
-    try:
-        return scene_of_run(run)
-    except NavstackError as error:
-        click.echo(f"note: the figure has no map: {error}", err=True)
-        return None
-
-
-def _make(out: Path) -> None:
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-
-
-def _print(evidence: "Evidence", told: "list[Explained]", saving: "Saving | None", figures: list[Path]) -> None:
-    from harness.report.explain import print_explanation
-    from harness.report.tables import report_console
-
-    print_explanation(evidence, told, saving, figures, report_console(sys.stdout))
-
-
-def _text(evidence: "Evidence", told: "list[Explained]", saving: "Saving | None", figures: list[Path]) -> str:
-    """What is printed, as plain text."""
-    from harness.report.explain import print_explanation
-    from harness.report.tables import report_console
-
-    stream = StringIO()
-    print_explanation(evidence, told, saving, figures, report_console(stream))
-    return stream.getvalue()
-
-
-def _write(out: Path, content: dict[str, object], text: str) -> None:
-    with writing(out):
-        write_text(out / "explanation.json", json.dumps(content, indent=2, allow_nan=False) + "\n")
-        write_text(out / "explanation.txt", text)

@@ -59,7 +59,7 @@ def replay(
         write_page(html, replay_page(recorded, today()))
     if not (gif or mcap or rerun):
         return
-    delivery, scene = shown(recorded), _scene_of(stored)
+    delivery, scene = shown(recorded), map_of(stored, "the replay")
     grid = None if scene is None else scene.geometry
     if mcap:
         _tell(mcap, write_bag(mcap, delivery, grid), "messages")
@@ -73,12 +73,12 @@ def _tell(path: Path, count: int, what: str) -> None:
     click.echo(f"{path}: {count} {what}, {path.stat().st_size / 1e6:.1f} MB")
 
 
-def _scene_of(run: "StoredRun") -> "Scene | None":
-    """The map of a run; None, and a note, where it is gone or has changed since."""
+def map_of(run: "StoredRun", what: str) -> "Scene | None":
+    """The map of a run; None, and a note that ``what`` has none, where it is gone or has changed since."""
     from harness.report.page.scenery import scene_of_run
 
     try:
         return scene_of_run(run)
     except NavstackError as error:
-        click.echo(f"note: the replay has no map: {error}", err=True)
+        click.echo(f"note: {what} has no map: {error}", err=True)
         return None

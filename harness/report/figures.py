@@ -1,5 +1,6 @@
 """What all figures have in common: size, type, and the files that they become."""
 
+import math
 from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -26,10 +27,10 @@ UNDATED: dict[str, Any] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None
 
 
 def error_bars(intervals: Sequence[Interval]) -> list[list[float]]:
-    """Lengths of error bars below and above values; none where there is no interval."""
+    """Lengths of error bars below and above values; NaN, which is not drawn, where there is no interval."""
     known = [(each.value or 0.0, each.low, each.high) for each in intervals]
-    below = [0.0 if low is None else max(value - low, 0.0) for value, low, _ in known]
-    return [below, [0.0 if high is None else max(high - value, 0.0) for value, _, high in known]]
+    below = [math.nan if low is None else max(value - low, 0.0) for value, low, _ in known]
+    return [below, [math.nan if high is None else max(high - value, 0.0) for value, _, high in known]]
 
 
 def save_picture(figure: "Figure", path: Path) -> None:

@@ -217,9 +217,8 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
         interval = step.gain_usd_per_run
         gain = interval.value or 0.0
         axes.barh(place, gain, left=reached, height=0.6, color=GAIN if gain >= 0.0 else LOSS, linewidth=0)
-        if interval.low is not None and interval.high is not None:
-            ends = [[gain - interval.low], [interval.high - gain]]
-            axes.errorbar([reached + gain], [place], xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8, capsize=2.0)
+        ends = error_bars([interval])
+        axes.errorbar([reached + gain], [place], xerr=ends, fmt="none", ecolor=LINE, linewidth=0.8, capsize=2.0)
         axes.plot([reached + gain] * 2, [place - 0.3, place + 1.3], color=LINE, linewidth=0.6)
         reached += gain
     axes.plot([found.original] * 2, [-0.3, 1.3], color=LINE, linewidth=0.6)
@@ -230,21 +229,14 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
         *(number_text(step.gain_usd_per_run.value or 0.0, is_signed=True) for step in found.steps),
         f"{found.incumbent:.2f}",
     ]
-    axes.set_yticks(range(len(labels)), labels)
-    right = axes.secondary_yaxis("right")
-    right.set_yticks(range(len(labels)), texts)
-    right.tick_params(axis="y", length=0)
-    right.spines["right"].set_visible(False)
-    axes.tick_params(axis="y", length=0)
+    _label(axes, labels, texts)
     axes.margins(x=0.04)
     axes.use_sticky_edges = False  # of the bars, at which the frame would end
     axes.autoscale_view()
     low, high = axes.get_xlim()
     if high - low < LEAST_RANGE:
         axes.set_xlim(0.5 * (low + high - LEAST_RANGE), 0.5 * (low + high + LEAST_RANGE))
-    axes.set_ylim(len(labels) - 0.5, -0.5)
-    total = _difference(found.total)
-    axes.set_xlabel(f"contribution margin [USD/run]; total {total}")
+    axes.set_xlabel(f"contribution margin [USD/run]; total {_difference(found.total)}")
     title = f"n = {found.missions} {'unseen test' if found.unseen else 'training'} missions; whiskers: 95 % intervals"
     axes.set_title(title, loc="left", fontsize=8)
 
@@ -257,16 +249,20 @@ def _components(axes: "Axes", shown: Sequence[Evidence]) -> None:
         label = "original file" if key == "original" else "tuned file"
         axes.barh(places + shift, [getattr(each, key) for each in shown], height=0.36, color=colour, label=label)
     axes.axvline(0.0, color=LINE, linewidth=0.8)
-    axes.set_yticks(places, [each.what for each in shown])
-    texts = [_difference(each.difference) for each in shown]
-    right = axes.secondary_yaxis("right")
-    right.set_yticks(places, texts)
-    right.tick_params(axis="y", length=0)
-    right.spines["right"].set_visible(False)
-    axes.set_ylim(len(shown) - 0.5, -0.5)
-    axes.tick_params(axis="y", length=0)
+    _label(axes, [each.what for each in shown], [_difference(each.difference) for each in shown])
     axes.set_xlabel("[USD/run], what is paid negative; right: difference with its 95 % interval")
     axes.figure.legend(loc="outside lower right", ncols=2, frameon=False, fontsize=7)
+
+
+def _label(axes: "Axes", labels: Sequence[str], texts: Sequence[str]) -> None:
+    """Rows from top to bottom, with labels to their left and texts to their right."""
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_ylim(len(labels) - 0.5, -0.5)
+    right = axes.secondary_yaxis("right")
+    right.set_yticks(range(len(labels)), texts)
+    right.spines["right"].set_visible(False)
+    for each in (axes, right):
+        each.tick_params(axis="y", length=0)
 
 
 def _difference(interval: Interval) -> str:

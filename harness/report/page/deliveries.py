@@ -48,17 +48,13 @@ def delivery_list(entries: Sequence[Entry]) -> Json:
         for name in ("episode", "outcome", "reason"):
             columns[name] += [row[name] for row in rows]
         columns["property"] += [sum(row[f"{kind}_contacts"] or 0 for kind in PRICED_PROPERTY) for row in rows]
-        touching = {event["episode"] for event in entry.run.events if _is_contact_of(entry, event)}
-        columns["touched"] += [row["episode"] in touching for row in rows]
+        own = (entry.events[row["episode"]] for row in rows)
+        columns["touched"] += [any(event["type"] in (COUNTED, EVENT) for event in events) for events in own]
         for name, key in FACTS.items():
             columns[name] += [rounded(row[key]) for row in rows]
         for name, term in MONEY.items():
             columns[name] += [rounded(value, 4) for value in money_of(entry, term)]
     return columns
-
-
-def _is_contact_of(entry: Entry, event: Row) -> bool:
-    return event["stack"] == entry.stack.name and event["type"] in (COUNTED, EVENT)
 
 
 def money_of(entry: Entry, term: str) -> list[float | None]:
@@ -87,19 +83,12 @@ def missions_of(entries: Sequence[Entry]) -> list[list[Any]]:
 
 def contacts_of(entries: Sequence[Entry]) -> list[list[Any]]:
     """Contacts with a place: entry, episode, x, y [m], time [s], what, impulse [N s], cost [USD], whether counted."""
-    found = []
-    for number, entry in enumerate(entries):
-        for episode, events in _by_episode(entry).items():
-            found += [[number, episode, *contact] for contact in contacts(events)]
-    return found
-
-
-def _by_episode(entry: Entry) -> dict[int, list[Row]]:
-    known = {row["episode"]: [] for row in entry.stack.rows}  # type: dict[int, list[Row]]
-    for event in entry.run.events:
-        if event["stack"] == entry.stack.name and event["episode"] in known:
-            known[event["episode"]].append(event)
-    return known
+    return [
+        [number, episode, *contact]
+        for number, entry in enumerate(entries)
+        for episode, events in entry.events.items()
+        for contact in contacts(events)
+    ]
 
 
 def contacts(events: Sequence[Row]) -> list[list[Any]]:

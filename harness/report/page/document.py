@@ -16,7 +16,7 @@ from typing import Any
 from harness.report.page.accountings import accountings
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import entries_of, notes_of, without_events
+from harness.report.page.entries import entries_of, notes_of
 from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
@@ -42,7 +42,7 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     Raises:
         InputError: no delivery finished.
     """
-    entries = [without_events(entry) for entry in entries_of(runs)]
+    entries = entries_of(runs)
     recorded = recorded_of(entries)
     readable, ways, troubles = trajectories(recorded)
     replays = [replay(each) for each in chosen(readable, most_replays)]

@@ -1,6 +1,5 @@
 """The stacks that a page shows, each with its money delivery by delivery."""
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,6 +24,7 @@ class Entry:
     prices: Prices
     valuation: Valuation
     running: Running  # [USD/run] arrays (n,), one entry per delivery
+    events: dict[int, list[Row]]  # of every delivery, by episode
 
     @property
     def margin(self) -> FloatArray | None:
@@ -43,10 +43,6 @@ class Entry:
         if self.margin is None or not tells_of_rare(self.margin, clusters):
             return None
         return profit_draws(self.margin, clusters, self.run.seed)[0]
-
-    def events_of(self, episode: int) -> list[Row]:
-        """The events of one delivery."""
-        return [event for event in self.run.events if event["stack"] == self.stack.name and event["episode"] == episode]
 
 
 def entries_of(runs: Sequence[StoredRun]) -> list[Entry]:
@@ -106,10 +102,8 @@ def _missing(run: StoredRun, stack: StoredStack) -> str:
 def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Entry:
     prices = run.prices()
     each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)
-    return Entry(label, map_label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each)
-
-
-def without_events(entry: Entry) -> Entry:
-    """The same entry with those events only that are its own: quicker to search."""
-    own = tuple(event for event in entry.run.events if event["stack"] == entry.stack.name)
-    return dataclasses.replace(entry, run=dataclasses.replace(entry.run, events=own))
+    events: dict[int, list[Row]] = {row["episode"]: [] for row in stack.rows}
+    for event in run.events:
+        if event["stack"] == stack.name and event["episode"] in events:
+            events[event["episode"]].append(event)
+    return Entry(label, map_label, run, stack, prices, value(stack.rows, stack, prices, run.seed), each, events)

@@ -8,7 +8,7 @@ from typing import Any
 
 from harness.analysis.compare import side_of
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
-from harness.report.page.entries import Entry, entries_of, without_events
+from harness.report.page.entries import Entry, entries_of
 from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.page.sections import TERMS
@@ -80,7 +80,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "pieces": row["pieces_at_start"],
         "footprint": robot.polygon.tolist(),
         "personRadius": radius,
-        "contacts": contacts(entry.events_of(row["episode"])),
+        "contacts": contacts(entry.events[row["episode"]]),
         "money": {
             term: rounded(money_of(entry, term)[recorded.index], 4)
             for term in ("revenue", "opex", "contribution_margin", *(name for name, _ in TERMS))
@@ -97,7 +97,7 @@ def one_recorded(run: StoredRun, episode: int) -> Recorded:
         InputError: the run has several stacks, no such delivery, or no recording of it.
     """
     stack = side_of(run).stack.name
-    entry = without_events(entries_of([run])[0])
+    entry = entries_of([run])[0]
     if all(row["episode"] != episode for row in entry.stack.rows):
         raise InputError(f"{run.folder}: {stack} finished no episode {episode}; it has {len(entry.stack.rows)} others")
     known = {each.row["episode"]: each for each in recorded_of([entry])}
@@ -121,7 +121,7 @@ def shown(recorded: Recorded) -> Replay:
     ending = f"{row['outcome'].replace('_', ' ')} after {row['duration_s']:.1f} s"
     if entry.margin is not None:
         ending += f": {-recorded.loss:+.2f} $"
-    contacts = contacts_shown(entry.events_of(row["episode"]))
+    contacts = contacts_shown(entry.events[row["episode"]])
     name = f"{entry.stack.name}-{row['episode']}"
     return Replay(name, ending, load_recording(recorded.path), contacts, robot.polygon, radius)
 
