@@ -77,25 +77,14 @@ def nearest_tests(file: Path) -> tuple[Path, ...]:
     return tuple(sorted(reaching, key=lambda test: (distances(test)[file], (ROOT / test).stat().st_size))[:NEAREST])
 
 
-class Copy:
-    """A copy of the tree, made of hard links but for the changed file: compiled kernels of other files stay valid."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        for name in (*COPIED, *TRACKED):
-            source, copy = ROOT / name, folder / name
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            if source.is_dir():
-                shutil.copytree(source, copy, copy_function=os.link)
-            else:
-                os.link(source, copy)
-
-    def change(self, mutant: Mutant) -> None:
-        """Plant the mutant."""
-        file = self.folder / mutant.file
-        text = mutant.applied(file.read_bytes())
-        file.unlink()  # the link, not what it leads to
-        file.write_bytes(text)
+def copy_tree(source: Path, target: Path) -> None:
+    """Copy the project by hard links, with compiled kernels, which stay valid."""
+    for name in (*COPIED, *TRACKED):
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        if (source / name).is_dir():
+            shutil.copytree(source / name, target / name, copy_function=os.link)
+        else:
+            os.link(source / name, target / name)
 
 
 def passes(folder: Path, test: Path, time_limit: float) -> bool:
@@ -125,22 +114,24 @@ def passes(folder: Path, test: Path, time_limit: float) -> bool:
 
 
 @cache
-def seconds_unchanged(test: Path) -> float:
+def seconds_unchanged(tree: Path, test: Path) -> float:
     """How long [s] a file of tests takes with unchanged code; infinite: it fails, or it takes too long."""
     start = time.monotonic()
-    return time.monotonic() - start if passes(ROOT, test, LONGEST) else math.inf
+    return time.monotonic() - start if passes(tree, test, LONGEST) else math.inf
 
 
-def killer(mutant: Mutant) -> Path | None:
-    """The test file that notices a mutant."""
+def killer(mutant: Mutant, unchanged: Path) -> Path | None:
+    """The test file that notices a mutant, which is planted in a copy of an unchanged tree."""
+    limits = {test: PATIENCE * seconds_unchanged(unchanged, test) + COMPILING for test in nearest_tests(mutant.file)}
     with tempfile.TemporaryDirectory(dir=ROOT.parent, ignore_cleanup_errors=True) as folder:
-        copy = Copy(Path(folder))
-        copy.change(mutant)
-        for test in nearest_tests(mutant.file):
-            limit = PATIENCE * seconds_unchanged(test) + COMPILING
-            if math.isfinite(limit) and not passes(copy.folder, test, limit):
-                return test
-    return None
+        copy = Path(folder)
+        copy_tree(unchanged, copy)
+        file = copy / mutant.file
+        text = mutant.applied(file.read_bytes())
+        file.unlink()  # the link, not what it leads to
+        file.write_bytes(text)
+        judging = (test for test, limit in limits.items() if math.isfinite(limit))
+        return next((test for test in judging if not passes(copy, test, limits[test])), None)
 
 
 def wilson(killed: int, n: int) -> tuple[float, float]:
@@ -178,20 +169,21 @@ def main() -> None:
     print(f"{len(sample)} of {len(every)} mutants", flush=True)
     lines = given.checkpoint.read_text().splitlines() if given.checkpoint.exists() else []
     killers = {line["mutant"]: line["killer"] for line in map(json.loads, lines)}
+    names, texts = [key(mutant) for mutant in sample], [describe(mutant) for mutant in sample]
     killed = 0
-    for n, mutant in enumerate(sample, 1):
-        if key(mutant) not in killers:
-            test = killer(mutant)
+    with tempfile.TemporaryDirectory(dir=ROOT.parent, ignore_cleanup_errors=True) as unchanged:
+        copy_tree(ROOT, Path(unchanged))
+        for n, (mutant, name, text) in enumerate(zip(sample, names, texts, strict=True), 1):
+            test = killers.get(name) or killer(mutant, Path(unchanged))
+            killed += test is not None
             if test is None:
-                print(f"survived: {describe(mutant)}", flush=True)
-            else:
-                killers[key(mutant)] = str(test)
+                print(f"survived: {text}", flush=True)
+            elif name not in killers:
                 with given.checkpoint.open("a") as checkpoint:
-                    checkpoint.write(json.dumps({"mutant": key(mutant), "killer": str(test)}) + "\n")
-        killed += key(mutant) in killers
-        if n % 10 == 0 or n == len(sample):
-            low, high = wilson(killed, n)
-            print(f"{n}: {killed} killed, {killed / n:.3f} [{low:.3f}, {high:.3f}]", flush=True)
+                    checkpoint.write(json.dumps({"mutant": name, "killer": str(test)}) + "\n")
+            if n % 10 == 0 or n == len(sample):
+                low, high = wilson(killed, n)
+                print(f"{n}: {killed} killed, {killed / n:.3f} [{low:.3f}, {high:.3f}]", flush=True)
 
 
 if __name__ == "__main__":
