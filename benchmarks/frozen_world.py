@@ -16,7 +16,7 @@ from scipy.stats import binomtest, fisher_exact
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
-from harness.report.markdown import interval_text, p_text, table
+from harness.report.markdown import interval_text, table
 from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import wilson_interval
 from harness.statistics.paired import holm
@@ -43,6 +43,11 @@ PREDICTED = (  # key, name, unit, decimals, allowed ours / published; None: repo
     ("avg_velocity_mps", "speed", "m/s", 2, None),
 )
 NO_GATE = {("paper-amcl", "avg_distance_km")}
+
+
+def p_text(p: float) -> str:
+    """A p value with as many digits as matter."""
+    return f"{p:.3f}" if p >= 0.001 else f"{p:.1g}"
 
 
 def drive(folder: Path, stack: str, episodes: int, workers: int | None, **conditions: str) -> None:

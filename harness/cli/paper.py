@@ -7,15 +7,14 @@ from typing import Any
 
 import click
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from harness.cli.options import JSON, PRICES
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
 from harness.report.published import PublishedMethod, load_published, published_columns
-from harness.report.tables import render_tables, report_console, report_table
+from harness.report.sheet import Sheet, print_sheet
+from harness.report.tables import render_tables, report_console
 
 
 @click.command()
@@ -49,31 +48,23 @@ def print_paper(console: Console, prices: Prices) -> None:
     """Print both tables for the seven methods and the real robot, then the thresholds."""
     render_tables(published_columns(load_published(), prices), console)
     console.print()
-    console.print(_threshold_table(thresholds(prices)))
+    print_sheet(_thresholds(thresholds(prices)), console)
 
 
-def _threshold_table(limits: Thresholds) -> Table:
+def _thresholds(limits: Thresholds) -> Sheet:
+    injury = "fee / cost of such an injury"
+    ais = (limits.ais1_contact_rate, limits.ais2_contact_rate, limits.ais3_contact_rate)
+    both = limits.timeout_and_physical_assistance_rate
     rows = (
-        ("Pedestrian safety", f"{limits.pedestrian_safety_usd_per_run:.2f} $/run", "the delivery fee itself"),
-        ("  contacts with AIS 1", _percent(limits.ais1_contact_rate), "fee / cost of such an injury"),
-        ("  contacts with AIS 2", _percent(limits.ais2_contact_rate), "fee / cost of such an injury"),
-        ("  contacts with AIS 3", _percent(limits.ais3_contact_rate), "fee / cost of such an injury"),
-        ("Spoilage", _percent(limits.spoilage_rate), "fee / (food price + fee)"),
-        (
-            "Timeout + physical assistance",
-            _percent(limits.timeout_and_physical_assistance_rate),
-            "fee / (fee refunded + fee lost)",
-        ),
-        ("Property contact", _percent(limits.property_contact_rate), "fee / mean damage of the four published types"),
-        ("Physical assistance", _percent(limits.physical_assistance_rate), "fee / repair per event"),
+        ("Pedestrian safety", "the delivery fee itself", f"{limits.pedestrian_safety_usd_per_run:.2f} $/run"),
+        *((f"  contacts with AIS {grade}", injury, _percent(rate)) for grade, rate in enumerate(ais, start=1)),
+        ("Spoilage", "fee / (food price + fee)", _percent(limits.spoilage_rate)),
+        ("Timeout + physical assistance", "fee / (fee refunded + fee lost)", _percent(both)),
+        ("Property contact", "fee / mean damage of the four published types", _percent(limits.property_contact_rate)),
+        ("Physical assistance", "fee / repair per event", _percent(limits.physical_assistance_rate)),
     )
-    table = report_table("Per-component break-even thresholds: more than this, alone, eats up the delivery fee")
-    table.add_column("Component")
-    table.add_column("Above", justify="right", no_wrap=True)
-    table.add_column("Formula")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    return table
+    title = "Per-component break-even thresholds: more than this, alone, eats up the delivery fee"
+    return Sheet(title, ("Component", "Formula", "Above"), rows, texts=2)
 
 
 def _percent(rate: float) -> str:

@@ -13,7 +13,8 @@ from rich.text import Text
 from harness.cli.options import JSON
 from harness.parity.certificate import PartResult, certify, document, passes
 from harness.parity.golden import GoldenError, read_folder
-from harness.report.tables import report_console, report_table
+from harness.report.sheet import Sheet, print_sheet
+from harness.report.tables import report_console
 
 DEFAULT_FOLDER = Path("tests/golden")
 
@@ -54,21 +55,21 @@ def golden_folder() -> Path:
 
 def print_certificate(results: Sequence[PartResult], console: Console) -> None:
     """Print one line per part, then every deviation with its reason."""
-    table = report_table("Parity with Nav2's own C++: recorded inputs, run through navstack")
-    for name in ("Part", "Cases", "Equal", "Explained", "Unexplained", "Largest deviation"):
-        table.add_column(name, justify="left" if name == "Part" else "right", no_wrap=True)
+    rows = []
     for result in results:
         explained = sum(deviation.is_explained for deviation in result.deviations)
         largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e} {result.unit}".rstrip()
         counts = (result.cases, result.equal, explained, len(result.deviations) - explained)
-        table.add_row(result.part, *map(str, counts), largest)
-    console.print(table)
+        rows.append((result.part, *map(str, counts), largest))
+    headers = ("Part", "Cases", "Equal", "Explained", "Unexplained", "Largest deviation")
+    print_sheet(Sheet("Parity with Nav2's own C++: recorded inputs, run through navstack", headers, rows), console)
     deviations = [deviation for result in results for deviation in result.deviations]
     for title, is_explained in (("Explained", True), ("Unexplained", False)):
         cases = [deviation for deviation in deviations if deviation.is_explained == is_explained]
         if cases:
-            console.print(Text(f"\n{title} deviations", style="bold"))
+            console.print(Text(f"{title} deviations", style="bold"))
         for deviation in cases:
             console.print(Text(f"  {deviation.case}: {deviation.why}"))
-    console.print()
+        if cases:
+            console.print()
     console.print("every case is equal, or its deviation explained" if passes(results) else "no parity")

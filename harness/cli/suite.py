@@ -3,13 +3,9 @@
 import dataclasses
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
-from rich import box
-from rich.table import Table
-from rich.text import Text
 
 from harness.cli.driving import (
     INTERRUPTED,
@@ -23,8 +19,9 @@ from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
+from harness.report.sheet import Sheet, print_sheet
 from harness.report.suite.document import write_results
-from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
+from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
@@ -213,22 +210,20 @@ def _print(results: Results, path: Path, as_json: bool) -> None:
         sys.stdout.write(json.dumps({**overview(results), "folder": str(path)}, indent=2, allow_nan=False) + "\n")
         return
     console = report_console(sys.stdout)
-    console.print(results.suite.title, markup=False)
-    console.print(_table([each for each in results.standings if each.side is not None]))
-    console.print("[low, high]: 95 % interval, the seeds of a row together", markup=False)
+    print_sheet(_sheet(results), console)
     console.print(f"suite folder: {path}, with its page index.md", markup=False, soft_wrap=True)
 
 
-def _table(standings: Sequence[Standing]) -> Table:
-    table = Table("Map", "World", box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("People", justify="right")
-    table.add_column("Stack")
-    for title in ("n", "Errors", "SLA compliance", "Contribution margin ($/run)"):
-        table.add_column(title, justify="right")
-    for each in standings:
+def _sheet(results: Results) -> Sheet:
+    rows = []
+    for each in results.standings:
+        if each.side is None:
+            continue
         condition = each.condition
         where = Path(condition.map_name).stem, Path(condition.world).stem
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
         sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
-        table.add_row(*map(Text, (*where, people, each.stack, str(each.n), str(each.errors), sla, margin)))
-    return table
+        rows.append((*where, each.stack, people, str(each.n), str(each.errors), sla, margin))
+    headers = ("Map", "World", "Stack", "People", "n", "Errors", "SLA compliance", "Contribution margin ($/run)")
+    notes = ("[low, high]: 95 % interval, the seeds of a row together",)
+    return Sheet(results.suite.title, headers, rows, texts=3, notes=notes)

@@ -14,6 +14,7 @@ from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, gaps_to, is_same
 from harness.metrics.columns import Row
 from harness.report.markdown import number_text
+from harness.report.names import COSTS
 from harness.report.sheet import Sheet, print_sheet
 from navstack.control.decision import RUNNER_UP, SLOWER
 
@@ -34,13 +35,7 @@ INSTANTS = (  # title, key of an instant, decimals
     ("cargo [m/s2]", "acceleration_mps2", 1),
     ("lost", "pieces_lost", 0),
 )
-TITLES = {
-    "contribution_margin": "contribution margin",
-    "pedestrian_safety": "injuries",
-    "property_damage": "property",
-    "service_compensation": "refunds",
-    "opex": "all costs",
-}
+TITLES = COSTS | {"contribution_margin": "contribution margin", "opex": "all costs"}
 NO_PROOF = (
     "One delivery, n = 1, and no proof: small changes move people and robot elsewhere, and another delivery may come "
     "out the other way. navbench run with the changed file, and navbench compare, tell what it is worth."

@@ -41,10 +41,8 @@ def interval_text(
 
 
 def p_text(p: float | None) -> str:
-    """A p value with as many digits as matter."""
-    if p is None:
-        return "--"
-    return f"{p:.3f}" if p >= 0.001 else f"{p:.1g}"
+    """A p value; resampled ones below 0.001 tell no more than that."""
+    return "--" if p is None else "<.001" if p < 0.001 else f"{p:.3f}"
 
 
 def wrapped(text: str) -> str:

@@ -17,11 +17,12 @@ from rich.console import Console
 
 from harness.analysis.compare import Side, compare
 from harness.analysis.repricing import accounted_margins, choose, reprice
-from harness.cli.suite import _table
+from harness.cli.suite import _sheet
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.valuation import value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.markdown import interval_text
+from harness.report.sheet import print_sheet
 from harness.report.suite.document import page, write_results
 from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
@@ -178,10 +179,11 @@ def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
 
 
 def test_a_stack_is_named_as_it_is(study: Path) -> None:
-    (first, *_) = read_results(study).standings
-    table = _table([dataclasses.replace(first, stack="mpc[v2]"), dataclasses.replace(first, stack="x[/b]")])
+    results = read_results(study)
+    (first, *_) = results.standings
+    odd = tuple(dataclasses.replace(first, stack=name) for name in ("mpc[v2]", "x[/b]"))
     console = Console(width=200, file=io.StringIO())
-    console.print(table)
+    print_sheet(_sheet(dataclasses.replace(results, standings=odd)), console)
     assert isinstance(console.file, io.StringIO)
     assert "mpc[v2]" in console.file.getvalue() and "x[/b]" in console.file.getvalue()
 

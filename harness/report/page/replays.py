@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
+from harness.report.names import COSTS
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import Entry, entries_of
 from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
-from harness.report.page.sections import TERMS
 from harness.report.replay import Replay, contacts_shown
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
@@ -83,7 +83,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "contacts": contacts(entry.events[row["episode"]]),
         "money": {
             term: rounded(money_of(entry, term)[recorded.index], 4)
-            for term in ("revenue", "opex", "contribution_margin", *(name for name, _ in TERMS))
+            for term in ("revenue", "opex", "contribution_margin", *COSTS)
         },
         "reasons": reasons_of(entry, row, arrays),
         "data": encode(arrays, fineness),

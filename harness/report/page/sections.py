@@ -12,6 +12,7 @@ from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missio
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
+from harness.report.names import COSTS
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
 from harness.report.run_tables import PUBLISHED_BESIDE
@@ -27,13 +28,6 @@ MOST_DRAWN = 4_000_000  # resampled missions in memory
 CURVE_POINTS = 150
 BINS = 28  # of the break-even distribution
 EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
-TERMS = (
-    ("service_compensation", "refunds"),
-    ("pedestrian_safety", "injuries"),
-    ("property_damage", "property"),
-    ("repair", "repair"),
-    ("electricity", "electricity"),
-)
 FOREMOST = (
     *("contribution_margin", "opex", "pedestrian_safety", "property_damage", "service_compensation"),
     *("sla", "avg_runtime_h", "avg_distance_km", "avg_pedestrian_contacts", "avg_localization_error_mean_m"),
@@ -119,7 +113,7 @@ def _waterfall(label: str, money: Economics, entry: Entry | None) -> Json:
     return {
         "label": label,
         "revenue": money.revenue,
-        "terms": [[title, getattr(money, term)] for term, title in TERMS],
+        "terms": [[title, getattr(money, term)] for term, title in COSTS.items()],
         "margin": _interval(interval, money.contribution_margin),
     }
 

@@ -5,8 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from harness.report.figures import save_panels
-from harness.report.suite.names import COSTS, OUTCOMES
+from harness.report.names import COSTS, OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 
 if TYPE_CHECKING:
@@ -113,12 +115,7 @@ def _costs(figure: "Figure", results: Results) -> None:
 
     def line(axes: "Axes", place: int, standing: Standing) -> None:
         assert standing.valuation is not None
-        left = 0.0
-        for key, colour in zip(COSTS, PALETTE, strict=True):
-            cost = getattr(standing.valuation.economics, key) or 0.0
-            axes.barh(place, cost, left=left, height=0.66, color=colour, linewidth=0)
-            left += cost
-        if left > end:
+        if _stack(axes, place, [getattr(standing.valuation.economics, key) for key in COSTS], PALETTE) > end:
             axes.plot(end * 1.03, place, ">", color="white", markeredgecolor="black", markersize=4, clip_on=False)
 
     def total(each: Standing) -> str:
@@ -131,11 +128,7 @@ def _costs(figure: "Figure", results: Results) -> None:
 
 def _outcomes(figure: "Figure", results: Results) -> None:
     def line(axes: "Axes", place: int, standing: Standing) -> None:
-        left = 0.0
-        for key, colour in zip(OUTCOMES, OUTCOME_COLOURS, strict=True):
-            share = standing.interval(key).value or 0.0
-            axes.barh(place, share, left=left, height=0.66, color=colour, linewidth=0)
-            left += share
+        _stack(axes, place, [standing.interval(key).value for key in OUTCOMES], OUTCOME_COLOURS)
 
     def compliance(each: Standing) -> str:
         share = each.interval("sla").value
@@ -164,6 +157,14 @@ def _break_even(figure: "Figure", results: Results) -> None:
     panels[0].set_xlim(-0.02, 1.02)
     for axes in panels:
         axes.grid(axis="x", color="#dddddd", linewidth=0.5, zorder=0)
+
+
+def _stack(axes: "Axes", place: int, parts: Sequence[float | None], colours: Sequence[str]) -> float:
+    """A bar of parts one after the other; returns its end."""
+    widths = np.array([part or 0.0 for part in parts])
+    ends = widths.cumsum()
+    axes.barh([place] * len(parts), widths, left=ends - widths, height=0.66, color=colours, linewidth=0)
+    return float(ends[-1])
 
 
 def _legend(figure: "Figure", axes: "Axes", names: Sequence[str], colours: Sequence[str]) -> None:

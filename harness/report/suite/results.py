@@ -10,7 +10,6 @@ from harness.analysis.compare import PAIR, Comparison, Side, compare
 from harness.analysis.repricing import accounted_margins
 from harness.economics.valuation import Valuation, valuation_document, value
 from harness.metrics.columns import Row
-from harness.report.suite.names import label_of
 from harness.statistics.interval import Interval
 from harness.statistics.paired import PairedDifference, holm
 from harness.study.stored_run import StoredRun, load_run
@@ -87,7 +86,7 @@ class Results:
 
     def label(self, condition: Condition) -> str:
         """A condition in few words: only what varies in the suite, at least the map."""
-        return label_of(condition, self.conditions)
+        return _label(condition, self.conditions)
 
     @property
     def ranked(self) -> list[str]:
@@ -193,3 +192,13 @@ def _mission(row: Row) -> tuple[object, ...]:
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values)
+
+
+def _label(condition: Condition, among: Sequence[Condition]) -> str:
+    """A condition in few words: the map, and what else varies among them all."""
+    parts = [Path(condition.map_name).stem]
+    if len({each.world for each in among}) > 1:
+        parts.append(Path(condition.world).stem)
+    if len({each.pedestrians for each in among}) > 1:
+        parts.append("own people" if condition.pedestrians is None else f"{condition.pedestrians} people")
+    return ", ".join(parts)

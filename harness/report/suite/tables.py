@@ -6,7 +6,7 @@ from pathlib import Path
 
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import interval_text, number_text, p_text, table
-from harness.report.suite.names import OUTCOMES
+from harness.report.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 from harness.statistics.interval import Interval
 from harness.storage.files import writing
