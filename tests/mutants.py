@@ -10,7 +10,7 @@ left out. Compiled kernels of unchanged files are kept. Taking much longer than 
 Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
 annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.
 
-Verdicts are kept in the checkpoint: an interrupted run goes on, and a run after new tests judges only what survived.
+Verdicts are kept in the checkpoint: an interrupted run goes on, and one after new tests judges what they may notice.
 """
 
 import argparse
@@ -27,6 +27,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -122,7 +123,6 @@ def seconds_unchanged(tree: Path, test: Path) -> float:
 
 def killer(mutant: Mutant, unchanged: Path) -> Path | None:
     """The test file that notices a mutant, which is planted in a copy of an unchanged tree."""
-    limits = {test: PATIENCE * seconds_unchanged(unchanged, test) + COMPILING for test in nearest_tests(mutant.file)}
     with tempfile.TemporaryDirectory(dir=ROOT.parent, ignore_cleanup_errors=True) as folder:
         copy = Path(folder)
         copy_tree(unchanged, copy)
@@ -130,8 +130,11 @@ def killer(mutant: Mutant, unchanged: Path) -> Path | None:
         text = mutant.applied(file.read_bytes())
         file.unlink()  # the link, not what it leads to
         file.write_bytes(text)
-        judging = (test for test, limit in limits.items() if math.isfinite(limit))
-        return next((test for test in judging if not passes(copy, test, limits[test])), None)
+        for test in nearest_tests(mutant.file):
+            seconds = seconds_unchanged(unchanged, test)
+            if math.isfinite(seconds) and not passes(copy, test, PATIENCE * seconds + COMPILING):
+                return test
+    return None
 
 
 def wilson(killed: int, n: int) -> tuple[float, float]:
@@ -148,9 +151,9 @@ def describe(mutant: Mutant) -> str:
     return f"{mutant.file}:{mutant.line}: '{source[mutant.begin : mutant.end].decode()}' -> '{mutant.text}' in: {line}"
 
 
-def key(mutant: Mutant) -> str:
-    """A mutant's name for as long as its file is what it is."""
-    content = hashlib.sha256((ROOT / mutant.file).read_bytes()).hexdigest()[:16]
+def key(mutant: Mutant, judges: Sequence[Path] = ()) -> str:
+    """A mutant's name for as long as its file, and its judges, are what they are."""
+    content = hashlib.sha256(b"".join((ROOT / file).read_bytes() for file in (mutant.file, *judges))).hexdigest()[:16]
     return f"{mutant.file}@{content}:{mutant.begin}-{mutant.end}:{mutant.text}"
 
 
@@ -169,18 +172,23 @@ def main() -> None:
     print(f"{len(sample)} of {len(every)} mutants", flush=True)
     lines = given.checkpoint.read_text().splitlines() if given.checkpoint.exists() else []
     killers = {line["mutant"]: line["killer"] for line in map(json.loads, lines)}
-    names, texts = [key(mutant) for mutant in sample], [describe(mutant) for mutant in sample]
+    texts = [describe(mutant) for mutant in sample]
+    names = [
+        (key(mutant), key(mutant, nearest_tests(mutant.file))) for mutant in sample
+    ]  # of one killed, of a survivor
     killed = 0
     with tempfile.TemporaryDirectory(dir=ROOT.parent, ignore_cleanup_errors=True) as unchanged:
         copy_tree(ROOT, Path(unchanged))
         for n, (mutant, name, text) in enumerate(zip(sample, names, texts, strict=True), 1):
-            test = killers.get(name) or killer(mutant, Path(unchanged))
+            test = killers.get(name[0])
+            if test is None and name[1] not in killers:
+                test = killer(mutant, Path(unchanged))
+                with given.checkpoint.open("a") as checkpoint:
+                    line = {"mutant": name[test is None], "killer": test and str(test)}
+                    checkpoint.write(json.dumps(line) + "\n")
             killed += test is not None
             if test is None:
                 print(f"survived: {text}", flush=True)
-            elif name not in killers:
-                with given.checkpoint.open("a") as checkpoint:
-                    checkpoint.write(json.dumps({"mutant": name, "killer": str(test)}) + "\n")
             if n % 10 == 0 or n == len(sample):
                 low, high = wilson(killed, n)
                 print(f"{n}: {killed} killed, {killed / n:.3f} [{low:.3f}, {high:.3f}]", flush=True)

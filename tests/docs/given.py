@@ -1,5 +1,6 @@
 """The folder in which a page's commands are executed: a checkout, and what ``GIVEN`` says of the page's reader."""
 
+import gc
 import importlib.util
 import shutil
 import sys
@@ -45,6 +46,12 @@ RUNS = {  # folders in results, and the names of their stacks
 }
 
 
+def forget_worlds() -> None:
+    """Give back what deliveries have read and built; worlds and their parts know each other: collect them."""
+    forget()
+    gc.collect()
+
+
 class InThisProcess(InProcess):
     """Runs deliveries here, without the parts of those before: a page drives more stacks than a worker keeps."""
 
@@ -54,7 +61,7 @@ class InThisProcess(InProcess):
         """Run a call to its end."""
         stack = getattr(args[0], "stack", None)
         if stack != self._stack:
-            forget()
+            forget_worlds()
             self._stack = stack
         return super().submit(function, *args, **kwargs)
 
@@ -78,7 +85,7 @@ def status_of(words: list[str]) -> int | str | None:
     except SystemExit as ended:
         return ended.code
     finally:
-        forget()  # its worlds, which the next one is not likely to take
+        forget_worlds()  # the next one is not likely to take them
     raise AssertionError("navbench returned")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.statistics.interval import wilson_interval
-from harness.world.cargo import Cargo, in_frame, is_inside, settled_heap, turned
+from harness.world.cargo import Cargo, _poured, in_frame, is_inside, settled_heap, turned
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -73,6 +73,23 @@ def test_it_wakes_when_shaken_and_rests_again(cargo):
     for _ in range(round(PARAMS.settle_time / DT) + 2):
         cargo.step(STILL, LEVEL, STILL)
     assert not cargo.is_awake
+
+
+@pytest.mark.parametrize(("width", "per_row"), [(0.12, 3), (0.0309, 1), (0.2, 6)])
+def test_layers_of_a_square_lattice_are_poured_about_the_middle(width, per_row):
+    """Seen from its corner, each layer is the same lattice; its corner lies where the walls leave room."""
+    radius, pitch = PARAMS.piece_radius, 2.1 * PARAMS.piece_radius
+    poured = _poured(dataclasses.replace(PARAMS, bucket_width=width), radius, 5)
+    slack = 0.5 * width - radius - 0.5 * (per_row - 1) * pitch
+    shifts = slack * np.random.default_rng(5).uniform(-0.9, 0.9, (-(-PARAMS.pieces // per_row**2), 2))
+    half = 0.5 * (per_row - 1)
+    lattice = [
+        (pitch * (column - half) + x, pitch * (row - half) + y, radius + layer * pitch)
+        for layer, (x, y) in enumerate(shifts)
+        for row in range(per_row)
+        for column in range(per_row)
+    ]
+    np.testing.assert_allclose(poured, lattice[: PARAMS.pieces], atol=1e-12)
 
 
 def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
