@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -175,12 +174,12 @@ def _differences(arms: Sequence[Arm], against: str, run: StoredRun) -> Iterator[
     sides = {stack.name: Side(run, stack) for stack in run.stacks}
     pairs = [(arm.name, against) for arm in arms if arm.name != against]
     pairs += [pair for pair in wrong_maps(arms) if pair not in pairs]
-    known = {
-        pair: compare(sides[pair[1]], sides[pair[0]], metrics).differences
-        for pair in pairs
-        if (metrics := _common(*(next(arm for arm in arms if arm.name == name) for name in pair)))
-        and _have_missions_in_common(sides[pair[0]], sides[pair[1]])
-    }
+    measured = {arm.name: arm.result.intervals.keys() for arm in arms}
+    known = {}
+    for name, other in pairs:
+        metrics = [key for key in COMPARED if key in measured[name] and key in measured[other]]
+        if metrics and _paired([sides[other].stack.rows, sides[name].stack.rows])[0]:
+            known[name, other] = compare(sides[other], sides[name], metrics).differences
     for metric in COMPARED:
         family = {pair: found[metric] for pair, found in known.items() if metric in found}
         differ = [pair for pair, compared in family.items() if compared.differs]
@@ -197,16 +196,6 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
         for (localizer, map_name), name in localizer_on.items()
         if map_name != GEOMETRY and uses_map(localizer) and (localizer, GEOMETRY) in localizer_on
     ]
-
-
-def _common(first: Arm, second: Arm) -> list[str]:
-    """The metrics that both arms have."""
-    return [key for key in COMPARED if all(key in arm.result.intervals for arm in (first, second))]
-
-
-def _have_missions_in_common(first: Side, second: Side) -> bool:
-    episodes = ({row["episode"] for row in side.stack.rows} for side in (first, second))
-    return bool(set.intersection(*episodes))
 
 
 def _prices(arms: Sequence[Arm], rows: dict[str, tuple[Row, ...]], prices: Prices, seed: int) -> Iterator[ErrorPrice]:
@@ -236,11 +225,6 @@ def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:
     by_episode = [{row["episode"]: row for row in own} for own in rows]
     common = sorted(set.intersection(*(set(own) for own in by_episode)))
     return [[own[episode] for episode in common] for own in by_episode]
-
-
-def figure_stem(folder: Path) -> Path:
-    """Where the figure of an ablation is, without its suffix."""
-    return folder / "ablation"
 
 
 def points(ablation: Ablation) -> list[tuple[Arm, Interval, Interval]]:

@@ -6,10 +6,12 @@ delta_v, for all crash modes; the paper scales their cost by the robot's mass ov
 people inside cars: a proxy, as the paper says itself (appendix "Pedestrian injury-cost proxy").
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.prices import Prices
+from harness.economics.prices import Logistic, Prices
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
@@ -18,16 +20,17 @@ MPH_PER_MPS = 2.23694  # [mph / (m/s)]
 SEVERITIES = ("mais_0", "mais_1", "mais_2", "mais_3", "mais_4", "mais_5", "fatal")
 
 
-def mais_probabilities(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
+def mais_probabilities(delta_v: npt.ArrayLike, curves: Sequence[Logistic]) -> FloatArray:
     """Probability of each severity of :data:`SEVERITIES`, shape ``delta_v.shape + (7,)``; sums to one.
 
     Args:
         delta_v: change of velocity [m/s], any shape; 0 or less is MAIS 0 with certainty.
-        prices: with the risk curves. Where a fitted curve lies above that of a lesser severity it is cut down to it.
+        curves: of the risk, MAIS >= 1..5 and fatal; one above that of a lesser severity is cut down to it.
     """
     speed = np.asarray(delta_v, dtype=np.float64)[..., np.newaxis]
     with np.errstate(over="ignore"):  # far below the curve: 1 / infinity
-        log_odds = np.asarray(prices.mais_intercepts) + np.asarray(prices.mais_slopes) * (MPH_PER_MPS * speed)
+        intercepts, slopes = np.array([(curve.intercept, curve.slope_per_mph) for curve in curves]).T
+        log_odds = intercepts + slopes * (MPH_PER_MPS * speed)
         at_least = 1.0 / (1.0 + np.exp(-log_odds))
     at_least = np.where(speed <= 0.0, 0.0, np.minimum.accumulate(at_least, axis=-1))
     bounds = np.concatenate((np.ones_like(speed), at_least, np.zeros_like(speed)), axis=-1)
@@ -38,7 +41,8 @@ def mais_probabilities(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
 def injury_cost(delta_v: npt.ArrayLike, prices: Prices) -> FloatArray:
     """Expected cost [USD] of one counted contact per entry of ``delta_v`` [m/s]; same shape (paper, eq. pedestrian)."""
     costs = np.asarray(prices.mais_costs)
-    expected: FloatArray = prices.injury_mass_factor * (mais_probabilities(delta_v, prices)[..., : costs.size] @ costs)
+    probabilities = mais_probabilities(delta_v, prices.injury.logistic.curves)[..., : costs.size]
+    expected: FloatArray = prices.injury_mass_factor * (probabilities @ costs)
     return expected
 
 

@@ -136,16 +136,6 @@ class Prices:
         costs = self.injury.costs
         return (costs.mais_0.value, costs.mais_1.value, costs.mais_2.value, costs.mais_3.value)
 
-    @property
-    def mais_intercepts(self) -> tuple[float, ...]:
-        """Intercepts of the risk curves MAIS >= 1..5 and fatal."""
-        return tuple(curve.intercept for curve in self.injury.logistic.curves)
-
-    @property
-    def mais_slopes(self) -> tuple[float, ...]:
-        """Slopes of the risk curves MAIS >= 1..5 and fatal [1/mph]."""
-        return tuple(curve.slope_per_mph for curve in self.injury.logistic.curves)
-
 
 def load_prices(name_or_file: str = "costnav") -> Prices:
     """Prices by name (of ``params/prices``) or from a YAML file.

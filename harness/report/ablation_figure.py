@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.ablation.analysis import Ablation, Arm, figure_stem, points
+from harness.ablation.analysis import Ablation, Arm, points
 from harness.ablation.arms import injected_kind
 from harness.report.ablation import label
 from harness.report.figures import error_bars, save_figure
@@ -38,7 +38,7 @@ def draw_ablation(ablation: Ablation, folder: Path) -> list[Path]:
     if not shown:
         return []
     height = max(LEAST_INCH, FRAME_INCH + LABEL_INCH * len(shown))
-    return save_figure(figure_stem(folder), height, partial(_draw, stack=ablation.declaration.stack, shown=shown))
+    return save_figure(folder / "ablation", height, partial(_draw, stack=ablation.declaration.stack, shown=shown))
 
 
 def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:

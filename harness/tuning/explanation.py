@@ -26,7 +26,7 @@ from harness.tuning.history import Best, history
 from harness.tuning.importance import Importance, Interaction, importances, interactions
 from harness.tuning.partings import Parting, partings
 from harness.tuning.result import StudyResult, trial_table
-from harness.tuning.waterfall import MOST_PLAYERS, Step, Waterfall, players, set_back, waterfall
+from harness.tuning.waterfall import Step, Waterfall, players, set_back, waterfall
 from navstack.errors import ParameterError
 
 EXPLANATION = "explanation.json"
@@ -72,7 +72,6 @@ def explain(
     prices: Prices,
     threshold: float = THRESHOLD,
     waterfall_missions: int = WATERFALL_MISSIONS,
-    most_players: int = MOST_PLAYERS,
 ) -> Explanation:
     """Explain a finished study, and write ``explanation.json`` into its folder.
 
@@ -84,14 +83,13 @@ def explain(
         threshold: [N s] from which the world counts a contact.
         waterfall_missions: the first so many test missions (training missions where there is no test) are driven with
             every mixture; 0: no waterfall.
-        most_players: parameters that the waterfall tells apart; each one doubles its deliveries.
 
     Raises:
         InputError: the folder cannot be written.
     """
     table, rows = trial_table(study.space, study.trials), study.judged_rows
     ranked = importances(table)
-    who = players(study, [each.name for each in ranked], most_players)
+    who = players(study, [each.name for each in ranked])
     missions = (study.test_missions if study.is_tested else study.train_missions)[:waterfall_missions]
     steps: Waterfall | None = None
     alone: tuple[Step, ...] = ()

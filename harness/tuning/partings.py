@@ -32,17 +32,22 @@ class Parting:
         return shlex.join([*command, "--seed", str(self.seed), "--episodes", str(self.episode + 1), "--record", "full"])
 
 
-def partings(original: Sequence[Row], incumbent: Sequence[Row], shown: int = SHOWN) -> tuple[Parting, ...]:
-    """The missions with the largest differences of the margin, the largest first.
+def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting, ...]:
+    """The :data:`SHOWN` missions with the largest differences of the margin, the largest first.
+
+    Fewer where the margins are alike to a cent.
 
     Args:
         original: rows of finished and unfinished deliveries, one mission after the other.
         incumbent: of the same missions.
-        shown: how many at most; fewer where the margins are alike to a cent.
     """
-    pairs = [(a, b) for a, b in zip(original, incumbent, strict=True) if _has_margin(a) and _has_margin(b)]
+    pairs = [
+        pair
+        for pair in zip(original, incumbent, strict=True)
+        if all(row.get("error") is None and row.get(MARGIN) is not None for row in pair)
+    ]
     apart = [_parting(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
-    return tuple(sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:shown])
+    return tuple(sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:SHOWN])
 
 
 def sentence(parting: Parting) -> str:
@@ -58,10 +63,6 @@ def _happened(row: Row) -> str:
     if row["gave_up"]:
         said += f", gave up: {row['gave_up']}"
     return f"{said}, {row[MARGIN]:.2f} USD"
-
-
-def _has_margin(row: Row) -> bool:
-    return row.get("error") is None and row.get(MARGIN) is not None
 
 
 def _parting(original: Row, incumbent: Row) -> Parting:

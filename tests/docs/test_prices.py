@@ -28,7 +28,8 @@ def test_property_and_injuries_are_on_the_page() -> None:
     assert damage == {kind: getattr(prices.property_damage, kind).value for kind in damage} and len(damage) == 6
     for cost in prices.mais_costs:
         assert f"{cost:,.0f} |" in PAGE
-    for intercept, slope in zip(prices.mais_intercepts, prices.mais_slopes, strict=True):
+    for curve in prices.injury.logistic.curves:
+        intercept, slope = curve.intercept, curve.slope_per_mph
         assert f"| {intercept:.4f} | {slope:.4f} |" in PAGE
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.economics.contact_costs import SEVERITIES, injury_cost, mais_probabilities
-from harness.economics.prices import load_prices
+from harness.economics.prices import Logistic, load_prices
 
 MODEL = load_prices("costnav")
 WANG_2022 = (
@@ -21,11 +21,10 @@ WANG_2022 = (
 )
 
 
-class Crossing:
-    """Curves of which the second would lie above the first."""
-
-    mais_intercepts = (-1.0, 1.0, -2.0, -3.0, -4.0, -5.0)
-    mais_slopes = (0.1,) * 6
+CURVES = MODEL.injury.logistic.curves
+CROSSING = [
+    Logistic(intercept, 0.1) for intercept in (-1.0, 1.0, -2.0, -3.0, -4.0, -5.0)
+]  # the second is above the first
 
 
 def twin(delta_v):
@@ -48,18 +47,18 @@ def test_cost_at_the_robots_top_speed():
 
 @pytest.mark.parametrize("delta_v", [0.0, -2.0])
 def test_no_change_of_velocity_is_mais_0_with_certainty(delta_v):
-    assert mais_probabilities(delta_v, MODEL).tolist() == [1, 0, 0, 0, 0, 0, 0]
+    assert mais_probabilities(delta_v, CURVES).tolist() == [1, 0, 0, 0, 0, 0, 0]
     assert float(injury_cost(delta_v, MODEL)) == pytest.approx(50 / 4535.924 * 380)
 
 
 @given(st.floats(-5.0, 60.0))
 def test_probabilities_equal_the_twin(delta_v):
-    np.testing.assert_allclose(mais_probabilities(delta_v, MODEL), twin(delta_v), atol=1e-12)
+    np.testing.assert_allclose(mais_probabilities(delta_v, CURVES), twin(delta_v), atol=1e-12)
 
 
 def test_arrays_keep_their_shape():
     delta_v = np.array([[0.5, 1.0, 0.0], [2.0, 10.0, -1.0]])
-    probabilities = mais_probabilities(delta_v, MODEL)
+    probabilities = mais_probabilities(delta_v, CURVES)
     assert probabilities.shape == (2, 3, len(SEVERITIES))
     np.testing.assert_allclose(probabilities[1, 1], twin(10.0), atol=1e-12)
     costs = (380, 8487, 60464, 261200)
@@ -72,7 +71,7 @@ def test_arrays_keep_their_shape():
 
 @given(st.floats(0.01, 100.0))
 def test_crossing_curves_are_cut_down(delta_v):
-    probabilities = mais_probabilities(delta_v, Crossing())
+    probabilities = mais_probabilities(delta_v, CROSSING)
     assert (probabilities >= 0.0).all()
     assert probabilities.sum() == pytest.approx(1.0)
     assert probabilities[1] == 0.0  # MAIS >= 2 was cut down to MAIS >= 1
@@ -80,7 +79,7 @@ def test_crossing_curves_are_cut_down(delta_v):
 
 def test_risk_and_cost_rise_with_speed_in_the_robots_range():
     speeds = np.linspace(0.0, 10.0, 201)
-    at_least = 1.0 - np.cumsum(mais_probabilities(speeds, MODEL), axis=-1)[:, :-1]
+    at_least = 1.0 - np.cumsum(mais_probabilities(speeds, CURVES), axis=-1)[:, :-1]
     assert (np.diff(at_least, axis=0) >= -1e-15).all()
     assert (np.diff(injury_cost(speeds, MODEL)) > 0.0).all()
 
