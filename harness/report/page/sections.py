@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.compare import Side, compare
-from harness.economics.cost_model import Economics
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
@@ -16,7 +15,7 @@ from harness.report.names import COSTS
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
 from harness.report.run_tables import PUBLISHED_BESIDE
-from harness.report.table_rows import LAYOUTS
+from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
@@ -47,18 +46,21 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
     return {
         "label": column.title,
         "n": column.n,
-        "margin": _interval(column.interval("contribution_margin"), column.value("contribution_margin")),
-        "sla": _interval(column.interval("sla"), column.value("sla")),
-        "opex": _interval(column.interval("opex"), column.value("opex")),
+        "margin": _quantity(column, "contribution_margin"),
+        "sla": _quantity(column, "sla"),
+        "opex": _quantity(column, "opex"),
         "breakEvenRuns": column.economics.break_even_runs,
         "probability": risk.break_even_probability if risk else None,
-        "worst": _interval(risk.opex_cvar95_usd_per_run, None) if risk and risk.opex_cvar95_usd_per_run else None,
+        "worst": _interval(risk.opex_cvar95_usd_per_run) if risk and risk.opex_cvar95_usd_per_run else None,
     }
 
 
-def _interval(interval: Interval | None, value: float | None) -> Json:
-    if interval is None:
-        return {"v": value, "lo": None, "hi": None}
+def _quantity(column: Column, key: str) -> Json:
+    interval = column.interval(key)
+    return {"v": column.value(key), "lo": None, "hi": None} if interval is None else _interval(interval)
+
+
+def _interval(interval: Interval) -> Json:
     return {"v": interval.value, "lo": interval.low, "hi": interval.high}
 
 
@@ -78,20 +80,7 @@ def tables(entries: Sequence[Entry]) -> Json:
             {
                 "title": layout.title,
                 "sections": [
-                    {
-                        "title": section.title,
-                        "rows": [
-                            {
-                                "label": row.label,
-                                "bold": row.bold,
-                                "cells": [
-                                    [number_text(each.value(row.key), row), span_text(each.interval(row.key), row)]
-                                    for each in columns
-                                ],
-                            }
-                            for row in section.rows
-                        ],
-                    }
+                    {"title": section.title, "rows": [_row(row, columns) for row in section.rows]}
                     for section in layout.sections
                 ],
             }
@@ -101,21 +90,23 @@ def tables(entries: Sequence[Entry]) -> Json:
     }
 
 
+def _row(row: Row, columns: Sequence[Column]) -> Json:
+    cells = [[number_text(each.value(row.key), row), span_text(each.interval(row.key), row)] for each in columns]
+    return {"label": row.label, "bold": row.bold, "cells": cells}
+
+
 def waterfall(entries: Sequence[Entry]) -> list[Json]:
     """From revenue to margin, stack by stack and for the published one [USD/run]."""
-    own = [_waterfall(entry.label, entry.valuation.economics, entry) for entry in entries]
-    paper = _published(entries)[0]
-    return [*own, {**_waterfall(f"{paper.title} (paper)", paper.economics, None), "paper": True}]
-
-
-def _waterfall(label: str, money: Economics, entry: Entry | None) -> Json:
-    interval = entry.column.interval("contribution_margin") if entry else None
-    return {
-        "label": label,
-        "revenue": money.revenue,
-        "terms": [[title, getattr(money, term)] for term, title in COSTS.items()],
-        "margin": _interval(interval, money.contribution_margin),
-    }
+    return [
+        {
+            "label": f"{column.title} (paper)" if column.published else column.title,
+            "revenue": column.economics.revenue,
+            "terms": [[title, getattr(column.economics, term)] for term, title in COSTS.items()],
+            "margin": _quantity(column, "contribution_margin"),
+            "paper": column.published,
+        }
+        for column in (*(entry.column for entry in entries), _published(entries)[0])
+    ]
 
 
 def outcomes(entries: Sequence[Entry]) -> list[Json]:
@@ -237,7 +228,7 @@ def _comparison(first: Entry, second: Entry) -> Json:
                 "metric": titles.get(key, key),
                 "a": entry.first,
                 "b": entry.second,
-                "difference": _interval(span, None),
+                "difference": _interval(span),
                 "p": entry.paired.p,
                 "pHolm": entry.p_holm,
                 "needed": entry.paired.needed,
