@@ -42,7 +42,7 @@ LIBRARIES = ("numba", "scipy.optimize", "scipy.stats", "scipy.ndimage", "pyarrow
 FARTHEST = 2  # imports between a test and what it tests
 NEAREST = 8  # files of tests that judge a mutant
 PASSING = (0, 5)  # exit codes of pytest: passed; nothing to run here
-LONGEST = 40.0  # [s] of unchanged code: slower files of tests judge nothing
+LONGEST = 120.0  # [s] of unchanged code: slower files of tests judge nothing
 PATIENCE, COMPILING = 3.0, 60.0  # a mutant may take so many times as long as unchanged code, and so many seconds [s]
 Z = 1.959964  # of a 95 % interval
 

@@ -11,6 +11,7 @@ from pedestrian_statistics import companions, prediction_errors, record_states, 
 from harness.episode.factory import with_recording
 from harness.world.body_state import BodyState
 from harness.world.lidar_kernels import cast_circles
+from harness.world.pedestrian_kernels import replay
 from harness.world.pedestrian_params import PedestrianParams, ReplayParams
 from harness.world.replay import ReplayPedestrians
 from harness.world.replay_file import MAX_BYTES, Recording, load_recording
@@ -108,6 +109,13 @@ def test_nobody_appears_where_the_robot_is(tmp_path):
     assert tuple(at(model, 1.5, Pose2D(0.5, 0.5))[0]) == ABSENT
     assert tuple(at(model, 1.5, Pose2D(5.0, 4.0))[1]) == ABSENT
     assert tuple(at(model, 1.5, Pose2D(2.5, 0.5))[0]) != ABSENT  # who was there before walks on
+
+
+@pytest.mark.parametrize(("clearance", "x"), [(5.0, 3.0), (math.nextafter(5.0, 6.0), math.inf)])
+def test_somebody_may_appear_just_beyond_the_clearance(clearance, x):
+    states, sample = np.empty((1, 4)), (np.array((0, 1)), np.zeros(1), np.array(((3.0, 4.0),)))
+    replay(0.0, *sample, 0.0, 0.0, clearance, np.array((True,)), np.array((False,)), states)
+    assert states[0, 0] == x
 
 
 def test_somebody_with_one_sample_is_there_for_a_moment(tmp_path):

@@ -13,11 +13,11 @@ from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit import audit
 from harness.tuning.audit_checks import timeouts
-from harness.tuning.audit_edges import edges
+from harness.tuning.audit_edges import _p_near, edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Evidence
 from harness.tuning.audit_pairs import pair_up
 from harness.tuning.evaluation import EVENTS, Candidate
-from harness.tuning.result import COMPLETE, StudyResult, Trial
+from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
 from harness.tuning.space import Parameter, Space
 
 PRICES = load_prices("costnav")
@@ -220,6 +220,22 @@ TEXT = Parameter("kind", ("node.kind",), "a", choices=("a", "b", "c"))
 )
 def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool) -> None:
     assert edges(searched(parameter, value, slope)).is_flagged is is_flagged
+
+
+@pytest.mark.parametrize(
+    ("parameter", "distance", "p"),
+    [
+        (Parameter("step", ("node.step",), 0.0, 0.0, 4.0, step=0.5), 0.0, 2.0 / 9.0),
+        (Parameter("step", ("node.step",), 0.0, 0.0, 4.0, step=0.5), 0.3, 0.6),
+        (WHOLE, 0.0, 2.0 / 10.0),
+        (Parameter("pair", ("node.pair",), 1, choices=(1, 2)), 0.0, 1.0),
+        (NUMBER, 0.02, 0.04),
+        (NUMBER, 0.8, 1.0),
+    ],
+)
+def test_how_likely_an_arbitrary_value_is_so_near_to_an_end(parameter: Parameter, distance: float, p: float) -> None:
+    study = searched(parameter, parameter.original, 0.0)
+    assert _p_near(trial_table(study.space, study.trials), 0, distance) == pytest.approx(p)
 
 
 def test_ends_of_levels_are_named() -> None:
