@@ -8,12 +8,11 @@ from typing import Any
 
 import click
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from harness.cli.options import JSON
 from harness.report.map_picture import VIEWS, draw_map
-from harness.report.tables import report_console, report_table
+from harness.report.sheet import Sheet, print_sheet
+from harness.report.tables import report_console
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
@@ -33,6 +32,17 @@ from harness.world.scene_io import check_map_name, load_scene, made_of, map_file
 from harness.world.sidewalk import write
 from navstack.errors import InputError, MapError, UnknownNameError
 
+MEASURES = (  # label, key of the document, form
+    ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
+    ("  connected parts", "connected_parts", "d"),
+    ("  width at the medial axis [m], percentile", "widths_m", ".2f"),
+    ("Furniture of 0.05-10 m2, pieces", "furniture_pieces", "d"),
+    ("  share of 0.3-1 m2", "furniture_medium_share", ".2f"),
+    ("  to the nearest other piece [m], percentile", "furniture_spacings_m", ".2f"),
+    ("Edges of the mesh: nothing for a lidar within 0.5 m, share", "edges_open_half_metre_share", ".2f"),
+    ("  within 1 m, share", "edges_open_metre_share", ".2f"),
+    ("  the others' gap to what stands there [m], percentile", "edge_gaps_m", ".2f"),
+)
 LENGTH_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}  # [m] of shortest paths on the paper's map
 
@@ -103,9 +113,11 @@ def show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
         return
     console = report_console(sys.stdout)
-    for table in (_measures_table(document), _missions_table(document)):
-        console.print(table)
-        console.print()
+    print_sheet(_measures_sheet(document), console)
+    missions = _missions_sheet(document)
+    print_sheet(missions, console)
+    if not missions.rows:
+        console.print("No room for missions")
     if out is not None:
         console.print(f"picture: {out}", soft_wrap=True)
 
@@ -164,49 +176,29 @@ def _lengths(scene: Scene, sampling: str, samples: int, seed: int) -> Row | None
     }
 
 
-def _measures_table(document: Row) -> Table:
-    table = report_table(f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m")
-    for heading in ("Measure", "This map", "The paper's"):
-        table.add_column(heading, justify="left" if heading == "Measure" else "right")
-    for label, key, form in (
-        ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
-        ("  connected parts", "connected_parts", "d"),
-        ("  width at the medial axis [m], percentile", "widths_m", ".2f"),
-        ("Furniture of 0.05-10 m2, pieces", "furniture_pieces", "d"),
-        ("  share of 0.3-1 m2", "furniture_medium_share", ".2f"),
-        ("  to the nearest other piece [m], percentile", "furniture_spacings_m", ".2f"),
-        ("Edges of the mesh: nothing for a lidar within 0.5 m, share", "edges_open_half_metre_share", ".2f"),
-        ("  within 1 m, share", "edges_open_metre_share", ".2f"),
-        ("  the others' gap to what stands there [m], percentile", "edge_gaps_m", ".2f"),
-    ):
-        _add_rows(table, label, document["measured"][key], document["published"][key], form)
-    return table
+def _measures_sheet(document: Row) -> Sheet:
+    rows: list[tuple[str, str, str]] = []
+    for label, key, form in MEASURES:
+        ours, theirs = document["measured"][key], document["published"][key]
+        if isinstance(ours, Mapping):
+            rows += [(f"{label} {p}", _number(value, form), _number(theirs[p], form)) for p, value in ours.items()]
+        else:
+            rows.append((label, _number(ours, form), _number(theirs, form)))
+    title = f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m"
+    return Sheet(title, ("Measure", "This map", "The paper's"), rows)
 
 
-def _add_rows(table: Table, label: str, ours: Any, theirs: Any, form: str) -> None:
-    if not isinstance(ours, Mapping):
-        table.add_row(Text(label), _number(ours, form), _number(theirs, form))
-        return
-    for percentile, value in ours.items():
-        table.add_row(Text(f"{label} {percentile}"), _number(value, form), _number(theirs[percentile], form))
-
-
-def _missions_table(document: Row) -> Table:
-    missions = document["missions"]
-    n = next((m["mean_shortest_path_m"]["n"] for m in missions.values() if m), 0)
-    table = report_table(f"Shortest path of {n} missions [m]" if n else "No room for missions")
-    table.add_column("Missions")
-    for heading in ("Mean", "95 % interval", *(f"{p} %" for p in LENGTH_PERCENTILES), "The paper's mean"):
-        table.add_column(heading, justify="right")
-    for sampling, drawn in missions.items():
+def _missions_sheet(document: Row) -> Sheet:
+    rows, n = [], 0
+    for sampling, drawn in document["missions"].items():
         if drawn:
             mean = drawn["mean_shortest_path_m"]
+            n = mean["n"]
             percentiles = [f"{value:.0f}" for value in drawn["shortest_paths_m"].values()]
-            interval = f"{mean['low']:.0f}-{mean['high']:.0f}"
-            table.add_row(
-                sampling, f"{mean['value']:.0f}", interval, *percentiles, f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}"
-            )
-    return table
+            interval, published = f"{mean['low']:.0f}-{mean['high']:.0f}", f"{PUBLISHED_MEAN_LENGTHS[sampling]:.0f}"
+            rows.append((sampling, f"{mean['value']:.0f}", interval, *percentiles, published))
+    headers = ("Missions", "Mean", "95 % interval", *(f"{p} %" for p in LENGTH_PERCENTILES), "The paper's mean")
+    return Sheet(f"Shortest path of {n} missions [m]", headers, rows)
 
 
 def _number(value: float | None, form: str) -> str:

@@ -7,9 +7,9 @@ from rich.console import Console
 
 from harness.economics.prices import Prices
 from harness.episode.factory import world_params
-from harness.report.metric_rows import further_metrics
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
+from harness.report.table_rows import further_metrics
 from harness.report.tables import own_column, render_table, render_tables
 from harness.study.drive import StackResult
 from harness.task.study import Study

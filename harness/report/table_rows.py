@@ -1,6 +1,9 @@
-"""The rows of the paper's two result tables: which quantity, under which label, with how many decimals."""
+"""The rows of the printed tables: which quantity, under which label, with how many decimals."""
 
 from dataclasses import dataclass
+
+from harness.metrics.catalog import GROUPS
+from harness.metrics.metric import Metric
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,3 +116,22 @@ ECONOMIC_PERFORMANCE = Layout(
 )
 
 LAYOUTS = (SIMULATION_EVALUATION, ECONOMIC_PERFORMANCE)
+
+
+def further_metrics() -> Layout:
+    """Means over deliveries that the paper's tables do not have, group by group."""
+    sections = (
+        (title, tuple(_row(metric) for metric in group if _is_printed(metric))) for title, group in GROUPS.items()
+    )
+    return Layout(
+        "Further metrics (means over deliveries)", tuple(Section(*section) for section in sections if section[1])
+    )
+
+
+def _is_printed(metric: Metric) -> bool:
+    return metric.decimals is not None and not metric.is_published
+
+
+def _row(metric: Metric) -> Row:
+    unit = f" ({metric.unit})" if metric.unit else ""
+    return Row(f"{metric.title}{unit}", metric.mean_key or "", metric.decimals or 0)

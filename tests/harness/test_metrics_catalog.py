@@ -11,8 +11,7 @@ from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.metrics.metric import Metric
 from harness.metrics.summary import summarize
-from harness.report.metric_rows import further_metrics
-from harness.report.table_rows import SIMULATION_EVALUATION
+from harness.report.table_rows import SIMULATION_EVALUATION, further_metrics
 
 
 def test_the_document_is_the_catalogs() -> None:

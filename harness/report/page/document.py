@@ -13,14 +13,22 @@ from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
 
-from harness.report.page.accountings import accountings
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
 from harness.report.page.entries import entries_of, notes_of
 from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
-from harness.report.page.sections import break_even, comparisons, headline, outcomes, profit, tables, waterfall
+from harness.report.page.sections import (
+    accountings,
+    break_even,
+    comparisons,
+    headline,
+    outcomes,
+    profit,
+    tables,
+    waterfall,
+)
 from harness.study.stored_run import StoredRun
 
 Json = dict[str, Any]

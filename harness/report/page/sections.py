@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.compare import Side, compare
+from harness.analysis.repricing import accounted_margins
+from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
@@ -14,6 +16,7 @@ from harness.report.comparison import winner
 from harness.report.names import COSTS
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
+from harness.report.repriced import ACCOUNTING_NOTE, TITLES
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
@@ -107,6 +110,22 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
         }
         for column in (*(entry.column for entry in entries), _published(entries)[0])
     ]
+
+
+def accountings(entries: Sequence[Entry]) -> Json | None:
+    """A row for each accounting, a cell for each stack; None where all are alike, or margins are undefined.
+
+    Raises:
+        InputError: rows and events of a run are of different states.
+    """
+    known = [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
+    if not any(each[name] != each[PUBLISHED] for each in known for name in each):
+        return None
+    rows = [
+        {"title": title, "cells": [each[name].as_json() if name in each else None for each in known]}
+        for name, title in TITLES.items()
+    ]
+    return {"note": ACCOUNTING_NOTE, "rows": rows}
 
 
 def outcomes(entries: Sequence[Entry]) -> list[Json]:
