@@ -227,3 +227,8 @@ def test_boxes_are_copied_and_filled_beyond_the_edges() -> None:
         boxes = np.array(((x, x + 35, y, y + 10), (x, x + 3, y + 10, y + 30), (x + 3, x + 35, y + 10, y + 30)))
         inflation_kernels.copy_boxes(source, margin, 7, target, np.array((x, y, 35, 30)), boxes)
         np.testing.assert_array_equal(target, expected)
+
+
+@pytest.mark.parametrize(("limits", "is_in"), [((5.0, 6.0), True), ((4.0, 5.0), False), ((5.1, 6.0), False)])
+def test_a_range_has_its_lower_limit_and_not_its_upper_one(limits: tuple[float, float], is_in: bool) -> None:
+    assert kernels.is_in_range(4.0, 6.0, 1.0, 2.0, limits) == is_in

@@ -8,6 +8,7 @@ import pytest
 
 from navstack.costmap.costmap import NO_INFORMATION
 from navstack.costmap.layered_costmap import LayeredCostmap
+from navstack.costmap.observations import Observation, ObservationBuffer
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.costmap import (
     MAXIMUM,
@@ -142,6 +143,18 @@ def test_beams_clear_between_the_raytrace_ranges_only(
     costmap.update(Pose2D(), LaserScan(0.1, np.full(200, 3.5), -0.1, 0.005, 0.05, 20.0), 0.1)
     seen = [is_marked(costmap, distance, beam) for beam, distance in enumerate((0.7, 1.2, 2.3, 2.7))]
     assert seen == stays
+
+
+@pytest.mark.parametrize("persistence", [0.0, 0.25, 0.5, 1.0])
+def test_observations_of_a_buffer_are_no_older_than_it_remembers(persistence: float) -> None:
+    """Their stamps are exact in binary, so that some are just as old as they may be."""
+    buffer, stamps = ObservationBuffer(dataclasses.replace(SOURCE, observation_persistence=persistence)), [7.0]
+    for gap in (0.25, 0.5, 0.25, 0.25, 1.25, 0.25):
+        stamps.append(stamps[-1] + gap)
+    for count, newest in enumerate(stamps, 1):
+        buffer.add(Observation(newest, 0.0, 0.0, lambda: np.empty((0, 2))))
+        young = [stamp for stamp in stamps[count - 2 :: -1] if persistence > 0.0 and newest - stamp <= persistence]
+        assert [each.stamp for each in buffer.observations] == [newest, *(young if count > 1 else ())]
 
 
 @ways

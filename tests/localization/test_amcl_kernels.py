@@ -177,6 +177,15 @@ def test_resampling_draws_until_the_bins_have_enough():
     assert count_bins(drawn) == len(set(bins_of(drawn)))
 
 
+@pytest.mark.parametrize(("axis", "width"), [(0, BIN_LENGTH), (1, BIN_LENGTH), (2, BIN_ANGLE)])
+def test_a_bin_begins_at_its_lower_end(axis, width):
+    """Of Nav2's bins: the floor of the coordinate over the width."""
+    for value, bins in ((0.0, 1), (0.999 * width, 1), (width, 2), (-1e-9, 2)):
+        poses = np.zeros((2, 3))
+        poses[1, axis] = value
+        assert count_bins(poses) == bins
+
+
 def test_clusters_are_bins_that_touch():
     rng = np.random.default_rng(7)
     poses = np.concatenate([rng.normal(size=(60, 3)) * 0.3 + centre for centre in rng.uniform(-4, 4, size=(6, 3))])

@@ -86,6 +86,12 @@ def test_wave_equals_slow_twin(seed):
     np.testing.assert_array_equal(planner.potential, SlowWave(costs).run(20 * 50 + 5, 30 * 50 + 45))
 
 
+def test_a_cell_without_a_potential_has_no_lower_neighbour():
+    potential = np.full(25, np.float32(3.0))
+    potential[12] = POT_HIGH
+    assert lowest_neighbour(potential, 5, 12) == 12
+
+
 def test_the_lowest_neighbour_is_compared_with_whole_numbers():
     """The loop of calcPath: ``int minp = potarr[stc]``, then ``if (potarr[st] < minp) minp = potarr[st]``."""
     rng = np.random.default_rng(0)
