@@ -4,8 +4,9 @@ Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/m
 
 A mutant is one changed operator, comparison, constant or function name somewhere below the given paths. The sample is
 drawn evenly from all of them. Each mutant is tested in a copy of the tree by the NEAREST test files: those with the
-shortest chain of imports to its module, of equally near ones the smallest first, until one fails. Tests marked slow are
-left out. Compiled kernels of unchanged files are kept. Taking much longer than unchanged code counts as failing.
+shortest chain of imports to its module, then those in the folder that is called like its own, until one fails. Tests
+marked slow are left out. Compiled kernels of unchanged files are kept. Taking much longer than unchanged code counts as
+failing.
 
 Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
 annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.
@@ -72,10 +73,14 @@ def distances(test: Path) -> dict[Path, int]:
 
 @cache
 def nearest_tests(file: Path) -> tuple[Path, ...]:
-    """The test files that reach a module by the fewest imports, of equally near ones the smallest first."""
-    tests = [path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py")]
-    reaching = [test for test in tests if file in distances(test)]
-    return tuple(sorted(reaching, key=lambda test: (distances(test)[file], (ROOT / test).stat().st_size))[:NEAREST])
+    """The test files that reach a module by the fewest imports, then those of its room; the likest called first."""
+    words = set("_".join(file.with_suffix("").parts[1:]).split("_"))
+    ranked = []
+    for test in sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py")):
+        if file in distances(test) or set(test.parts[1:-1]) & set(file.parts[1:-1]):
+            alike = len(words & set(test.stem.split("_")))
+            ranked.append((distances(test).get(file, FARTHEST + 1), -alike, (ROOT / test).stat().st_size, test))
+    return tuple(test for *_, test in sorted(ranked)[:NEAREST])
 
 
 def copy_tree(source: Path, target: Path) -> None:
