@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from navstack.errors import ParameterError
+from navstack.params.expected_contact import DwbContactParams
 
 MOST_SAMPLES = 100_000  # trajectories per cycle; Nav2's defaults make about 400
 
@@ -162,6 +163,7 @@ class DwbParams:
     GoalDist: DistParams = field(default_factory=DistParams)
     PreferForward: PreferForwardParams = field(default_factory=PreferForwardParams)
     Twirling: TwirlingParams = field(default_factory=TwirlingParams)
+    ExpectedContact: DwbContactParams = field(default_factory=DwbContactParams)  # this program's own
     named_critics: Mapping[str, NamedCritic] = field(default_factory=dict)  # those in ``critics`` with a ``class``
 
     def __post_init__(self) -> None:

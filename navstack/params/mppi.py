@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.costmap import InflationLayerParams
+from navstack.params.expected_contact import MppiContactParams
 from navstack.params.mppi_critics import (
     ConstraintParams,
     CostParams,
@@ -26,6 +27,7 @@ from navstack.params.mppi_critics import (
 CRITICS = (
     *("ConstraintCritic", "CostCritic", "GoalAngleCritic", "GoalCritic", "ObstaclesCritic", "PathAlignCritic"),
     *("PathAngleCritic", "PathFollowCritic", "PreferForwardCritic", "TwirlingCritic", "VelocityDeadbandCritic"),
+    "ExpectedContactCritic",
 )
 MOTION_MODELS = ("DiffDrive", "Ackermann")  # those that run here
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
@@ -128,6 +130,7 @@ class MppiParams:
     PreferForwardCritic: PreferForwardParams = field(default_factory=PreferForwardParams)
     TwirlingCritic: TwirlingParams = field(default_factory=TwirlingParams)
     VelocityDeadbandCritic: VelocityDeadbandParams = field(default_factory=VelocityDeadbandParams)
+    ExpectedContactCritic: MppiContactParams = field(default_factory=MppiContactParams)  # this program's own
     local_costs: LocalCosts = field(default_factory=LocalCosts)  # read from the local costmap's section
 
     def __post_init__(self) -> None:

@@ -51,7 +51,7 @@ def chance(z):
 def clearance(scene, x, y, yaw):
     """Of the circles that cover the robot, from the map's grid or the scans'."""
     least = math.inf
-    for along in scene.body.circles:
+    for along in scene.circles:
         px, py = x + along * math.cos(yaw), y + along * math.sin(yaw)
         for metres, (ox, oy, cell) in (
             (scene.clearance.mapped, scene.clearance.mapped_grid),
@@ -60,13 +60,13 @@ def clearance(scene, x, y, yaw):
             row, column = int((py - oy) / cell), int((px - ox) / cell)
             is_on = 0 <= row < metres.shape[0] and 0 <= column < metres.shape[1]
             least = min(least, metres[row, column] if is_on else 3.0)
-    return least - scene.body.radius
+    return least - scene.circle_radius
 
 
 def touch(scene, state, person, std, radius, room):
     """Price [USD] of touching a person and of the squeeze, each times its chance, and how deep [m]."""
     x, y, yaw, v, w = state
-    body, rates = scene.body, scene.rates
+    body, rates, prices = scene.body, scene.rates, scene.touch
     turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
     place, velocity = turn @ (person[:2] - (x, y)), turn @ person[2:]
     low = np.array((body.centre - body.half_length, -body.half_width))
@@ -82,8 +82,8 @@ def touch(scene, state, person, std, radius, room):
         gap = out[side]
     gap -= radius
     closing = float((np.array((v - w * nearest[1], w * nearest[0])) - velocity) @ normal)
-    injury = np.interp(max(closing, rates.counted_speed), np.arange(len(scene.contact_usd)), scene.contact_usd)
-    price = rates.touch_usd + chance((rates.counted_speed - closing) / rates.speed_std) * injury
+    injury = np.interp(max(closing, prices.counted_speed), np.arange(len(scene.contact_usd)), scene.contact_usd)
+    price = prices.touch_usd + chance((prices.counted_speed - closing) / prices.speed_std) * injury
     squeeze = rates.squeeze_usd * max(0.0, 1.0 - max(room, 0.0) / rates.squeeze_width)
     far = gap > 4.0 * std or np.hypot(*(place - (body.centre, 0.0))) > 3.0
     likely = 0.0 if far else chance(gap / std)

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from navstack.control.contact_risk import ContactRates, body_of
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import FAR, map_clearance, signed_distances, with_obstacles
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
-from navstack.control.expected_cost.motion_cost import TERMS, Body, Limits, Rates, Scene, price_all, price_one
+from navstack.control.expected_cost.motion_cost import TERMS, Limits, Rates, Scene, price_all, price_one
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, ParameterError
+from navstack.geometry import cover
 from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
@@ -84,9 +86,11 @@ def scene_of(rng: np.random.Generator, count: int) -> Scene:
         make_field(world, GOAL, 0.2, cost_to_go),
         clearance,
         predict(people, *place, PARAMS.steps, PARAMS.step, spread, clearance),
-        Body(-0.2335, 0.3735, 0.25, np.linspace(-0.51, 0.05, 4), 0.27),
+        body_of(FOOTPRINT),
+        *cover(FOOTPRINT, 4),
         limits,
         Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
+        ContactRates(*(getattr(PARAMS, name) for name in ContactRates._fields)),
         np.array(PARAMS.contact_usd),
         np.exp(-PARAMS.step * np.arange(1, PARAMS.steps + 1) / 6.0),
         PARAMS.step,

@@ -45,6 +45,7 @@ class DwbController(Controller):
         self._footprint = footprint
         self._generator = RolloutGenerator(params, controller_frequency)
         self._critics = dict(critics) if critics is not None else build_critics(params)
+        self.wants_tracks = any(critic.wants_tracks for critic in self._critics.values())
         self._scoring = Scoring(self._generator, self._critics)
         self._window = PlanWindow(
             params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
@@ -91,7 +92,8 @@ class DwbController(Controller):
 
     def decide(self, state: RobotState, near: FloatArray, goal: Pose2D, surroundings: Surroundings) -> Decision:
         """Choose among all samples by the plan ``near`` the robot (N, 3) and remember the decision."""
-        scene = Scene(state.pose, state.twist, state.stamp, goal, near, surroundings.costmap, self._footprint)
+        costmap, tracks = surroundings.costmap, surroundings.tracks
+        scene = Scene(state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks)
         for critic in self._prepared:
             critic.prepare(scene)
         decision = Decision(self._scoring, scene)

@@ -8,7 +8,7 @@ from navstack.control.dwb.kernels import CellArray, pose_cells
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.plan_handling import plan_cells
 from navstack.costmap.costmap import Costmap
-from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
+from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Track, Twist2D
 
 
 @dataclass(slots=True, eq=False)
@@ -22,6 +22,7 @@ class Scene:
     plan: FloatArray  # (N, 3) the plan near the robot
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
+    tracks: tuple[Track, ...] = ()  # of what moves about
     _rollouts: Rollouts | None = field(init=False, default=None)  # of this scene
     _located: tuple[CellArray, BoolArray] | None = field(init=False, default=None)  # once they were asked for
     _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from navstack.control.contact_risk import ContactRates, body_of, nearest
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import Alternative, DecisionRecord
 from navstack.control.expected_cost import motions as library
@@ -14,14 +15,13 @@ from navstack.control.expected_cost.clearance import Clearance, map_clearance, w
 from navstack.control.expected_cost.field import CostToGo, Field, cost_at, make_field
 from navstack.control.expected_cost.motion_cost import (
     TERMS,
-    Body,
     Limits,
     Rates,
     Scene,
     price_all,
     price_one,
 )
-from navstack.control.expected_cost.people import Spread, nearest, predict
+from navstack.control.expected_cost.people import Spread, predict
 from navstack.control.expected_cost.told import Cycle
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
@@ -78,13 +78,12 @@ class ExpectedCostController(Controller):
         self._cost_to_go = cost_to_go
         self._map_clearance = map_clearance(world)
         self.acts_at_rest = given.evades_at_rest
-        low, high = footprint.min(axis=0), footprint.max(axis=0)
-        circles, radius = cover(footprint, _CIRCLES)
-        half_length, half_width = (0.5 * (high - low)).tolist()
-        self._body = Body(float(0.5 * (low[0] + high[0])), half_length, half_width, circles, radius)
+        self._body = body_of(footprint)
+        self._circles, self._circle_radius = cover(footprint, _CIRCLES)
         self._limits: Limits = _of(Limits, given, goal_radius=xy_goal_tolerance)
         self._spread: Spread = _of(Spread, given)
         self._rates: Rates = _of(Rates, given)
+        self._touch: ContactRates = _of(ContactRates, given)
         self._contact_usd = np.array(given.contact_usd)
         self._care = np.exp(-given.step * np.arange(1, given.steps + 1) / given.caution_time)
         self.seed(np.random.default_rng(0))
@@ -179,8 +178,11 @@ class ExpectedCostController(Controller):
             self._clearance,
             predicted,
             self._body,
+            self._circles,
+            self._circle_radius,
             self._limits._replace(max_speed=self._sure_speed(state)),
             self._rates._replace(second_usd=self._second_usd(state)),
+            self._touch,
             self._contact_usd,
             self._care,
             given.step,

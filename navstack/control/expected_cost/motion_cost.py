@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.control.contact_risk import BODY, UNLIKELY, Body, ContactRates, chance, gap_to, touch_price
 from navstack.control.expected_cost.clearance import CLEARANCE, Clearance, distance_at
 from navstack.control.expected_cost.field import FIELD, Field, blend, corner_of
 from navstack.control.expected_cost.motions import (
@@ -31,23 +32,11 @@ from navstack.types import Float32Array, FloatArray
 TERMS = ("contact", "squeeze", "wall", "inside", "shake", "delay")  # of a motion's cost, all in [USD]
 CONTACT, SQUEEZE, WALL, INSIDE, SHAKE, DELAY = range(6)
 X, Y, YAW, V, OMEGA, COS, SIN = range(7)  # of a row of states: [m], [rad], [m/s], [rad/s]; of the yaw
-_LOGISTIC = 1.702  # slope at which the logistic function is nearest to the normal distribution's (Bowling et al. 2009)
-_UNLIKELY = 4.0  # standard deviations beyond which nothing happens
 _NEAR = 3.0  # [m] between centres beyond which nobody is touched
 _OVERTURN = 1.3  # of the lateral limit: what a turn that is under way may have while the robot slows down for it
 _HEADSTART = 0.3  # [s] of driving on that speed at the end is worth
 _AFTERWARDS = 0.1  # of the way back to the goal that counts after arrival
 _AT_GOAL = 3.0  # [m] of cost to go below which the direction at the end counts less
-
-
-class Body(NamedTuple):
-    """The robot's outline: a box, and circles along its middle that cover it."""
-
-    centre: float  # [m] of the box on the base frame's x axis
-    half_length: float  # [m]
-    half_width: float  # [m]
-    circles: FloatArray  # (C,) [m] centres on the x axis
-    radius: float  # [m] of each circle
 
 
 class Limits(NamedTuple):
@@ -68,14 +57,11 @@ class Rates(NamedTuple):
     """What things cost; fields as in ``ExpectedCostParams``."""
 
     second_usd: float
-    touch_usd: float
     squeeze_usd: float
     squeeze_width: float
     wall_usd: float
     inside_usd: float
     shake_usd: float
-    counted_speed: float
-    speed_std: float
     wall_std: float
 
 
@@ -87,24 +73,21 @@ class Scene(NamedTuple):
     clearance: Clearance
     people: People
     body: Body
+    circles: FloatArray  # (C,) [m] centres on the base frame's x axis of circles that cover the robot
+    circle_radius: float  # [m]
     limits: Limits
     rates: Rates
+    touch: ContactRates
     contact_usd: FloatArray  # (S,) [USD] of a counted contact at 0, 1, .. m/s
     care: FloatArray  # (N,) how much what may happen at each step counts
     step: float  # [s]
 
 
-BODY = "NamedTuple((float64, float64, float64, float64[::1], float64), Body)"
 SCENE = (
-    f"NamedTuple((float64[::1], {FIELD}, {CLEARANCE}, {PEOPLE}, {BODY}, NamedUniTuple(float64, 9, Limits), "
-    "NamedUniTuple(float64, 10, Rates), float64[::1], float64[::1], float64), Scene)"
+    f"NamedTuple((float64[::1], {FIELD}, {CLEARANCE}, {PEOPLE}, {BODY}, float64[::1], float64, "
+    "NamedUniTuple(float64, 9, Limits), NamedUniTuple(float64, 7, Rates), NamedUniTuple(float64, 5, ContactRates), "
+    "float64[::1], float64[::1], float64), Scene)"
 )
-
-
-@njit(cache=True, inline="always")
-def chance(z: float) -> float:
-    """Probability that a standard normal variable exceeds ``z``, by the logistic function."""
-    return 1.0 / (1.0 + math.exp(_LOGISTIC * z))
 
 
 @njit(cache=True, inline="always")
@@ -216,28 +199,6 @@ def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> fl
 
 
 @njit(cache=True, inline="always")
-def contact_cost(closing: float, contact_usd: FloatArray) -> float:
-    """What a counted contact costs [USD] at a closing speed [m/s], between the prices of whole numbers."""
-    last = len(contact_usd) - 1
-    place = min(max(closing, 0.0), float(last))
-    i = min(int(place), last - 1)
-    return float(contact_usd[i] + (place - i) * (contact_usd[i + 1] - contact_usd[i]))
-
-
-@njit(cache=True, inline="always")
-def gap_to(rx: float, ry: float, half_length: float, half_width: float) -> tuple[float, float, float]:
-    """Distance [m] from a box about the origin to a point, negative inside, and the direction to it (unit length)."""
-    ex, ey = abs(rx) - half_length, abs(ry) - half_width
-    ax, ay = max(ex, 0.0), max(ey, 0.0)
-    gap = math.sqrt(ax * ax + ay * ay)
-    if gap > 1e-6:
-        return gap, math.copysign(ax, rx) / gap, math.copysign(ay, ry) / gap
-    if ey > ex:
-        return ey, 0.0, math.copysign(1.0, ry)
-    return ex, math.copysign(1.0, rx), 0.0
-
-
-@njit(cache=True, inline="always")
 def least_distance(
     state: FloatArray, circles: FloatArray, metres: Float32Array, grid: tuple[float, float, float]
 ) -> float:
@@ -278,8 +239,8 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
     Returns:
         All that it costs [USD]; infinite where it is given up.
     """
-    body, rates, dt = scene.body, scene.rates, scene.step
-    circles, care, contact_usd = body.circles, scene.care, scene.contact_usd  # out of their tuples, as above
+    body, rates, touch, dt = scene.body, scene.rates, scene.touch, scene.step
+    circles, care, contact_usd = scene.circles, scene.care, scene.contact_usd  # out of their tuples, as above
     motion, std, weight, radius = scene.people.motion, scene.people.std, scene.people.weight, scene.people.radius
     mapped, mapped_grid = scene.clearance.mapped, scene.clearance.mapped_grid
     seen, seen_grid = scene.clearance.seen, scene.clearance.seen_grid
@@ -288,10 +249,10 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
         if total >= bound:
             return math.inf
         state = states[k]
-        room = least_distance(state, circles, mapped, mapped_grid) - body.radius
+        room = least_distance(state, circles, mapped, mapped_grid) - scene.circle_radius
         if len(seen):
-            room = min(room, least_distance(state, circles, seen, seen_grid) - body.radius)
-        if room < _UNLIKELY * rates.wall_std:
+            room = min(room, least_distance(state, circles, seen, seen_grid) - scene.circle_radius)
+        if room < UNLIKELY * rates.wall_std:
             worse = max(0.0, care[k] * rates.wall_usd * chance(room / rates.wall_std) - terms[WALL])
             deeper = care[k] * rates.inside_usd * max(0.0, -room) * dt
             terms[WALL] += worse
@@ -304,11 +265,10 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
                 continue
             gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
             gap -= radius[h]
-            if gap > _UNLIKELY * std[h, k]:
+            if gap > UNLIKELY * std[h, k]:
                 continue
             closing = closing_speed(state, motion[h, k], rx, ry, nx, ny, body)
-            counted = chance((rates.counted_speed - closing) / rates.speed_std)
-            price = rates.touch_usd + counted * contact_cost(max(closing, rates.counted_speed), contact_usd)
+            price = touch_price(closing, touch, contact_usd)
             wall = rates.squeeze_usd * max(0.0, 1.0 - max(room, 0.0) / rates.squeeze_width)
             likely = care[k] * weight[h] * chance(gap / std[h, k])
             if likely * (price + wall) > worst[h]:

@@ -1,21 +1,18 @@
 """Where people may be in the seconds to come: hypotheses of each, with a weight and a growing spread."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from navstack.control.contact_risk import spread_at
 from navstack.control.expected_cost.clearance import CLEARANCE, FAR, Clearance, clearance_at
 from navstack.jit import njit
-from navstack.types import FloatArray, Pose2D, Track
+from navstack.types import FloatArray
 
-FIELDS = 7  # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
 _EDGE = 0.35  # [m] from the walkable ground's edge nobody goes on straight
 _CORNER = 0.85  # [m] from an edge beside which a corner is passed
 _HIDDEN = 0.3  # [s] before the edge from which on somebody may have turned
-_MOST_SPREAD = 0.6  # [m] that the track's covariance adds at most
-_KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is the drift's
 _TURNS = (math.radians(35.0), math.radians(70.0))  # round a corner
 _LEAST_SPEED = 0.4  # [m/s] of who may turn round a corner
 _CORNER_RANGE = 9.0  # [m] from the robot up to which corners are looked at
@@ -47,19 +44,6 @@ class People(NamedTuple):
 PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
 
 
-def nearest(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float) -> FloatArray:
-    """The nearest tracks within ``reach`` [m] at time ``stamp`` [s], nearest first, as rows (n <= most, FIELDS)."""
-    rows = np.empty((len(tracks), FIELDS))
-    for row, track in zip(rows, tracks, strict=True):
-        late, p = stamp - track.stamp, track.covariance
-        row[:5] = track.x + late * track.vx, track.y + late * track.vy, track.vx, track.vy, track.radius
-        row[5:] = 0.5 * (p[0, 0] + p[1, 1]), 0.5 * (p[2, 2] + p[3, 3])
-    distances = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
-    order = np.argsort(distances, kind="stable")[:most]
-    near: FloatArray = rows[order[distances[order] <= reach]]
-    return near
-
-
 @njit(
     cache=True,
     ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}",
@@ -67,7 +51,7 @@ def nearest(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reac
 def predict(
     people: FloatArray, x: float, y: float, steps: int, step: float, spread: Spread, clearance: Clearance
 ) -> People:
-    """The hypotheses of people (n, FIELDS), seen from a robot at (x, y).
+    """The hypotheses of people (n, 7), rows of ``contact_risk.nearest``, seen from a robot at (x, y).
 
     Everybody goes on straight, up to the edge of the walkable ground; from there on the place only gets less sure. Who
     passes a corner may turn round it by either of two angles.
@@ -112,8 +96,7 @@ def go_on(
             motion[n, 2], motion[n, 3] = person[2], person[3]
             std[n] = spread.position_std + spread.standing_std * t
             continue
-        known = math.sqrt(0.36 * spread.position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2)
-        std[n] = min(known, _MOST_SPREAD) + 0.4 * spread.position_std + spread.drift_std * t
+        std[n] = spread_at(person, t, spread.position_std, spread.drift_std)
         px, py = person[0] + t * person[2], person[1] + t * person[3]
         if stop < 0.0 and started_clear and clearance_at(clearance, px, py) < _EDGE:
             stop = t

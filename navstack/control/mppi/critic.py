@@ -20,6 +20,8 @@ class Scores(NamedTuple):
 class Critic(ABC):
     """Scores trajectories: each costs ``(weight * raw) ** power``."""
 
+    wants_tracks = False  # whether it looks at what moves about
+
     def __init__(self, name: str, weight: float, power: int) -> None:
         self.name, self.weight, self.power = name, weight, power
 

@@ -48,6 +48,7 @@ class MppiController(Controller):
         """
         self._params = params
         critics = build_critics(params, footprint, xy_goal_tolerance)
+        self.wants_tracks = any(critic.wants_tracks for critic in critics)
         self._critics = tuple(critic.name for critic in critics)
         self._optimizer = Optimizer(params, critics, 1.0 / controller_frequency)
         self._path_handler = PathHandler(params)
@@ -104,7 +105,8 @@ class MppiController(Controller):
             self._path_handler.reset()
         path = self._path_handler.near(plan, state.pose, surroundings.costmap)
         goal = Pose2D(*map(float, plan.poses[-1]))
-        scene = Scene(state, path, goal, surroundings.costmap, self._params.local_costs.tracks_unknown)
+        unknown = self._params.local_costs.tracks_unknown
+        scene = Scene(state, path, goal, surroundings.costmap, unknown, surroundings.tracks)
         try:
             solution = self._optimizer.solve(scene)
         except NoLegalVelocity as error:

@@ -8,14 +8,20 @@ import numpy as np
 from navstack.control.mppi.path_kernels import free_points, furthest_point
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.costmap.costmap import NO_INFORMATION, Costmap
-from navstack.types import BoolArray, Float32Array, FloatArray, Pose2D, RobotState
+from navstack.types import BoolArray, Float32Array, FloatArray, Pose2D, RobotState, Track
 
 
 class Scene:
     """One control cycle, seen from the robot: positions are relative to its own, along the axes of the map frame."""
 
     def __init__(
-        self, state: RobotState, path: FloatArray, goal: Pose2D, costmap: Costmap, tracks_unknown: bool
+        self,
+        state: RobotState,
+        path: FloatArray,
+        goal: Pose2D,
+        costmap: Costmap,
+        tracks_unknown: bool,
+        tracks: tuple[Track, ...] = (),
     ) -> None:
         """Make the scene.
 
@@ -25,8 +31,10 @@ class Scene:
             goal: the whole plan's last pose, map frame.
             costmap: local, in the map frame.
             tracks_unknown: unknown cells of it are no obstacles.
+            tracks: of what moves about, map frame.
         """
-        pose = state.pose
+        self.pose = pose = state.pose
+        self.tracks = tracks
         self.stamp, self.velocity = state.stamp, state.twist
         self.yaw = pose.yaw  # [rad] in the map frame
         self.path_x: Float32Array = (path[:, 0] - pose.x).astype(np.float32)  # [m]

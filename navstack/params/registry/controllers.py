@@ -1,6 +1,7 @@
 """Controller plugins and their critics."""
 
 from navstack.params.dwb import DwbParams
+from navstack.params.expected_contact import DwbContactParams, MppiContactParams
 from navstack.params.expected_cost import ExpectedCostParams
 from navstack.params.mpc import MpcParams
 from navstack.params.mppi import MppiParams
@@ -12,6 +13,7 @@ from navstack.params.rpp import RppParams
 _MAP_GRID = "class scale aggregation_type"
 _ALIGN = _MAP_GRID + " forward_point_distance"
 
+_CONTACT = ("navstack.control.contact_risk", "navstack.perception.scan_clusters")
 DWB_CRITICS: Family = {
     "BaseObstacle": Entry(
         keys("class scale sum_scores"), "navstack.control.dwb.critics.base_obstacle:BaseObstacleCritic", needs=("dwb",)
@@ -51,6 +53,12 @@ DWB_CRITICS: Family = {
         needs=("dwb",),
     ),
     "Twirling": Entry(keys("class scale"), "navstack.control.dwb.critics.twirling:TwirlingCritic", needs=("dwb",)),
+    "ExpectedContact": Entry(
+        of_fields(DwbContactParams, "class"),
+        "navstack.control.dwb.critics.expected_contact:ExpectedContactCritic",
+        needs=("dwb",),
+        kernels=_CONTACT,
+    ),
 }
 
 _DWB_KINEMATICS = words(
@@ -171,6 +179,12 @@ MPPI_CRITICS: Family = {
         keys(_COST + " deadband_velocities"), "navstack.control.mppi.motion_critics:VelocityDeadbandCritic"
     ),
     "PathHugCritic": Entry(OPEN),
+    "ExpectedContactCritic": Entry(
+        of_fields(MppiContactParams),
+        "navstack.control.mppi.contact_critic:ExpectedContactCritic",
+        needs=("footprint",),
+        kernels=_CONTACT,
+    ),
 }
 
 _MOTION_MODEL = keys("plugin min_turning_r")

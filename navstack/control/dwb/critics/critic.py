@@ -15,6 +15,8 @@ class Critic(ABC):
     be asked for at any time before the next scene, so that they must not depend on the command.
     """
 
+    wants_tracks = False  # whether it looks at what moves about
+
     def __init__(self, scale: float) -> None:
         self._scale = scale
 

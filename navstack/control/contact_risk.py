@@ -1,0 +1,173 @@
+"""What touching a person is expected to cost: the parts that controllers and critics share.
+
+People are seen as circles, the robot as a box. Where a person will be is a normal distribution about a straight walk.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.jit import njit
+from navstack.params.expected_contact import ContactPrices
+from navstack.types import FloatArray, IntArray, Pose2D, Track
+
+FIELDS = 7  # x, y [m], vx, vy [m/s], radius [m], variances of place [m2] and velocity [m2/s2] per axis
+UNLIKELY = 4.0  # standard deviations beyond which nothing happens
+_LOGISTIC = 1.702  # slope at which the logistic function is nearest to the normal distribution's (Bowling et al. 2009)
+_MOST_SPREAD = 0.6  # [m] that the track's covariance adds at most
+_KNOWN = 2.0  # [s] over which the track's velocity variance counts; then it is the drift's
+
+
+class Body(NamedTuple):
+    """The robot's outline: a box about a point of the base frame's x axis."""
+
+    centre: float  # [m] on the x axis
+    half_length: float  # [m]
+    half_width: float  # [m]
+
+
+class ContactRates(NamedTuple):
+    """What a contact costs; fields as in ``ExpectedCostParams``."""
+
+    touch_usd: float
+    counted_speed: float
+    speed_std: float
+    position_std: float
+    drift_std: float
+
+
+BODY = "NamedUniTuple(float64, 3, Body)"
+
+
+def body_of(footprint: FloatArray) -> Body:
+    """The bounding box of a footprint (V, 2), base frame."""
+    low, high = footprint.min(axis=0), footprint.max(axis=0)
+    half_length, half_width = (0.5 * (high - low)).tolist()
+    return Body(float(0.5 * (low[0] + high[0])), half_length, half_width)
+
+
+def nearest(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: int, reach: float) -> FloatArray:
+    """The nearest tracks within ``reach`` [m] at time ``stamp`` [s], nearest first, as rows (n <= most, FIELDS)."""
+    rows = np.empty((len(tracks), FIELDS))
+    for row, track in zip(rows, tracks, strict=True):
+        late, p = stamp - track.stamp, track.covariance
+        row[:5] = track.x + late * track.vx, track.y + late * track.vy, track.vx, track.vy, track.radius
+        row[5:] = 0.5 * (p[0, 0] + p[1, 1]), 0.5 * (p[2, 2] + p[3, 3])
+    distances = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
+    order = np.argsort(distances, kind="stable")[:most]
+    near: FloatArray = rows[order[distances[order] <= reach]]
+    return near
+
+
+class ContactPricing:
+    """The prices of a critic as the kernels take them."""
+
+    def __init__(self, params: ContactPrices) -> None:
+        self._params = params
+        self.rates = ContactRates(*(float(getattr(params, name)) for name in ContactRates._fields))
+        self.contact_usd = np.array(params.contact_usd)
+
+    def people(self, tracks: Sequence[Track], pose: Pose2D, stamp: float) -> FloatArray:
+        """Who (n, FIELDS) counts."""
+        return nearest(tracks, pose, stamp, self._params.max_tracks, self._params.range)
+
+
+@njit(cache=True, inline="always")
+def spread_at(person: FloatArray, t: float, position_std: float, drift_std: float) -> float:
+    """Standard deviation [m] of the place of a person (FIELDS,) who walks on for ``t`` [s]."""
+    known = math.sqrt(0.36 * position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2)
+    return min(known, _MOST_SPREAD) + 0.4 * position_std + drift_std * t
+
+
+@njit(cache=True, inline="always")
+def chance(z: float) -> float:
+    """Probability that a standard normal variable exceeds ``z``, by the logistic function."""
+    return 1.0 / (1.0 + math.exp(_LOGISTIC * z))
+
+
+@njit(cache=True, inline="always")
+def contact_cost(closing: float, contact_usd: FloatArray) -> float:
+    """What a counted contact costs [USD] at a closing speed [m/s], between the prices of whole numbers."""
+    last = len(contact_usd) - 1
+    place = min(max(closing, 0.0), float(last))
+    i = min(int(place), last - 1)
+    return float(contact_usd[i] + (place - i) * (contact_usd[i + 1] - contact_usd[i]))
+
+
+@njit(cache=True, inline="always")
+def gap_to(rx: float, ry: float, half_length: float, half_width: float) -> tuple[float, float, float]:
+    """Distance [m] from a box about the origin to a point, negative inside, and the direction to it (unit length)."""
+    ex, ey = abs(rx) - half_length, abs(ry) - half_width
+    ax, ay = max(ex, 0.0), max(ey, 0.0)
+    gap = math.sqrt(ax * ax + ay * ay)
+    if gap > 1e-6:
+        return gap, math.copysign(ax, rx) / gap, math.copysign(ay, ry) / gap
+    if ey > ex:
+        return ey, 0.0, math.copysign(1.0, ry)
+    return ex, math.copysign(1.0, rx), 0.0
+
+
+@njit(cache=True, inline="always")
+def touch_price(closing: float, rates: ContactRates, contact_usd: FloatArray) -> float:
+    """What touching somebody costs [USD] at a predicted closing speed [m/s]."""
+    counted = chance((rates.counted_speed - closing) / rates.speed_std)
+    return rates.touch_usd + counted * contact_cost(max(closing, rates.counted_speed), contact_usd)
+
+
+@njit(
+    cache=True,
+    ahead="float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1], float64[:, ::1], "
+    f"float64[:, ::1], float64[:, ::1], {BODY}, NamedUniTuple(float64, 5, ContactRates), float64[::1]",
+)
+def expected_contacts(
+    x: FloatArray,
+    y: FloatArray,
+    yaw: FloatArray,
+    lengths: IntArray,
+    steps: FloatArray,
+    speeds: FloatArray,
+    turns: FloatArray,
+    people: FloatArray,
+    body: Body,
+    rates: ContactRates,
+    contact_usd: FloatArray,
+) -> FloatArray:
+    """Expected cost (K,) [USD] of the contacts with people on each of K trajectories.
+
+    Args:
+        x: (K, T) [m] of the poses, the first one now; map frame.
+        y: (K, T) [m].
+        yaw: (K, T) [rad].
+        lengths: (K,) poses of each trajectory; the rest of its row does not count.
+        steps: (K,) [s] between two poses.
+        speeds: (K, T) [m/s] at the poses; of fewer columns: the last one holds on.
+        turns: the same of the yaw rate [rad/s].
+        people: (n, FIELDS).
+        body: the robot.
+        rates: prices and spreads.
+        contact_usd: (S,) [USD] of a counted contact at a closing speed of 0, 1, .. m/s.
+    """
+    costs = np.zeros(len(x))
+    for i in range(len(x)):
+        for p in range(len(people)):
+            person, worst = people[p], 0.0
+            for k in range(lengths[i]):
+                t = k * steps[i]
+                v, omega = speeds[i, min(k, speeds.shape[1] - 1)], turns[i, min(k, turns.shape[1] - 1)]
+                cos, sin = math.cos(yaw[i, k]), math.sin(yaw[i, k])
+                dx, dy = person[0] + t * person[2] - x[i, k], person[1] + t * person[3] - y[i, k]
+                rx, ry = cos * dx + sin * dy - body.centre, cos * dy - sin * dx
+                gap, nx, ny = gap_to(rx, ry, body.half_length, body.half_width)
+                std = spread_at(person, t, rates.position_std, rates.drift_std)
+                gap -= person[4]
+                if gap > UNLIKELY * std:
+                    continue
+                px = min(max(rx, -body.half_length), body.half_length) + body.centre
+                py = min(max(ry, -body.half_width), body.half_width)
+                vx, vy = cos * person[2] + sin * person[3], cos * person[3] - sin * person[2]
+                closing = (v - omega * py - vx) * nx + (omega * px - vy) * ny
+                worst = max(worst, chance(gap / std) * touch_price(closing, rates, contact_usd))
+            costs[i] += worst
+    return costs

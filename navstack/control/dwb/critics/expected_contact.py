@@ -1,0 +1,41 @@
+"""What touching people is expected to cost: this project's own critic."""
+
+import numpy as np
+
+from navstack.control.contact_risk import ContactPricing, body_of, expected_contacts
+from navstack.control.dwb.critics.critic import Critic
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene
+from navstack.params.dwb import DwbParams
+from navstack.params.expected_contact import DwbContactParams
+from navstack.types import FloatArray
+
+
+class ExpectedContactCritic(Critic):
+    """Expected dollars of the contacts with tracked people within the simulated time."""
+
+    wants_tracks = True
+
+    def __init__(self, params: DwbContactParams, dwb: DwbParams) -> None:
+        super().__init__(params.scale)
+        self._pricing = ContactPricing(params)
+
+    def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
+        """The expected cost of each trajectory [USD]."""
+        people = self._pricing.people(scene.tracks, scene.pose, scene.stamp)
+        if not len(people):
+            return np.zeros(len(rollouts.commands))
+        commands = rollouts.commands
+        return expected_contacts(
+            rollouts.x,
+            rollouts.y,
+            rollouts.yaw,
+            rollouts.lengths,
+            rollouts.sim_time / rollouts.steps,
+            np.ascontiguousarray(commands[:, :1]),
+            np.ascontiguousarray(commands[:, 2:]),
+            people,
+            body_of(scene.footprint),
+            self._pricing.rates,
+            self._pricing.contact_usd,
+        )
