@@ -9,7 +9,7 @@ import pytest
 from navstack.build import build_localizer
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.gps import LOST_AFTER
-from navstack.localization.gps_ekf import GpsEkfLocalizer
+from navstack.localization.gps_ekf import UNKNOWN_YAW_VARIANCE, GpsEkfLocalizer
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, GpsFix, Health, Imu, Observation, Odometry, Pose2D, Twist2D
 
@@ -219,3 +219,7 @@ def test_it_is_chosen_by_name_and_reads_its_section(tmp_path, name):
     localizer = build_localizer(name, load_nav2(file, False), room)
     assert isinstance(localizer, GpsEkfLocalizer)
     assert localizer._params == dataclasses.replace(PARAMS, gps0_lockout_count=9, yaw_offset=1.5)
+
+
+def test_a_heading_that_may_be_any_has_the_variance_of_a_uniform_one():
+    assert UNKNOWN_YAW_VARIANCE == pytest.approx((2.0 * math.pi) ** 2 / 12.0)
