@@ -11,7 +11,17 @@ _POSITIVE = (
 )
 _NOT_NEGATIVE = (
     *("max_reverse_speed", "second_usd", "late_usd", "touch_usd", "squeeze_usd", "wall_usd", "inside_usd"),
-    *("shake_usd", "alarm_usd", "position_std", "drift_std", "standing_std", "turning_std", "wall_std"),
+    *(
+        "shake_usd",
+        "alarm_usd",
+        "switch_usd",
+        "switch_share",
+        "position_std",
+        "drift_std",
+        "standing_std",
+        "turning_std",
+        "wall_std",
+    ),
     *("counted_speed", "range"),
 )
 
@@ -69,6 +79,9 @@ class ExpectedCostParams:
     lateness_std: float = 20.0  # [s] of the time that the rest of the way takes
     caution_time: float = 6.0  # [s] over which what may happen falls to 1/e: the robot decides anew until then
     alarm_usd: float = 0.03  # [USD] of risk from which on all motions are compared, not the few of an empty street
+
+    switch_usd: float = 0.03  # [USD] by which another motion must be cheaper than the one under way ..
+    switch_share: float = 0.3  # .. and by this share of what people and walls make of that one's cost
 
     position_std: float = 0.1  # [m] of a person's predicted place, beside the track's covariance
     drift_std: float = 0.1  # [m/s] by which that grows

@@ -225,30 +225,43 @@ class ExpectedCostController(Controller):
 
     def _choose(self, scene: Scene, elapsed: float) -> tuple[FloatArray, FloatArray]:
         """All motions (M, FIELDS) that were compared, and the best of them."""
-        last = (
-            library.later(self._last, elapsed)[None] if self._last is not None and elapsed < _STALE else self._few[:0]
-        )
+        last = self._few[:0]
+        if self._last is not None and elapsed < _STALE:
+            last = library.later(self._last, elapsed)[None]
         motions = np.concatenate((last, self._few))
         costs = np.empty(len(motions))
         best = price_all(motions, scene, math.inf, costs)
+        kept = costs[0] if len(last) else math.inf
         if self._risk(motions[best], scene) <= self._params.alarm_usd:
-            return self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
-        more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
-        further = np.empty(len(more))
-        price_all(more, scene, costs[best], further)
-        motions, costs = np.concatenate((motions, more)), np.concatenate((costs, further))
-        return self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
+            motions, costs = self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
+        else:
+            more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
+            further = np.empty(len(more))
+            price_all(more, scene, costs[best], further)
+            motions, costs = np.concatenate((motions, more)), np.concatenate((costs, further))
+            motions, costs = self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
+        chosen = int(np.argmin(costs))
+        if len(last) and costs[chosen] > kept - self._switch_usd(last[0], scene):
+            chosen = 0
+        return motions, motions[chosen]
 
     def _vary(
         self, motions: FloatArray, costs: FloatArray, best: int, count: int, scene: Scene
     ) -> tuple[FloatArray, FloatArray]:
-        """Compare variations of the best motions, too."""
+        """Compare variations of the best motions, too; returns all motions and their costs."""
         order = np.argsort(costs, kind="stable")[:best]
         new = self._varied(motions[order], count)
         priced = np.empty(len(new))
-        winner = price_all(new, scene, costs[order[0]], priced)
-        chosen = motions[order[0]] if winner < 0 else new[winner]
-        return np.concatenate((motions, new)), chosen
+        price_all(new, scene, costs[order[0]], priced)
+        return np.concatenate((motions, new)), np.concatenate((costs, priced))
+
+    def _switch_usd(self, last: FloatArray, scene: Scene) -> float:
+        """By how much [USD] another motion must be cheaper than the one that is under way.
+
+        The best of many motions looks better than it is, since prices carry the noise of tracks: a robot that follows
+        every such gain hesitates between two ways until neither is left.
+        """
+        return self._params.switch_usd + self._params.switch_share * self._risk(last, scene)
 
     def _varied(self, motions: FloatArray, count: int) -> FloatArray:
         limits = self._limits
