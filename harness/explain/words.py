@@ -26,7 +26,7 @@ SLOW = 0.1  # [m/s] of a command that nobody wants slower
 STANDS = 0.05  # [m/s] below which the robot stands
 TOUCHING = 0.05  # [m]
 SAME_TIME = 0.1  # [s]
-TELLS_ALTERNATIVES = "DWBLocalPlanner"  # the controller that does
+TELL_ALTERNATIVES = ("DWBLocalPlanner", "ExpectedCostController")  # the controllers that do
 SHARES = 3  # of a score that are named
 
 
@@ -141,7 +141,7 @@ def _against(seconds: Seconds) -> str:
 
 def _preferred(seconds: Seconds, row: Row) -> str:
     """Why it was not slower, and what came second."""
-    if row["decided_by"] != TELLS_ALTERNATIVES:
+    if row["decided_by"] not in TELL_ALTERNATIVES:
         return ""
     if seconds.weighed is None:
         return "What else it weighed is not in the recording (--again tells)."
@@ -158,9 +158,14 @@ def _preferred(seconds: Seconds, row: Row) -> str:
         gaps = list(deciding_critics(row, slower).items())[:SHARES]
         spoke = ", ".join(f"{name} +{gap:.3g}" for name, gap in gaps)
         text = f"The best at most half as fast ({slower.command.linear_x:z.2f} m/s) would have scored "
-        text += f"{slower.total - own:.3g} more{f'; what decided: {spoke}' if gaps else ''}. "
+        text += f"{_apart(slower.total - own)}{f'; what decided: {spoke}' if gaps else ''}. "
     speeds = f"{second.command.linear_x:z.2f} m/s, {second.command.angular_z:+.2f} rad/s"
-    return f"{text}Second came {speeds} ({second.total - own:.3g} more)."
+    return f"{text}Second came {speeds} ({_apart(second.total - own)})."
+
+
+def _apart(gap: float) -> str:
+    """How much dearer; what is cheaper may still be left, as changing one's mind has its price."""
+    return f"{abs(gap):.3g} {'less' if gap < 0.0 else 'more'}"
 
 
 def rejected_by(row: Row) -> dict[str, int]:

@@ -71,7 +71,7 @@ class ExpectedCostParams:
     squeeze_width: float = 0.6  # [m] to the wall at which that begins
     wall_usd: float = 60.0  # [USD] of hitting property or leaving the walkable ground
     inside_usd: float = 30.0  # [USD/(m s)] being in somebody's or something's place: what shows the way out
-    shake_usd: float = 0.004  # [USD s3/m2] of acceleration: what it spills
+    shake_usd: float = 0.03  # [USD s3/m2] of acceleration, forward and to the side: what it spills
     second_usd: float = 0.15  # [USD/s] of delay: as long as it is under way, people run into the robot
     impatience_time: float = 20.0  # [s] without progress that double the price of a second
     late_usd: float = 6.98  # [USD] of being late: the fee not earned, and paid back

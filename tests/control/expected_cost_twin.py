@@ -39,7 +39,8 @@ def roll_out(motion, scene):
         x += (v + 0.5 * dv) * math.cos(middle) * dt
         y += (v + 0.5 * dv) * math.sin(middle) * dt
         yaw += (w + 0.5 * dw) * dt
-        v, w, shaken = v + dv, w + dw, shaken + dv**2 / dt
+        v, w = v + dv, w + dw
+        shaken += (dv / dt) ** 2 * dt + (v * w) ** 2 * dt
         states.append((x, y, yaw, v, w))
     return np.array(states), shaken
 

@@ -165,7 +165,8 @@ def roll_out(
         y += (v + 0.5 * dv) * sin * dt
         cos, sin = turned(cos, sin, half)
         yaw, v, w = yaw + 2.0 * half, v + dv, w + dw
-        shaken += dv * dv / dt
+        lateral = v * w
+        shaken += dv * dv / dt + lateral * lateral * dt
         states[k, X], states[k, Y], states[k, YAW], states[k, V], states[k, OMEGA] = x, y, yaw, v, w
         states[k, COS], states[k, SIN] = cos, sin
     return shaken

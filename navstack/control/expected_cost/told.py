@@ -30,7 +30,10 @@ def record(cycle: Cycle) -> DecisionRecord:
 
 
 def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
-    """The cheapest motion of another kind, and the cheapest that is at most half as fast one step from now."""
+    """The cheapest motion of another kind, and the cheapest that is at most half as fast one step from now.
+
+    They may be cheaper by less than what changing the motion under way takes (``switch_usd``, ``switch_share``).
+    """
     priced = [(*_priced(motion, cycle.scene), name_of(motion)) for motion in cycle.motions]
     _, _, first = _priced(cycle.chosen, cycle.scene)
     others = {
