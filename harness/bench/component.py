@@ -22,6 +22,7 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import NavstackError
 
+TWIN = "numpy twin"
 SOURCE = "Nav2's C++ (g++ 12.2 -O2), recorded on another machine of this class: indicative"
 
 
@@ -45,6 +46,8 @@ class Component:
     prepare: Callable[[], Prepared]  # raises TwinError where the twin does not agree
     recorded_ms: float | None = None  # [ms] median of Nav2's own C++
     target: float | None = None  # of ours / recorded
+    reference: str = TWIN  # what the twin is
+    agrees: str = "measured in turn in this run; results agree"  # what is known of the two
 
 
 def require_agreement(name: str, ours: npt.ArrayLike, twin: npt.ArrayLike, tolerance: float = 0.0) -> None:

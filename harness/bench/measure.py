@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.bench import controllers, costmaps, localizers, planners
+from harness.bench import controllers, costmaps, expected_cost, localizers, planners
 from harness.bench.breakdown import Breakdown, break_down
 from harness.bench.component import SOURCE, Component
 from harness.bench.loops import LOOPS, Course, Driven, Loop, drive
@@ -20,7 +20,7 @@ from navstack.types import FloatArray
 
 Row = dict[str, Any]
 
-CPP, TWIN = "nav2 c++ (recorded)", "numpy twin"
+CPP = "nav2 c++ (recorded)"
 TWO_WORKERS = "two workers"
 SHARED_LOOP = "paper-gps incremental"  # what two workers drive
 LEAST_SPEEDUP = 1.9  # of two workers on two cores
@@ -28,7 +28,7 @@ LEAST_WITH_CARGO = 0.8  # of the factor without
 WITH_CARGO = ", with cargo"
 COMPONENTS = {
     component.name: component
-    for module in (costmaps, controllers, planners, localizers)
+    for module in (costmaps, controllers, expected_cost, planners, localizers)
     for component in module.COMPONENTS
 }
 GROUPS = {"components": tuple(COMPONENTS), "loops": (*LOOPS, TWO_WORKERS)}
@@ -117,8 +117,13 @@ def component_rows(component: Component, effort: Effort) -> list[Row]:
         )
     if prepared.twin is not None:
         twin = taken[:, 1, PROCESSOR]
-        row = {**known, "reference": TWIN, "reference_ms": float(np.median(twin)), **_ratio(ours / twin, None)}
-        rows.append({**row, "note": "measured in turn in this run; results agree"})
+        row = {
+            **known,
+            "reference": component.reference,
+            "reference_ms": float(np.median(twin)),
+            **_ratio(ours / twin, None),
+        }
+        rows.append({**row, "note": component.agrees})
     return rows
 
 

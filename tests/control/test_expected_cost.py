@@ -1,48 +1,27 @@
 """The controller of least expected cost: every term against a slow twin, predictions, walls, and what it does."""
 
 import dataclasses
-import importlib.util
 import math
-from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from navstack.control.contact_risk import ContactRates, body_of
+from harness.bench import twin_expected_cost as twin
+from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, street
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import FAR, map_clearance, signed_distances, with_obstacles
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
-from navstack.control.expected_cost.motion_cost import TERMS, Limits, Rates, Scene, price_all, price_one
+from navstack.control.expected_cost.motion_cost import TERMS, price_all, price_one
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, ParameterError
-from navstack.geometry import cover
-from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
+from navstack.params.expected_cost import DeliveryPrices
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
-
-_spec = importlib.util.spec_from_file_location(
-    "expected_cost_twin", FilePath(__file__).with_name("expected_cost_twin.py")
-)
-twin = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(twin)
-
-PARAMS = ExpectedCostParams()
-FOOTPRINT = np.array(((0.14, 0.25), (0.14, -0.25), (-0.607, -0.25), (-0.607, 0.25)))
-GOAL = Pose2D(15.0, 28.0, 0.0)
-
-
-def street() -> Costmap:
-    """30 x 30 m, a street of 15 m along y between two walls."""
-    data = np.zeros((600, 600), dtype=np.uint8)
-    data[:, :150] = data[:, 450:] = 254
-    floor = data.copy()
-    floor.flags.writeable = False
-    return Costmap(data, 0.05, 0.0, 0.0, floor)
 
 
 def make(params=PARAMS, world=None, prices=None) -> ExpectedCostController:
@@ -63,49 +42,15 @@ def state(x=15.0, y=10.0, yaw=math.pi / 2, v=0.0, w=0.0, stamp=0.0, **more) -> R
     return RobotState(Pose2D(x, y, yaw), Twist2D(v, 0.0, w), stamp, Pose2D(x, y, yaw), **more)
 
 
-def scene_of(rng: np.random.Generator, count: int) -> Scene:
-    """A random situation on the street, with something that no map shows."""
-    world = street()
-    seen = Costmap(np.ascontiguousarray(world.data[60:540, 60:540]), 0.05, 3.0, 3.0)
-    seen.data[300:306, 200:210] = 254
-    place = (15.0 + rng.uniform(-6.5, 6.5), rng.uniform(6.0, 26.0))
-    clearance = with_obstacles(map_clearance(world), seen, world, place, np.zeros((0, 3)))
-    people = np.column_stack(
-        (
-            place[0] + rng.normal(0.0, 2.0, count),
-            place[1] + rng.normal(0.0, 2.0, count),
-            *rng.normal(0.0, 1.0, (2, count)),
-            np.full(count, 0.3),
-            np.full((count, 2), 0.02),
-        )
-    )
-    spread = Spread(*(getattr(PARAMS, name) for name in Spread._fields))
-    limits = Limits(*(getattr(PARAMS, name) for name in Limits._fields[:-1]), 0.5)
-    return Scene(
-        np.array((*place, rng.uniform(-3.0, 3.0), rng.uniform(-1.0, 2.0), rng.uniform(-1.0, 1.0))),
-        make_field(world, GOAL, 0.2, cost_to_go),
-        clearance,
-        predict(people, *place, PARAMS.steps, PARAMS.step, spread, clearance),
-        body_of(FOOTPRINT),
-        *cover(FOOTPRINT, 4),
-        limits,
-        Rates(*(float(getattr(PARAMS, name)) for name in Rates._fields)),
-        ContactRates(*(getattr(PARAMS, name) for name in ContactRates._fields)),
-        np.array(PARAMS.contact_usd),
-        np.exp(-PARAMS.step * np.arange(1, PARAMS.steps + 1) / 6.0),
-        PARAMS.step,
-    )
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_every_term_of_every_kind_of_motion_equals_a_slow_twin(seed) -> None:
     rng = np.random.default_rng(seed)
     scene = scene_of(rng, 4)
     motions = np.concatenate((library.few(2.0), library.many(2.0, 2.0, 1.8)))
     found, states = np.empty(len(TERMS)), np.empty((PARAMS.steps, 7))
-    for motion in rng.choice(motions, 40, replace=False):
+    for motion, expected in zip(motions, twin.terms(motions, scene), strict=True):
         total = price_one(motion, scene, found, states)
-        assert found == pytest.approx(twin.terms(motion, scene, 0.5), abs=1e-6, rel=1e-6)
+        assert found == pytest.approx(expected, abs=1e-5, rel=1e-5)
         assert total == pytest.approx(found.sum())
 
 
@@ -340,7 +285,7 @@ def test_the_motion_under_way_is_kept_unless_another_is_clearly_cheaper(fixed, s
         people = (person(15.0, 16.0 - 1.3 * stamp, 0.0, -1.3), person(9.0 + 1.2 * stamp, 13.0, 1.2, 0.3))
         controller.compute_velocity(state(stamp=stamp), plan_to(), Surroundings(street(), people))
         scene, motions, chosen = controller._cycle.scene, controller._cycle.motions, controller._cycle.chosen
-        priced = [twin.terms(motion, scene, 0.5) for motion in (*motions[:1], chosen)]
+        priced = twin.terms(np.stack((motions[0], chosen)), scene)
         every = np.array([price_one(each, scene, np.empty(6), np.empty((PARAMS.steps, 7))) for each in motions])
         if last is None:
             assert priced[1].sum() == pytest.approx(every.min())

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from harness.bench import breakdown, history, twins
-from harness.bench.component import TwinError, require_agreement
+from harness.bench.component import TWIN, TwinError, require_agreement
 from harness.bench.loops import INCREMENTAL, LOOPS, NAVFN, Course, drive
 from harness.bench.measure import (
     COMPONENTS,
     CPP,
     NAMES,
-    TWIN,
     TWO_WORKERS,
     WITH_CARGO,
     Effort,

@@ -1,0 +1,151 @@
+"""The prices of the expected-cost controller's motions in plain numpy, all motions at once (docs/expected_cost.md)."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from navstack.control.expected_cost.field import Field
+from navstack.control.expected_cost.motion_cost import Scene
+from navstack.types import FloatArray
+
+_FAR = 3.0  # [m] beyond the grids and beyond which nobody is touched
+_CERTAIN = 4.0  # standard deviations beyond which nothing happens
+
+
+def terms(motions: FloatArray, scene: Scene) -> FloatArray:
+    """The six terms (M, 6) [USD] of motions (M, FIELDS)."""
+    states, shaken = roll_out(motions, scene)
+    rates, people, care = scene.rates, scene.people, scene.care
+    room = clearance(states, scene)
+    near = room < _CERTAIN * rates.wall_std
+    wall = np.where(near, care * rates.wall_usd * chance(room / rates.wall_std), 0.0).max(axis=1)
+    inside = (np.where(near, care * rates.inside_usd * np.maximum(0.0, -room), 0.0) * scene.step).sum(axis=1)
+    contact, squeeze = np.zeros(len(motions)), np.zeros(len(motions))
+    for h, weight in enumerate(people.weight):
+        price, pressed, depth = touch(states, people.motion[h], people.std[h], people.radius[h], room, scene)
+        price, pressed = care * weight * price, care * weight * pressed
+        worst = (price + pressed).argmax(axis=1)[:, None]
+        contact += np.take_along_axis(price, worst, axis=1)[:, 0]
+        squeeze += np.take_along_axis(pressed, worst, axis=1)[:, 0]
+        inside += (care * weight * rates.inside_usd * depth * scene.step).sum(axis=1)
+    delay = rates.second_usd * seconds_left(states, scene)
+    return np.column_stack((contact, squeeze, wall, inside, rates.shake_usd * shaken, delay))
+
+
+def roll_out(motions: FloatArray, scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """States (M, N, 5) of motions (M, FIELDS), and what their accelerations shake (M,) [m2/s3]."""
+    kind, v1, b1, t1, kind2, v2, b2, t2, v3 = motions.T
+    x, y, yaw, v, w = (np.full(len(motions), each) for each in scene.start)
+    limits, dt, shaken = scene.limits, scene.step, np.zeros(len(motions))
+    states = np.empty((len(motions), len(scene.care), 5))
+    for k in range(len(scene.care)):
+        part = [k * dt < t1, k * dt < t1 + t2]
+        follows = np.select(part, (kind, kind2), 0.0) == 0.0
+        speed, turn = np.select(part, (v1, v2), v3), np.select(part, (b1, b2), 0.0)
+        off = angle_off(scene.field, x, y, yaw - turn)
+        speed = np.where(follows, speed * np.maximum(0.0, np.cos(off)) ** 3, speed)
+        turn = np.where(follows, limits.turn_gain * off, turn).clip(-limits.max_yaw_rate, limits.max_yaw_rate)
+        with np.errstate(divide="ignore"):
+            fastest = limits.max_lateral_acceleration / np.abs(turn)
+        speed = speed.clip(-fastest, fastest).clip(-limits.max_reverse_speed, limits.max_speed)
+        most = np.where((speed - v) * v >= 0.0, limits.max_acceleration, limits.max_deceleration) * dt
+        dv = (speed - v).clip(-most, most)
+        dw = (turn - w).clip(-limits.max_yaw_acceleration * dt, limits.max_yaw_acceleration * dt)
+        tips = np.abs(v * (w + dw)) > 1.3 * limits.max_lateral_acceleration
+        dw = np.where(tips & (np.abs(w + dw) > np.abs(w)), 0.0, dw)
+        middle = yaw + 0.5 * (w + 0.5 * dw) * dt
+        x, y = x + (v + 0.5 * dv) * np.cos(middle) * dt, y + (v + 0.5 * dv) * np.sin(middle) * dt
+        yaw, v, w = yaw + (w + 0.5 * dw) * dt, v + dv, w + dw
+        shaken += (dv / dt) ** 2 * dt + (v * w) ** 2 * dt
+        states[:, k] = np.column_stack((x, y, yaw, v, w))
+    return states, shaken
+
+
+def seconds_left(states: FloatArray, scene: Scene) -> FloatArray:
+    """Seconds (M,) from the ends of motions to the goal."""
+    field, limits, steps = scene.field, scene.limits, states.shape[1]
+    there = at(field, field.cost, states[..., 0], states[..., 1])
+    left, (x, y, yaw, v, _) = there[:, -1], states[:, -1].T
+    off = np.abs(angle_off(field, x, y, yaw))
+    seconds: FloatArray = left / limits.max_speed + np.minimum(1.0, left / 3.0) * (0.5 * off - 0.3 * v)
+    arrived = there <= limits.goal_radius
+    first = arrived.argmax(axis=1)
+    early = there[np.arange(len(there)), first] + 0.1 * left
+    early = early / limits.max_speed - (steps - 1 - first) * scene.step
+    counts = arrived.any(axis=1) & (left <= 3.0 + limits.max_speed * scene.step * steps)
+    return np.where(counts, np.minimum(seconds, early), seconds)
+
+
+def clearance(states: FloatArray, scene: Scene) -> FloatArray:
+    """Room (M, N) [m] of the circles that cover the robot, on the map's grid and the scans'."""
+    least = np.full(states.shape[:2], np.inf)
+    for along in scene.circles:
+        px, py = (
+            states[..., 0] + along * np.cos(states[..., 2]),
+            states[..., 1] + along * np.sin(states[..., 2]),
+        )
+        for metres, (ox, oy, cell) in (
+            (scene.clearance.mapped, scene.clearance.mapped_grid),
+            (scene.clearance.seen, scene.clearance.seen_grid),
+        ):
+            if not len(metres):
+                continue
+            row, column = ((py - oy) / cell).astype(int), ((px - ox) / cell).astype(int)
+            height, width = metres.shape
+            on = (py >= oy) & (px >= ox) & (row < height) & (column < width)
+            least = np.minimum(least, np.where(on, metres[row.clip(0, height - 1), column.clip(0, width - 1)], _FAR))
+    return least - scene.circle_radius
+
+
+def touch(
+    states: FloatArray, person: FloatArray, std: FloatArray, radius: float, room: FloatArray, scene: Scene
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of one hypothesis (N, 4): price and squeeze (M, N) [USD], each times its chance, and how deep (M, N) [m]."""
+    x, y, yaw, v, w = np.moveaxis(states, -1, 0)
+    body, rates, prices, cos, sin = scene.body, scene.rates, scene.touch, np.cos(yaw), np.sin(yaw)
+    dx, dy = person[:, 0] - x, person[:, 1] - y
+    px, py = cos * dx + sin * dy, cos * dy - sin * dx
+    vx, vy = cos * person[:, 2] + sin * person[:, 3], cos * person[:, 3] - sin * person[:, 2]
+    front, rear, side = body.centre + body.half_length, body.centre - body.half_length, body.half_width
+    qx, qy = px.clip(rear, front), py.clip(-side, side)
+    outside = np.hypot(px - qx, py - qy)
+    beyond = np.stack((px - front, py - side, rear - px, -side - py))
+    which = beyond.argmax(axis=0)
+    is_out = outside > 1e-6
+    gap = np.where(is_out, outside, beyond.max(axis=0)) - radius
+    across = np.where(is_out, outside, 1.0)
+    nx = np.where(is_out, (px - qx) / across, np.array((1.0, 0.0, -1.0, 0.0))[which])
+    ny = np.where(is_out, (py - qy) / across, np.array((0.0, 1.0, 0.0, -1.0))[which])
+    closing = (v - w * qy - vx) * nx + (w * qx - vy) * ny
+    speeds = np.arange(len(scene.contact_usd))
+    injury = np.interp(np.maximum(closing, prices.counted_speed), speeds, scene.contact_usd)
+    price = prices.touch_usd + chance((prices.counted_speed - closing) / prices.speed_std) * injury
+    pressed = rates.squeeze_usd * np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / rates.squeeze_width)
+    meets = (gap <= _CERTAIN * std) & (np.hypot(px - body.centre, py) <= _FAR)
+    likely = np.where(meets, chance(gap / std), 0.0)
+    return likely * price, likely * pressed, np.where(meets, np.maximum(0.0, -gap), 0.0)
+
+
+def angle_off(field: Field, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+    """From ``yaw`` to the field's descent, in [-pi, pi] [rad]."""
+    off: FloatArray = np.arctan2(at(field, field.slope_y, x, y), at(field, field.slope_x, x, y)) - yaw
+    return off - 2.0 * math.pi * np.round(off / (2.0 * math.pi))
+
+
+def at(field: Field, values: npt.NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
+    """Bilinear interpolation between cells' middles; beyond the grid it goes on as at its edge."""
+    height, width = values.shape
+    u, v = (x - field.origin_x) / field.cell - 0.5, (y - field.origin_y) / field.cell - 0.5
+    column, row = u.astype(int).clip(0, width - 2), v.astype(int).clip(0, height - 2)
+    right, up = u - column, v - row
+    low = (1.0 - right) * values[row, column] + right * values[row, column + 1]
+    high = (1.0 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
+    found: FloatArray = (1.0 - up) * low + up * high
+    return found
+
+
+def chance(z: FloatArray) -> FloatArray:
+    """That a standard normal variable is above z: the logistic function nearest to it."""
+    found: FloatArray = 1.0 / (1.0 + np.exp(1.702 * z))
+    return found
