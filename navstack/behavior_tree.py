@@ -19,7 +19,7 @@ from navstack.action_codes import COMPUTE_PATH_TO_POSE, FOLLOW_PATH, Codes
 from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Surroundings
 from navstack.control.controller_server import ControllerServer
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import BehaviorError, ControlError, PlanningError
 from navstack.navigation_status import Counts, Status, Trouble
@@ -36,6 +36,7 @@ NUMBER_OF_RETRIES = 6  # RecoveryNode NavigateRecovery
 PLANNER_RECOVERY_HELPS = frozenset({"UNKNOWN", "TIMEOUT", "NO_VALID_PATH"})
 CONTROLLER_RECOVERY_HELPS = frozenset({"UNKNOWN", "PATIENCE_EXCEEDED", "FAILED_TO_MAKE_PROGRESS", "NO_VALID_CONTROL"})
 
+_LATELY = 0.2  # [s] within which a control cycle is still the last
 TREE = "behavior_tree"  # who decided where neither a controller nor a recovery was asked
 
 
@@ -127,6 +128,11 @@ class NavigateToPose:
         if decided is None or decided.stamp != now:
             return ()
         return self._controller_server.alternatives
+
+    def options(self, now: float) -> tuple[Option, ...]:
+        """What the controller weighed in its last cycle before ``now`` [s]; none where something else drives."""
+        decided = self._controller_server.decision
+        return self._controller_server.options if decided is not None and now - decided.stamp < _LATELY else ()
 
     def replan(self, state: RobotState) -> Twist2D | None:
         """Compute a new path when one is due; every failure is counted and answered as the tree says.

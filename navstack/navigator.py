@@ -9,7 +9,7 @@ import numpy as np
 
 from navstack.behavior_tree import NavigateToPose
 from navstack.clock import Clock
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.geometry import largest_variance
 from navstack.localization.localizer import Localizer
@@ -152,6 +152,11 @@ class Navigator:
     def alternatives(self) -> tuple[Alternative, ...]:
         """What the controller preferred its command of the last tick to; to be asked for as :attr:`decision` is."""
         return () if self._chosen is None else self._tree.alternatives(self._stamp)
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """What the controller weighed in its last cycle, the chosen motion first; none where something else drives."""
+        return self._tree.options(self._stamp)
 
     @property
     def plan(self) -> Path | None:

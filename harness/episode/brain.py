@@ -4,6 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
+from navstack.control.decision import Option
 from navstack.navigation_status import Counts, Status, Trouble
 from navstack.navigator import TickRecord
 from navstack.stopwatch import Latencies
@@ -42,6 +43,10 @@ class Brain(Protocol):
         """What it sees moving about, in the map frame."""
 
     @property
+    def options(self) -> tuple[Option, ...]:
+        """Motions that its controller weighed last, the chosen one first."""
+
+    @property
     def latencies(self) -> Latencies:
         """How long planner and controller took, in wall time."""
 
@@ -69,6 +74,7 @@ class Parked:
     decision = None
     plan = None
     tracks = ()
+    options = ()
     latencies = Latencies()
 
     def reset(

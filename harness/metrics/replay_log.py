@@ -9,6 +9,7 @@ import shapely
 
 from harness.metrics.delivery_log import NOWHERE
 from harness.world.truth import Truth
+from navstack.control.decision import Option
 from navstack.geometry import transform_points
 from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
 
@@ -38,6 +39,10 @@ class Planning(Protocol):
     def tracks(self) -> tuple[Track, ...]:
         """What moves about."""
 
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """Motions that its controller weighed, the chosen one first."""
+
 
 class ReplayLog:
     """Keeps what a replay shows.
@@ -52,6 +57,8 @@ class ReplayLog:
         self._rows: list[tuple[float, ...]] = []  # pieces lost, motion energy, odometry (5), covariance (3)
         self._tracks: list[tuple[float, ...]] = []
         self._track_counts: list[int] = []  # tracks per row
+        self._option_counts: list[int] = []  # options per row
+        self._options: list[Option] = []
         self._scans: list[npt.NDArray[np.uint16]] = []
         self._scan_stamps: list[float] = []
         self._scan: LaserScan | None = None  # the last
@@ -104,6 +111,9 @@ class ReplayLog:
         )
         tracks = brain.tracks
         self._track_counts.append(len(tracks))
+        options = brain.options
+        self._option_counts.append(len(options))
+        self._options += options
         self._tracks += [(track.id, track.x, track.y, track.vx, track.vy, track.radius) for track in tracks]
 
     def recording(self) -> dict[str, Any]:
@@ -115,7 +125,8 @@ class ReplayLog:
         (K, 6): id, x, y [m], vx, vy [m/s], radius [m] in the map frame; ``scan_stamp`` (S,) [s], ``scan_mm``
         (S, beams) [mm] and ``scan_geometry`` (7,): least angle, increment [rad], least and most range [m], x, y [m],
         yaw [rad] of the sensor in the base frame; ``plan_stamp`` (P,) [s], ``plan_size`` (P,) and ``plan_xy`` (N, 2)
-        [m] in the map frame, of all plans one after the other.
+        [m] in the map frame, of all plans one after the other; ``option_count`` (T,), ``option_total`` (Q,),
+        ``option_size`` (Q,) and ``option_xy`` (M, 2) [m], map frame: the motions that the controller weighed.
         """
         rows = np.array(self._rows).reshape(-1, 10)
         return {
@@ -128,6 +139,10 @@ class ReplayLog:
             "belief_covariance": rows[:, 7:10].astype(np.float32),
             "track_count": np.array(self._track_counts, dtype=np.int32),
             "tracks": np.array(self._tracks, dtype=np.float32).reshape(-1, 6),
+            "option_count": np.array(self._option_counts, dtype=np.int32),
+            "option_total": np.array([option.total for option in self._options]),
+            "option_size": np.array([len(option.path) for option in self._options], dtype=np.int32),
+            "option_xy": np.concatenate([np.empty((0, 2)), *(each.path for each in self._options)]).astype(np.float32),
             "scan_stamp": np.array(self._scan_stamps),
             "scan_mm": np.array(self._scans, dtype=np.uint16) if self._scans else np.empty((0, 0), np.uint16),
             "scan_geometry": _geometry(self._scan),

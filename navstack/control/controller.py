@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
 from navstack.types import Path, RobotState, Track, Twist2D
@@ -57,6 +57,11 @@ class Controller(ABC):
 
         Made when it is asked for, which must be before the next cycle, and may take longer than the cycle itself.
         """
+        return ()
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """Motions that the last cycle weighed, the chosen one first; to be asked for as :attr:`alternatives` are."""
         return ()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.goal_checker import GoalChecker
 from navstack.control.progress_checker import ProgressChecker
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
@@ -82,6 +82,11 @@ class ControllerServer:
     def alternatives(self) -> tuple[Alternative, ...]:
         """See :class:`~navstack.control.controller.Controller`."""
         return self._controller.alternatives
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """See :class:`~navstack.control.controller.Controller`."""
+        return self._controller.options
 
     def goal_reached(self, state: RobotState) -> bool:
         """Whether the plan's last pose is reached, as the goal checker sees it."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from navstack.types import Twist2D
+from navstack.types import FloatArray, Twist2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,14 @@ class Alternative:
     command: Twist2D
     total: float  # weighted sum, as in DecisionRecord
     scores: tuple[CriticScore, ...]  # in the order of evaluation; rejections are not counted
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A motion that a cycle weighed, to be drawn."""
+
+    total: float  # weighted sum, as in DecisionRecord
+    path: FloatArray  # (n, 2) [m] of the base, map frame, from where the robot is believed to be
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.footprint_cost import footprint_cost
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.geometry import relative_to, shortest_angular_distance
@@ -78,6 +78,11 @@ class RotationShimController(Controller):
     def alternatives(self) -> tuple[Alternative, ...]:
         """Those of the primary controller; a turn of its own has none."""
         return () if self._turn else self._primary.alternatives
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """Those of the primary controller; a turn of its own has none."""
+        return () if self._turn else self._primary.options
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """For the primary controller only: turns on the spot keep their speed, as upstream."""

@@ -37,8 +37,16 @@ SHAPES: dict[str, tuple[int | str, ...]] = {  # of the arrays of a recording; eq
     **{"track_count": ("rows",), "tracks": ("tracks", 6)},
     **{"scan_stamp": ("scans",), "scan_mm": ("scans", "beams"), "scan_geometry": (7,)},
     **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
+    **{"option_count": ("rows",), "option_total": ("options",), "option_size": ("options",), "option_xy": ("ways", 2)},
 }
-WHOLE = ("pieces_lost", "track_count", "scan_mm", "plan_size")  # of them hold whole numbers from 0 on
+WHOLE = (
+    "pieces_lost",
+    "track_count",
+    "scan_mm",
+    "plan_size",
+    "option_count",
+    "option_size",
+)  # of them hold whole numbers from 0 on
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +76,24 @@ def load_recording(path: Path) -> dict[str, Any]:
             raise InputError(f"{path}: unpacks to {unpacked} bytes; at most {MOST_BYTES} are read")
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in SHAPES if name in file}
+            if "option_count" not in arrays:  # made before options were kept
+                arrays |= _without_options(len(np.atleast_1d(arrays.get("trace", ()))))
     except (*BROKEN, MemoryError) as error:  # an array that says it is larger than any memory
         raise InputError(f"{path}: is damaged ({error}); make the run again with --record full") from None
     trouble = _trouble_with(arrays)
     if trouble:
         raise InputError(f"{path}: {trouble}; make the run again with --record full")
     return arrays
+
+
+def _without_options(rows: int) -> dict[str, Any]:
+    none = np.zeros(0, dtype=np.int32)
+    return {
+        "option_count": np.zeros(rows, dtype=np.int32),
+        "option_size": none,
+        "option_total": none,
+        "option_xy": np.empty((0, 2)),
+    }
 
 
 def _trouble_with(arrays: Mapping[str, Any]) -> str:
@@ -101,13 +121,18 @@ def _match(arrays: Mapping[str, Any]) -> bool:
         own = zip(shape, found, strict=True)
         if any(lengths.setdefault(each, each if isinstance(each, int) else length) != length for each, length in own):
             return False
-    counts = ((arrays["track_count"], arrays["tracks"]), (arrays["plan_size"], arrays["plan_xy"]))
+    counts = (
+        (arrays["track_count"], arrays["tracks"]),
+        (arrays["plan_size"], arrays["plan_xy"]),
+        (arrays["option_count"], arrays["option_size"]),
+        (arrays["option_size"], arrays["option_xy"]),
+    )
     return (
         all(arrays[name].dtype.kind in "iu" and (arrays[name] >= 0).all() for name in WHOLE)
         and all((sizes <= len(what)).all() and int(sizes.sum()) == len(what) for sizes, what in counts)
         and _is_rising(arrays["scan_stamp"])
         and _is_rising(arrays["plan_stamp"])
-        and all(bool(np.isfinite(arrays[name]).all()) for name in ("scan_geometry", "plan_xy"))
+        and all(bool(np.isfinite(arrays[name]).all()) for name in ("scan_geometry", "plan_xy", "option_xy"))
     )
 
 
@@ -135,6 +160,10 @@ def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
         _field("planStamp", arrays["plan_stamp"], 0.001),
         _field("planSize", np.array([len(plan) for plan in plans]), 1.0),
         _field("plan", np.concatenate(plans) if plans else np.empty((0, 2)), CENTIMETRE),
+        _field("optionCount", arrays["option_count"], 1.0),
+        _field("optionSize", arrays["option_size"], 1.0),
+        _field("optionTotal", arrays["option_total"], 0.001),
+        _field("options", arrays["option_xy"], CENTIMETRE),
         _field("scanStamp", arrays["scan_stamp"][::every], 0.001),
         _field("scanGeometry", geometry * (1, beam, 1, 1, 1, 1, 1), 1e-6),
         # [mm] scan by scan, beam after beam

@@ -8,7 +8,7 @@ import numpy as np
 
 from navstack.control.contact_risk import ContactRates, body_of, nearest
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import Alternative, DecisionRecord
+from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost import told
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
@@ -282,6 +282,11 @@ class ExpectedCostController(Controller):
     def alternatives(self) -> tuple[Alternative, ...]:
         """See the base class; totals are dollars."""
         return () if self._cycle is None else told.alternatives(self._cycle)
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """See the base class; totals are dollars."""
+        return () if self._cycle is None else told.options(self._cycle)
 
 
 def _of(kind: Any, params: ExpectedCostParams, **more: float) -> Any:

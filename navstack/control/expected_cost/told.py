@@ -4,12 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord
-from navstack.control.expected_cost.motion_cost import TERMS, Scene, V, price_one
+from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord, Option
+from navstack.control.expected_cost.motion_cost import TERMS, Scene, V, Y, price_one
 from navstack.control.expected_cost.motions import name_of
 from navstack.types import FloatArray, Twist2D
 
 NAME = "ExpectedCostController"
+_SHOWN = 4  # motions, each of another kind
+_EVERY = 3  # states of a motion are drawn
 
 
 class Cycle(NamedTuple):
@@ -42,6 +44,21 @@ def alternatives(cycle: Cycle) -> tuple[Alternative, ...]:
     }
     best = {kind: min(found, key=lambda each: each[0]) for kind, found in others.items() if found}
     return tuple(Alternative(kind, command, total, scores) for kind, (total, scores, command, _) in best.items())
+
+
+def options(cycle: Cycle) -> tuple[Option, ...]:
+    """The chosen motion, and the cheapest of other kinds, with the way that each takes."""
+    scene, terms, states = cycle.scene, np.empty(len(TERMS)), np.empty((len(cycle.scene.care), 7))
+    totals = [price_one(motion, scene, terms, states) for motion in cycle.motions]
+    kinds = {name_of(cycle.chosen): cycle.chosen}
+    for k in np.argsort(totals, kind="stable").tolist():
+        kinds.setdefault(name_of(cycle.motions[k]), cycle.motions[k])
+    found = []
+    for motion in list(kinds.values())[:_SHOWN]:
+        total = price_one(motion, scene, terms, states)
+        way = np.concatenate((scene.start[np.newaxis, : Y + 1], states[::_EVERY, : Y + 1]))
+        found.append(Option(float(total), way))
+    return tuple(found)
 
 
 def _priced(motion: FloatArray, scene: Scene) -> tuple[float, tuple[CriticScore, ...], Twist2D]:

@@ -49,6 +49,17 @@ def test_what_is_decoded_is_what_was_recorded(make_arrays: Callable[..., Arrays]
     scans[:, 0] = 0.0
     np.testing.assert_allclose(fields["scan"], scans, atol=0.011)
     assert fields["planSize"].sum() == fields["plan"].shape[1]
+    np.testing.assert_array_equal(fields["optionSize"][0], arrays["option_size"])
+    np.testing.assert_array_equal(fields["optionTotal"][0], arrays["option_total"])
+    np.testing.assert_allclose(fields["options"].T, arrays["option_xy"], atol=6e-3)
+
+
+def test_a_recording_without_options_has_none(make_arrays: Callable[..., Arrays], tmp_path: Path) -> None:
+    arrays = {name: array for name, array in make_arrays(ROW).items() if not name.startswith("option")}
+    np.savez_compressed(tmp_path / "r.npz", **arrays)
+    found = load_recording(tmp_path / "r.npz")
+    assert found["option_count"].tolist() == [0] * len(arrays["trace"])
+    assert decoded(encode(found, FINE))["options"].shape == (2, 0)
 
 
 def test_coarse_scans_keep_their_angles(make_arrays: Callable[..., Arrays]) -> None:

@@ -19,7 +19,7 @@ def deliveries() -> dict[str, Delivery]:
     """The same short delivery, recorded and not."""
     studies = {
         record: make_study(
-            stacks=["mpc-gps-ekf"], episodes=1, start=START, goal=GOAL, pedestrians=4, workers=1, record=record
+            stacks=["evasive-gps-ekf"], episodes=1, start=START, goal=GOAL, pedestrians=4, workers=1, record=record
         )
         for record in ("events", "full")
     }
@@ -68,6 +68,21 @@ def test_scans_and_plans_are_those_of_the_delivery(deliveries: dict[str, Deliver
     assert len(arrays["plan_stamp"]) >= deliveries["full"].row["plans"]
     last = arrays["plan_xy"][-1] if arrays["plan_size"][-1] else arrays["plan_xy"].reshape(-1, 2)[-1]
     assert math.hypot(last[0] + 67.875, last[1] + 66.0) < 0.5
+
+
+def test_options_are_the_motions_weighed_the_chosen_one_first(deliveries: dict[str, Delivery]) -> None:
+    arrays = deliveries["full"].recording
+    assert arrays is not None
+    counts, totals = arrays["option_count"], arrays["option_total"]
+    assert len(counts) == len(arrays["trace"]) and counts[-1] >= 2
+    assert counts.sum() == len(totals) == len(arrays["option_size"])
+    ways = np.split(arrays["option_xy"], np.cumsum(arrays["option_size"])[:-1])
+    first = np.cumsum(counts) - counts
+    for row in np.flatnonzero(counts):
+        chosen, others = totals[first[row]], totals[first[row] + 1 : first[row] + counts[row]]
+        assert (np.diff(others) >= 0.0).all() and (others >= chosen - 0.1 - 0.5 * abs(chosen)).all()
+        begins = np.array([way[0] for way in ways[first[row] : first[row] + counts[row]]])
+        np.testing.assert_allclose(begins, arrays["trace"][row, 6:8] * np.ones((counts[row], 1)), atol=0.3)
 
 
 def test_ranges_become_millimetres() -> None:

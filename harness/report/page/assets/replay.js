@@ -75,8 +75,8 @@ function player() {
         h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs, reasons.place)));
     listCosts();
   }
-  const has = key => ({ scan: 'scan', plan: 'plan', tracks: 'trackStart', belief: 'belief' }[key] === undefined
-    || Boolean((key === 'tracks' ? (state.recording.tracks || [[]])[0].length : state.recording[key])));
+  const has = key => ({ scan: 'scan', plan: 'plan', tracks: 'tracks', belief: 'belief', options: 'options' }[key] === undefined
+    || Boolean(['tracks', 'options'].includes(key) ? state.recording[key][0].length : state.recording[key]));
   function listCosts() {
     const money = state.recording.facts.money, lines = state.recording.events.map(event => h('li', { 'data-time': event.time },
       h('span', {}, `${num(event.time, 1)} s  ${event.name}`), h('span', {}, usd(event.cost))));

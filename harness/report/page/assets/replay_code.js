@@ -37,6 +37,8 @@ class Recording {
     this.end = Math.max(this.times.at(-1), this.settled, ...facts.contacts.map(each => each[2]));
     this.trackStart = starts(fields.trackCount[0]);
     this.planStart = starts(fields.planSize[0]);
+    this.optionStart = starts(fields.optionCount[0]);
+    this.wayStart = starts(fields.optionSize[0]);
     this.costed = facts.contacts.filter(each => isGrave(each[3], each[5], each[6]));
     this.bill = [
       ['refund', facts.money.service_compensation], ['repair', facts.money.repair], ['electricity', facts.money.electricity],
@@ -65,6 +67,15 @@ class Recording {
   tracksAt([k]) {
     const found = [];
     for (let i = this.trackStart[k]; i < this.trackStart[k + 1]; i++) found.push(this.tracks.map(column => column[i]));
+    return found;
+  }
+  optionsAt([k]) {  // the chosen motion first
+    const found = [];
+    for (let i = this.optionStart[k]; i < this.optionStart[k + 1]; i++) {
+      const way = [];
+      for (let j = this.wayStart[i]; j < this.wayStart[i + 1]; j++) way.push([this.options[0][j], this.options[1][j]]);
+      found.push({ total: this.optionTotal[0][i], way });
+    }
     return found;
   }
   planAt(time) {

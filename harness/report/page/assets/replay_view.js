@@ -1,7 +1,7 @@
 // One instant of a replay, drawn on a canvas.
 const LAYERS = [  // key, label, colour
   ['scan', 'scan', '--scan'], ['plan', 'plan', '--plan'], ['people', 'people', '--person'], ['tracks', 'tracks', '--track'],
-  ['belief', 'belief', '--belief'], ['way', 'way driven', '--robot'], ['contacts', 'contacts', '--loss'],
+  ['belief', 'belief', '--belief'], ['way', 'way driven', '--robot'], ['options', 'motions weighed [USD more]', '--option'], ['contacts', 'contacts', '--loss'],
 ];
 const PULSE = 1.2;  // [s] that a contact is marked after its moment
 
@@ -43,6 +43,7 @@ function drawReplay(context, ratio, camera, recording, time, shown) {
     stroke(context, colour['--track'], 2, 1);
   }
   drawRobot(context, camera, facts, pose, colour);
+  if (shown.options) drawOptions(context, camera, recording.optionsAt(row), colour);
   if (shown.belief && recording.belief) drawBelief(context, camera, recording, row, colour);
   if (shown.contacts) for (const [x, y, stamp, what, , cost, counted] of facts.contacts) {
     if (stamp > time + 1e-6) continue;
@@ -60,6 +61,24 @@ function stroke(context, colour, width, alpha, dash = []) {
   context.stroke();
   context.setLineDash([]);
   context.globalAlpha = 1;
+}
+function drawOptions(context, camera, options, colour) {  // the chosen one is whole, what others cost more stands at their ends
+  options.forEach(({ total, way }, k) => {
+    context.beginPath();
+    way.forEach(([x, y]) => context.lineTo(...camera.at(x, y)));
+    stroke(context, colour['--option'], k ? 1.5 : 4, k ? .8 : .9, k ? [2, 4] : []);
+    if (!k) return;
+    const [x, y] = camera.at(...way.at(-1)), more = total - options[0].total;
+    write(context, `${more < 0 ? '−' : '+'}${num(Math.abs(more), 2)}`, x + 4, y - 4, colour['--option'], colour['--card']);
+  });
+}
+function write(context, text, x, y, ink, card) {
+  context.font = '600 12px system-ui, sans-serif';
+  context.lineWidth = 3;
+  context.strokeStyle = card;
+  context.strokeText(text, x, y);
+  context.fillStyle = ink;
+  context.fillText(text, x, y);
 }
 function outline(camera, corners, [x, y, yaw]) {
   const c = Math.cos(yaw), n = Math.sin(yaw);
@@ -109,11 +128,6 @@ function drawEnds(context, camera, facts, colour) {
     context.fillStyle = text === 'goal' ? colour['--ink'] : colour['--card'];
     context.fill();
     stroke(context, colour['--ink'], 2, 1);
-    context.font = '600 12px system-ui, sans-serif';
-    context.lineWidth = 3;
-    context.strokeStyle = colour['--card'];
-    context.strokeText(text, x + 10, y + 4);
-    context.fillStyle = colour['--ink'];
-    context.fillText(text, x + 10, y + 4);
+    write(context, text, x + 10, y + 4, colour['--ink'], colour['--card']);
   }
 }
