@@ -29,7 +29,7 @@ def decoded(text: str) -> dict[str, np.ndarray]:
         shape = (head["columns"], head["n"])
         steps = np.frombuffer(content, f"<i{head['bytes']}", shape[0] * shape[1], position).reshape(shape)
         position += steps.nbytes
-        first = np.array(head["first"]).reshape(-1, 1)
+        first = np.array(head["first"] or [0] * head["columns"]).reshape(-1, 1)
         fields[head["name"]] = (first + steps.cumsum(axis=1)) * np.array(head["scales"])[:, np.newaxis]
     assert position == len(content)
     return fields
