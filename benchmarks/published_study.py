@@ -1,14 +1,15 @@
-"""The study that this project publishes: every stack on three maps, params/suites/published.yaml.
+"""The studies that this project publishes, of params/suites: every stack on three maps, and the best on fresh missions.
 
-Usage: python benchmarks/published_study.py [--episodes N] [--stack NAME] [--map NAME] [--world NAME] [--workers N]
-           [--out FOLDER] [--render]
+Usage: python benchmarks/published_study.py [--suite published|evasive] [--episodes N] [--stack NAME] [--map NAME]
+           [--world NAME] [--workers N] [--out FOLDER] [--render]
 
-What FOLDER (results/baseline/study) holds is kept and added to, so the study can be driven in pieces, on one checkout
-after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and --map some cells only;
-without them the rest is driven. Deliveries are independent of what was driven before them. --render drives nothing.
+What FOLDER (results/baseline/study or evasive_study) holds is kept and added to, so a study can be driven in pieces, on
+one checkout after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and --map some
+cells only; without them the rest is driven. Deliveries are independent of what was driven before them. --render drives
+nothing.
 
-The folder gets its page, figures and tables. Of the project's own folder docs/study.md with its figures is made, too,
-and, as soon as every cell has deliveries, the part of README.md between the marks.
+The folder gets its page, figures and tables. Of the project's own folders docs/study.md or docs/evasive_study.md with
+its figures is made, too. The margins of the suite evasive are README's table as soon as every cell has deliveries.
 """
 
 import argparse
@@ -29,8 +30,9 @@ from harness.study.suite import DECLARATION, Portion, declare, load_suite
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
-SUITE = "published"
-STUDY = ROOT / "results" / "baseline" / "study"
+PAGES = {"published": "study", "evasive": "evasive_study"}  # suite -> page in docs, folder in results/baseline
+README_SHOWS = "evasive_study"
+BASELINE = ROOT / "results" / "baseline"
 BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"
 
 
@@ -41,9 +43,9 @@ def headline(results: Results) -> str:
     state = f"{done} deliveries" if done == declared else f"so far {done} of {declared} deliveries"
     names = ", ".join(f"`{Path(name).stem}`" for name in results.suite.maps)
     text = (
-        f"**What every stack earns** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
+        f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
         f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
-        "missions. Costs, outcomes, break-even and paired differences: [the published study](docs/study.md)."
+        f"missions. Costs, outcomes, break-even and paired differences: [the study](docs/{README_SHOWS}.md)."
     )
     return f"{wrapped(text)}\n\n{margins(results)}\n"
 
@@ -61,15 +63,17 @@ def filled(text: str, content: str) -> str:
     return f"{before}{begin}\n\n{content}\n{end}{after}"
 
 
-def publish(results: Results, study: Path, root: Path) -> None:
-    """Make docs/study.md, its figures, and README's part of a study."""
+def publish(results: Results, study: Path, root: Path, name: str) -> None:
+    """Make a study's page in docs, its figures, and README's table."""
     docs, readme = root / "docs", root / "README.md"
-    (docs / "study.md").write_text(page(results, figures="study"), encoding="utf-8")
+    (docs / f"{name}.md").write_text(page(results, figures=name), encoding="utf-8")
     for name in FIGURES:
         figure = study / FOLDER / f"{name}.png"
         if figure.is_file():
-            (docs / "study").mkdir(exist_ok=True)
-            shutil.copy(figure, docs / "study")
+            (docs / name).mkdir(exist_ok=True)
+            shutil.copy(figure, docs / name)
+    if name != README_SHOWS:
+        return
     missing = sum(each.valuation is None for each in results.standings)
     if missing:
         print(f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet")
@@ -85,21 +89,23 @@ def main() -> None:
     parser.add_argument("--map", action="append", default=[], help="of the suite, repeatable; default: all")
     parser.add_argument("--world", help="a name of params/worlds or a file; default: the suite's own")
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--out", type=Path, default=STUDY)
+    parser.add_argument("--suite", choices=tuple(PAGES), default="published")
+    parser.add_argument("--out", type=Path, help="default: the study's own folder in results/baseline")
     parser.add_argument("--render", action="store_true", help="drive nothing: page, figures and tables anew")
     asked = parser.parse_args()
-    status = 0
+    status, name = 0, PAGES[asked.suite]
+    out = asked.out or BASELINE / name
     try:
         if asked.render:
-            if not (asked.out / DECLARATION).is_file():
-                declare(asked.out, load_suite(shipped("params") / "suites" / f"{SUITE}.yaml"))
-            results = write_overview(asked.out)
+            if not (out / DECLARATION).is_file():
+                declare(out, load_suite(shipped("params") / "suites" / f"{asked.suite}.yaml"))
+            results = write_overview(out)
         else:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
-            status = begin_suite(SUITE, asked.world, portion, Where(workers=asked.workers), asked.out, as_json=False)
-            results = read_results(asked.out)
-        if asked.out.resolve() == STUDY:
-            publish(results, STUDY, ROOT)
+            status = begin_suite(asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False)
+            results = read_results(out)
+        if out.resolve() == BASELINE / name:
+            publish(results, out, ROOT, name)
     except (NavstackError, ValueError) as error:
         sys.exit(str(error))
     sys.exit(status)

@@ -234,7 +234,7 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
 
     def publish() -> Results:
         results = read_results(study)
-        published.publish(results, study, root)
+        published.publish(results, study, root, published.README_SHOWS)
         return results
 
     publish()
@@ -245,10 +245,10 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
     write_results(read_results(study), study)
     results = publish()
     readme = (root / "README.md").read_text(encoding="utf-8")
-    assert readme.startswith(f"# A\n\n{published.BEGIN}\n\n**What every stack earns**") and readme.endswith("after\n")
+    assert readme.startswith(f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**") and readme.endswith("after\n")
     assert "what was there" not in readme and "so far 74 of 180 deliveries" in flat(readme)
     assert interval_text(results.standings[0].interval(MARGIN), 2) in readme
-    assert all((root / "docs" / name).is_file() for name in re.findall(r"\((study/[^)]+)\)", page(results, "study")))
+    assert all((root / "docs" / name).is_file() for name in re.findall(r"\((shown/[^)]+)\)", page(results, "shown")))
     publish()
     assert (root / "README.md").read_text(encoding="utf-8") == readme
     with pytest.raises(ValueError, match="has no '<!-- study"):
@@ -265,14 +265,16 @@ def test_what_texts_quote_of_the_study_is_in_it(name: str) -> None:
     assert not set(quoted) - set(found)
 
 
-def test_the_published_page_is_that_of_the_study_in_the_results(published: Any) -> None:
-    page_there = (published.STUDY / "index.md").read_text(encoding="utf-8")
-    in_docs = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
-    assert in_docs == page_there.replace("](figures/", "](study/"), "python benchmarks/published_study.py --render"
+@pytest.mark.parametrize("name", ["study", "evasive_study"])
+def test_a_published_page_is_that_of_the_study_in_the_results(published: Any, name: str) -> None:
+    folder = published.BASELINE / name
+    page_there = (folder / "index.md").read_text(encoding="utf-8")
+    in_docs = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    assert in_docs == page_there.replace("](figures/", f"]({name}/"), "python benchmarks/published_study.py --render"
     assert published.BEGIN in (ROOT / "README.md").read_text(encoding="utf-8")
-    for figure in (published.STUDY / "figures").glob("*.png"):
-        assert (ROOT / "docs" / "study" / figure.name).read_bytes() == figure.read_bytes(), figure.name
-    rows = json.loads((published.STUDY / "suite.json").read_text(encoding="utf-8"))["rows"]
+    for figure in (folder / "figures").glob("*.png"):
+        assert (ROOT / "docs" / name / figure.name).read_bytes() == figure.read_bytes(), figure.name
+    rows = json.loads((folder / "suite.json").read_text(encoding="utf-8"))["rows"]
     assert sum(row["episodes"] + row["errors"] for row in rows) == sum(
-        len(read_rows(path, {"episode": "int64"})) for path in published.STUDY.glob("*/episodes.parquet")
+        len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet")
     )
