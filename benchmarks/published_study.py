@@ -67,8 +67,8 @@ def publish(results: Results, study: Path, root: Path, name: str) -> None:
     """Make a study's page in docs, its figures, and README's table."""
     docs, readme = root / "docs", root / "README.md"
     (docs / f"{name}.md").write_text(page(results, figures=name), encoding="utf-8")
-    for name in FIGURES:
-        figure = study / FOLDER / f"{name}.png"
+    for each in FIGURES:
+        figure = study / FOLDER / f"{each}.png"
         if figure.is_file():
             (docs / name).mkdir(exist_ok=True)
             shutil.copy(figure, docs / name)

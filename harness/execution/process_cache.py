@@ -1,7 +1,10 @@
 """What a process keeps of files between deliveries, until it is told to forget."""
 
 import functools
-from collections.abc import Callable
+import gc
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from typing import Any, Generic, ParamSpec, TypeVar
 
 Given = ParamSpec("Given")
@@ -11,7 +14,11 @@ _ALL: "list[Kept[Any, Any]]" = []
 
 
 class Kept(Generic[Given, Made]):
-    """A function whose last results are kept; its arguments are hashable."""
+    """A function whose last results are kept; its arguments are hashable.
+
+    Unlike :func:`functools.lru_cache` it lets the oldest result go before it makes another one: brains and worlds weigh
+    hundreds of megabytes.
+    """
 
     def __init__(self, make: Callable[Given, Made], most: int) -> None:
         """Keep nothing yet.
@@ -22,15 +29,28 @@ class Kept(Generic[Given, Made]):
         """
         functools.update_wrapper(self, make)
         self._make, self._most = make, most
+        self._lock = threading.Lock()
         self.cache_clear()
 
     def __call__(self, *given: Given.args, **named: Given.kwargs) -> Made:
         """The result, made now or earlier."""
-        return self._known(*given, **named)
+        key: Hashable = (given, *sorted(named.items()))
+        with self._lock:
+            known = self._known
+            if key in known:
+                known.move_to_end(key)
+                return known[key]
+            is_full = len(known) >= self._most
+            if is_full:
+                known.popitem(last=False)
+        if is_full:
+            gc.collect()  # its parts know each other
+        made = known[key] = self._make(*given, **named)
+        return made
 
     def cache_clear(self) -> None:
         """Keep nothing of what was made, nor of what another thread is making just now."""
-        self._known: Callable[..., Made] = functools.lru_cache(self._most)(self._make)
+        self._known: OrderedDict[Hashable, Made] = OrderedDict()
 
 
 def kept(most: int) -> Callable[[Callable[Given, Made]], Kept[Given, Made]]:

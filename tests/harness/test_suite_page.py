@@ -248,7 +248,10 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
     assert readme.startswith(f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**") and readme.endswith("after\n")
     assert "what was there" not in readme and "so far 74 of 180 deliveries" in flat(readme)
     assert interval_text(results.standings[0].interval(MARGIN), 2) in readme
-    assert all((root / "docs" / name).is_file() for name in re.findall(r"\((shown/[^)]+)\)", page(results, "shown")))
+    assert all(
+        (root / "docs" / name).is_file()
+        for name in re.findall(r"\((evasive_study/[^)]+)\)", page(results, published.README_SHOWS))
+    )
     publish()
     assert (root / "README.md").read_text(encoding="utf-8") == readme
     with pytest.raises(ValueError, match="has no '<!-- study"):
