@@ -1,16 +1,21 @@
 """Four controllers on the same 400 deliveries: what each earns, and each against DWB mission by mission.
 
 Usage: python benchmarks/compare_controllers.py [--episodes N] [--seed S] [--workers N] [--map NAME] [--world NAME]
-           [--stack NAME ...] --out FOLDER
+           [--stack NAME ... | --parts NAME] --out FOLDER
 
 The first stack is the one that the others are held against. Deliveries that FOLDER holds already are not driven again,
 so a study that was interrupted goes on with the same command. The tables that docs/controllers.md quotes are printed as
 Markdown and kept in FOLDER/controllers.md; ``navbench compare FOLDER:A FOLDER:B`` shows all other metrics.
+
+--parts holds a stack against itself with one part of its controller changed at a time; FOLDER/params has the changed
+Nav2 files.
 """
 
 import argparse
 import dataclasses
+import json
 import sys
+import tempfile
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, Side, compare
@@ -18,10 +23,14 @@ from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.report.markdown import interval_text, table
 from harness.statistics.interval import wilson_interval
+from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
 from navstack.errors import NavstackError
+from navstack.params.nav2_file.edit import set_value
+from navstack.params.nav2_file.ros_yaml import Value
+from navstack.params.strict import load_yaml
 
 STACKS = ("nav2-gps-ekf", "mpc-gps-ekf", "mppi-gps-ekf", "rpp-gps-ekf")
 MARGIN = "contribution_margin"
@@ -35,6 +44,30 @@ PAIRED = {  # key of navbench compare -> heading
     "avg_pedestrian_contacts": "contacts with people",
     "avg_soft_contacts": "soft contacts",
     "avg_velocity_mps": "speed [m/s]",
+}
+FOLLOW_PATH = "controller_server.FollowPath."
+DWB_CRITICS = ["RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"]
+MPPI_CRITICS = (
+    *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic"),
+    *("PathAlignCritic", "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
+)
+PARTS: dict[str, dict[str, dict[str, Value]]] = {  # stack -> variant -> parameters of its Nav2 file
+    "evasive-gps-ekf": {
+        "stands-still": {FOLLOW_PATH + "evades_at_rest": False},
+        "no-squeeze": {FOLLOW_PATH + "squeeze_usd": 0.0},
+        "no-reversing": {FOLLOW_PATH + "max_reverse_speed": 0.0},
+        "no-commitment": {FOLLOW_PATH + "switch_usd": 0.0, FOLLOW_PATH + "switch_share": 0.0},
+        "no-corners": {FOLLOW_PATH + "corner_weight": 0.0},
+        "sees-6-m": {FOLLOW_PATH + "range": 6.0},
+        "straight-walkers": {"tracker.turning_acceleration_std": 0.0},
+    },
+    "nav2-gps-ekf": {
+        "expected-contact": {
+            FOLLOW_PATH + "critics": [*DWB_CRITICS, "ExpectedContact"],
+            FOLLOW_PATH + "ExpectedContact.scale": 50.0,
+        }
+    },
+    "mppi-gps-ekf": {"expected-contact": {FOLLOW_PATH + "critics": [*MPPI_CRITICS, "ExpectedContactCritic"]}},
 }
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 
@@ -97,6 +130,23 @@ def tables(folder: Path) -> str:
     )
 
 
+def with_variants(name: str, folder: Path) -> list[str]:
+    """A stack, and stack files in a folder that change one part of its Nav2 file each."""
+    stack = load_yaml(shipped("params") / "stacks" / f"{name}.yaml")
+    original = (shipped("params") / "nav2" / f"{stack['nav2_file']}.yaml").read_text(encoding="utf-8")
+    files = []
+    for variant, changes in PARTS[name].items():
+        text = original
+        for path, value in changes.items():
+            node, _, parameter = path.partition(".")
+            text = set_value(text, (node,), parameter, value, f"{variant}: {path}")
+        (folder / f"{variant}-nav2.yaml").write_text(text, encoding="utf-8")
+        fields = {**stack, "title": f"{name}, {variant}", "nav2_file": f"{variant}-nav2.yaml"}
+        (folder / f"{variant}.yaml").write_text(json.dumps(fields, indent=2) + "\n", encoding="utf-8")  # YAML, too
+        files.append(str(folder / f"{variant}.yaml"))
+    return [name, *files]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=400)
@@ -105,21 +155,23 @@ def main() -> None:
     parser.add_argument("--map", default="sidewalk")
     parser.add_argument("--world", default="costnav")
     parser.add_argument("--stack", nargs="+", default=list(STACKS))
+    parser.add_argument("--parts", choices=tuple(PARTS))
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
     try:
         if (asked.out / "run.json").exists():
             status = resume_run(asked.out, Where(workers=asked.workers), as_json=False)
         else:
-            study = make_study(
-                stacks=asked.stack,
-                episodes=asked.episodes,
-                seed=asked.seed,
-                map_name=asked.map,
-                world=asked.world,
-                workers=asked.workers,
-            )
-            status = begin_run(study, asked.out, Where(), as_json=False)
+            with tempfile.TemporaryDirectory() as variants:
+                study = make_study(
+                    stacks=with_variants(asked.parts, Path(variants)) if asked.parts else asked.stack,
+                    episodes=asked.episodes,
+                    seed=asked.seed,
+                    map_name=asked.map,
+                    world=asked.world,
+                    workers=asked.workers,
+                )
+                status = begin_run(study, asked.out, Where(), as_json=False)
         if status:
             sys.exit(status)
         text = tables(asked.out)
