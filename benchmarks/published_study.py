@@ -8,20 +8,17 @@ one checkout after the other: --episodes 100 drives the first hundred deliveries
 cells only; without them the rest is driven. Deliveries are independent of what was driven before them. --render drives
 nothing.
 
-The folder gets its page, figures and tables. Of the project's own folders docs/study.md or docs/evasive_study.md with
-its figures is made, too. The margins of the suite evasive are README's table as soon as every cell has deliveries.
+The folder gets its page, figures and tables; docs/hooks.py puts both pages into the site. The margins of the suite
+evasive are README's table as soon as every cell has deliveries.
 """
 
 import argparse
-import shutil
 import sys
 from pathlib import Path
 
 from harness.cli.signals import run_script
 from harness.cli.suite import begin_suite, write_overview
 from harness.report.markdown import wrapped
-from harness.report.suite.document import page
-from harness.report.suite.figures import FIGURES, FOLDER
 from harness.report.suite.results import Results, read_results
 from harness.report.suite.tables import margins
 from harness.storage.shipped import shipped
@@ -30,7 +27,7 @@ from harness.study.suite import DECLARATION, Portion, declare, load_suite
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = {"published": "study", "evasive": "evasive_study"}  # suite -> page in docs, folder in results/baseline
+FOLDERS = {"published": "study", "evasive": "evasive_study"}  # suite -> folder in results/baseline
 README_SHOWS = "evasive_study"
 BASELINE = ROOT / "results" / "baseline"
 BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"
@@ -45,7 +42,7 @@ def headline(results: Results) -> str:
     text = (
         f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
         f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
-        f"missions. Costs, outcomes, break-even and paired differences: [the study](docs/{README_SHOWS}.md)."
+        f"missions. Costs, outcomes, break-even and paired differences: [the study](results/baseline/{README_SHOWS}/index.md)."
     )
     return f"{wrapped(text)}\n\n{margins(results)}\n"
 
@@ -63,17 +60,8 @@ def filled(text: str, content: str) -> str:
     return f"{before}{begin}\n\n{content}\n{end}{after}"
 
 
-def publish(results: Results, study: Path, root: Path, name: str) -> None:
-    """Make a study's page in docs, its figures, and README's table."""
-    docs, readme = root / "docs", root / "README.md"
-    (docs / f"{name}.md").write_text(page(results, figures=name), encoding="utf-8")
-    for each in FIGURES:
-        figure = study / FOLDER / f"{each}.png"
-        if figure.is_file():
-            (docs / name).mkdir(exist_ok=True)
-            shutil.copy(figure, docs / name)
-    if name != README_SHOWS:
-        return
+def publish(results: Results, readme: Path) -> None:
+    """Put the margins into README."""
     missing = sum(each.valuation is None for each in results.standings)
     if missing:
         print(f"README.md is left as it is: {missing} of {len(results.standings)} cells have no delivery yet")
@@ -89,11 +77,11 @@ def main() -> None:
     parser.add_argument("--map", action="append", default=[], help="of the suite, repeatable; default: all")
     parser.add_argument("--world", help="a name of params/worlds or a file; default: the suite's own")
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--suite", choices=tuple(PAGES), default="published")
+    parser.add_argument("--suite", choices=tuple(FOLDERS), default="published")
     parser.add_argument("--out", type=Path, help="default: the study's own folder in results/baseline")
     parser.add_argument("--render", action="store_true", help="drive nothing: page, figures and tables anew")
     asked = parser.parse_args()
-    status, name = 0, PAGES[asked.suite]
+    status, name = 0, FOLDERS[asked.suite]
     out = asked.out or BASELINE / name
     try:
         if asked.render:
@@ -104,8 +92,8 @@ def main() -> None:
             portion = Portion(tuple(asked.stack), tuple(asked.map), asked.episodes)
             status = begin_suite(asked.suite, asked.world, portion, Where(workers=asked.workers), out, as_json=False)
             results = read_results(out)
-        if out.resolve() == BASELINE / name:
-            publish(results, out, ROOT, name)
+        if out.resolve() == BASELINE / README_SHOWS:
+            publish(results, ROOT / "README.md")
     except (NavstackError, ValueError) as error:
         sys.exit(str(error))
     sys.exit(status)

@@ -227,33 +227,28 @@ def published() -> ModuleType:
 def test_readme_follows_as_soon_as_every_cell_has_deliveries(
     published: Any, study: Path, write_run: Callable[..., Path], tmp_path: Path
 ) -> None:
-    root = tmp_path / "root"
-    (root / "docs").mkdir(parents=True)
+    readme = tmp_path / "README.md"
     before = f"# A\n\n{published.BEGIN}\n\nwhat was there\n\n{published.END}\n\nafter\n"
-    (root / "README.md").write_text(before, encoding="utf-8")
+    readme.write_text(before, encoding="utf-8")
 
     def publish() -> Results:
         results = read_results(study)
-        published.publish(results, study, root, published.README_SHOWS)
+        published.publish(results, readme)
         return results
 
     publish()
-    assert (root / "README.md").read_text(encoding="utf-8") == before
+    assert readme.read_text(encoding="utf-8") == before
     for cell in cells(SUITE):
         if cell.name not in EPISODES:
             write_run(f"study/{cell.name}", stacks=(cell.stack,), episodes=4)
     write_results(read_results(study), study)
     results = publish()
-    readme = (root / "README.md").read_text(encoding="utf-8")
-    assert readme.startswith(f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**") and readme.endswith("after\n")
-    assert "what was there" not in readme and "so far 74 of 180 deliveries" in flat(readme)
-    assert interval_text(results.standings[0].interval(MARGIN), 2) in readme
-    assert all(
-        (root / "docs" / name).is_file()
-        for name in re.findall(r"\((evasive_study/[^)]+)\)", page(results, published.README_SHOWS))
-    )
+    text = readme.read_text(encoding="utf-8")
+    assert text.startswith(f"# A\n\n{published.BEGIN}\n\n**What three stacks earn**") and text.endswith("after\n")
+    assert "what was there" not in text and "so far 74 of 180 deliveries" in flat(text)
+    assert interval_text(results.standings[0].interval(MARGIN), 2) in text
     publish()
-    assert (root / "README.md").read_text(encoding="utf-8") == readme
+    assert readme.read_text(encoding="utf-8") == text
     with pytest.raises(ValueError, match="has no '<!-- study"):
         published.filled("no marks", "x")
 
@@ -261,23 +256,19 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
 @pytest.mark.parametrize("name", ["docs/index.md", "docs/controllers.md"])
 def test_what_texts_quote_of_the_study_is_in_it(name: str) -> None:
     """Of every paragraph that names the study, each interval of dollars is one of its page."""
-    found = re.findall(INTERVAL, flat((ROOT / "docs" / "study.md").read_text(encoding="utf-8")))
+    found = re.findall(INTERVAL, flat((ROOT / "results" / "baseline" / "study" / "index.md").read_text(encoding="utf-8")))
     paragraphs = re.split(r"\n\n|\n(?=- )", (ROOT / name).read_text(encoding="utf-8"))
-    quoted = [each for part in paragraphs if "study.md" in part for each in re.findall(INTERVAL, flat(part))]
+    quoted = [each for part in paragraphs if "baseline/study/" in part for each in re.findall(INTERVAL, flat(part))]
     assert len(quoted) > 3
     assert not set(quoted) - set(found)
 
 
 @pytest.mark.parametrize("name", ["study", "evasive_study"])
-def test_a_published_page_is_that_of_the_study_in_the_results(published: Any, name: str) -> None:
-    folder = published.BASELINE / name
-    page_there = (folder / "index.md").read_text(encoding="utf-8")
-    in_docs = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
-    assert in_docs == page_there.replace("](figures/", f"]({name}/"), "python benchmarks/published_study.py --render"
-    assert published.BEGIN in (ROOT / "README.md").read_text(encoding="utf-8")
-    for figure in (folder / "figures").glob("*.png"):
-        assert (ROOT / "docs" / name / figure.name).read_bytes() == figure.read_bytes(), figure.name
+def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
+    folder = ROOT / "results" / "baseline" / name
     rows = json.loads((folder / "suite.json").read_text(encoding="utf-8"))["rows"]
-    assert sum(row["episodes"] + row["errors"] for row in rows) == sum(
-        len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet")
-    )
+    stored = sum(len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet"))
+    assert sum(row["episodes"] + row["errors"] for row in rows) == stored, "python benchmarks/published_study.py --render"
+    text = (folder / "index.md").read_text(encoding="utf-8")
+    assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
+    assert f"all {stored} deliveries" in text or f"{stored} of" in text

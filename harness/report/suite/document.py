@@ -33,12 +33,11 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     return [folder / PAGE, quantities, *figures]
 
 
-def page(results: Results, figures: str = FOLDER) -> str:
+def page(results: Results) -> str:
     """The page; same folder, same text.
 
     Args:
         results: of the suite folder.
-        figures: folder of the figures, relative to the page.
     """
     paragraphs = [
         f"# {results.suite.title}",
@@ -48,7 +47,7 @@ def page(results: Results, figures: str = FOLDER) -> str:
         counts(results),
     ]
     if any(each.valuation for each in results.standings):
-        paragraphs.append(_found(results, figures))
+        paragraphs.append(_found(results))
     paragraphs += ["## What it was driven with", *_basis(results)]
     return wrapped("\n\n".join(paragraphs)) + "\n"
 
@@ -85,7 +84,7 @@ def _seeds(results: Results) -> str:
     return f", seed {seeds[0]}" if len(seeds) == 1 else f", seeds {', '.join(map(str, seeds))} together"
 
 
-def _found(results: Results, figures: str) -> str:
+def _found(results: Results) -> str:
     """Tables and pictures, and how to read them."""
     shown = len(results.conditions)
     conditions: list[str] = []
@@ -94,7 +93,7 @@ def _found(results: Results, figures: str) -> str:
             conditions += [f"### {results.label(each)}", of_condition(results, each), *_warnings(results, each)]
     text = _template("page.md").substitute(
         margins=margins(results),
-        figures=figures,
+        figures=FOLDER,
         cut=f"The figures show the first {MOST_PANELS} of {shown} conditions." if shown > MOST_PANELS else "",
         liability=_liability(results),
         first=Path(results.suite.stacks[0]).stem,
