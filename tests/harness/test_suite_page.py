@@ -256,7 +256,8 @@ def test_readme_follows_as_soon_as_every_cell_has_deliveries(
 @pytest.mark.parametrize("name", ["docs/index.md", "docs/controllers.md"])
 def test_what_texts_quote_of_the_study_is_in_it(name: str) -> None:
     """Of every paragraph that names the study, each interval of dollars is one of its page."""
-    found = re.findall(INTERVAL, flat((ROOT / "results" / "baseline" / "study" / "index.md").read_text(encoding="utf-8")))
+    study = ROOT / "results" / "baseline" / "study" / "index.md"
+    found = re.findall(INTERVAL, flat(study.read_text(encoding="utf-8")))
     paragraphs = re.split(r"\n\n|\n(?=- )", (ROOT / name).read_text(encoding="utf-8"))
     quoted = [each for part in paragraphs if "baseline/study/" in part for each in re.findall(INTERVAL, flat(part))]
     assert len(quoted) > 3
@@ -268,7 +269,7 @@ def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
     folder = ROOT / "results" / "baseline" / name
     rows = json.loads((folder / "suite.json").read_text(encoding="utf-8"))["rows"]
     stored = sum(len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet"))
-    assert sum(row["episodes"] + row["errors"] for row in rows) == stored, "python benchmarks/published_study.py --render"
+    assert sum(row["episodes"] + row["errors"] for row in rows) == stored, "published_study.py --render"
     text = (folder / "index.md").read_text(encoding="utf-8")
     assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
     assert f"all {stored} deliveries" in text or f"{stored} of" in text
