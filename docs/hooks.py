@@ -1,12 +1,18 @@
-"""What the site shows beside docs/: the pages of the studies in results/baseline, each with its figures."""
+"""What the site shows beside docs/: the studies in results/baseline, all metrics, all rules of lint."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from mkdocs.structure.files import File, Files
 
+from harness.metrics.catalog import FACTS, GROUPS, RUN_METRICS
+from harness.metrics.metric import Metric
+from navstack.params.lint.rules import catalog
+
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
 STUDIES = ("study", "evasive_study")
+LINK_TO_CATALOG = "[`catalog.toml`](../harness/metrics/catalog.toml)"
 
 
 def on_files(files: Files, *, config: Any) -> Files:
@@ -19,8 +25,28 @@ def on_files(files: Files, *, config: Any) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Links to a study in the repository lead to its page on the site."""
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    """Links to a study lead to its page on the site; two pages get their tables."""
     for name in STUDIES:
         markdown = markdown.replace(f"../results/baseline/{name}/index.md", f"{name}.md")
+    if page.file.src_uri == "lint.md":
+        return f"{markdown}\n{catalog()}"
+    if page.file.src_uri == "metrics.md":
+        return markdown.replace(LINK_TO_CATALOG, "`harness/metrics/catalog.toml`") + "\n" + "\n".join(metric_tables())
     return markdown
+
+
+def metric_tables() -> Iterator[str]:
+    """The lines of a table for every group of metrics, and one of the other columns."""
+    for group, metrics in (*GROUPS.items(), ("Of a run only", RUN_METRICS)):
+        yield from (f"## {group}", "", *_table(metrics), "")
+    yield from ("## Columns that are no metrics", "", "| column | meaning |", "| --- | --- |")
+    yield from (f"| `{key}` | {meaning} |" for key, (_, meaning) in FACTS.items())
+
+
+def _table(metrics: Sequence[Metric]) -> Iterator[str]:
+    yield from ("| metric | unit | better | definition | source | null when | mean as |", "| --- " * 7 + "|")
+    for metric in metrics:
+        mean = f"`{metric.mean_key}`" if metric.mean_key else ""
+        cells = (metric.unit, metric.better.value, metric.meaning, metric.source, metric.undefined or "never", mean)
+        yield f"| `{metric.key}` | {' | '.join(cells)} |"

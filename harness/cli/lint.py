@@ -23,21 +23,37 @@ from navstack.params.nav2_file.findings import Notice
 from navstack.params.strict import load_dataclass
 
 
+def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> None:
+    """Print every finding there is, and end."""
+    if is_asked:
+        sys.stdout.write(rules.catalog())
+        context.exit()
+
+
 @click.command()
 @click.argument("file")
 @click.option("--robot", help="A name of params/robots or a file, to hold the file against.")
+@click.option(
+    "--rules",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_rules,
+    help="Print all it looks for.",
+)
 @click.option("--allow-unknown", is_flag=True, help="Unknown keys are warnings, not errors.")
 @JSON
 def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> None:
     """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
 
-    FILE is a path or a name of params/nav2. What each finding means: docs/lint.md.
+    FILE is a path or a name of params/nav2.
 
     \b
     Examples:
       navbench lint my_robot_nav2.yaml
       navbench lint my_robot_nav2.yaml --robot segway_e1
       navbench lint tuned --json
+      navbench lint --rules
 
     Exit status: 0 no errors (there may be warnings); 1 errors.
     """

@@ -13,6 +13,9 @@ from typing import Any
 
 import pytest
 
+from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
+from navstack.params.lint.rules import RULES
+
 from .blocks import ROOT
 
 pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'navbench[dev]'")
@@ -72,6 +75,14 @@ def address(site: Path) -> Iterator[str]:
 def test_every_page_is_there(site: Path) -> None:
     for page in (ROOT / "docs").glob("*.md"):
         assert (site / f"{page.stem}.html").is_file(), page.name
+
+
+def test_pages_have_what_is_made_for_them(site: Path) -> None:
+    metrics = (site / "metrics.html").read_text(encoding="utf-8")
+    assert all(f"<code>{metric.key}</code>" in metrics for metric in (*EPISODE_METRICS, *RUN_METRICS))
+    assert all(f"<code>{rule.id}</code>" in (site / "lint.html").read_text(encoding="utf-8") for rule in RULES)
+    for name in ("study", "evasive_study"):
+        assert (site / f"{name}.html").is_file() and (site / name / "margin.png").is_file()
 
 
 def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:

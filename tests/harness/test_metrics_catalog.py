@@ -1,9 +1,6 @@
 """Each metric is declared once, and everything else is made from that."""
 
-from pathlib import Path
-
 import pytest
-from metrics_page import page
 
 from harness.economics.cost_model import Measured
 from harness.economics.valuation import OUTCOMES
@@ -12,11 +9,6 @@ from harness.metrics.columns import EPISODE_COLUMNS
 from harness.metrics.metric import Metric
 from harness.metrics.summary import summarize
 from harness.report.table_rows import SIMULATION_EVALUATION, further_metrics
-
-
-def test_the_document_is_the_catalogs() -> None:
-    document = Path(__file__).parents[2] / "docs" / "metrics.md"
-    assert document.read_text(encoding="utf-8") == page(), "make it anew: python benchmarks/metrics_page.py"
 
 
 def test_no_column_and_no_mean_is_declared_twice() -> None:

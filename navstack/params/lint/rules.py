@@ -15,7 +15,7 @@ from navstack.params.lint import (
     speed,
     tree,
 )
-from navstack.params.lint.reader import reader_notices
+from navstack.params.lint.reader import ERRORS, WARNINGS, reader_notices
 from navstack.params.lint.rule import Rule
 from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
@@ -46,6 +46,24 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
     """
     found = list(_rule_notices(Subject(nav2, limits)))
     return tuple(sorted([*reader_notices(nav2, found), *found], key=lambda notice: (not notice.is_error, notice.line)))
+
+
+def catalog() -> str:
+    """Every finding there is, as Markdown: what it means, or what it does to a real robot."""
+    groups = {
+        "Errors in reading": list(ERRORS.items()),
+        "Warnings in reading": list(WARNINGS.items()),
+        **{title: [(rule.id, _meaning(rule)) for rule in rules] for title, rules in GROUPS.items()},
+    }
+    sections = (
+        f"## {title}\n\n" + "".join(f"- **`{each}`** {text}\n" for each, text in findings)
+        for title, findings in groups.items()
+    )
+    return "\n".join(sections)
+
+
+def _meaning(rule: Rule) -> str:
+    return f"{rule.title}: {rule.why}." + (" (Error)" if rule.is_error else "")
 
 
 def _rule_notices(subject: Subject) -> Iterator[Notice]:
