@@ -46,20 +46,23 @@ PAIRED = {  # key of navbench compare -> heading
     "avg_velocity_mps": "speed [m/s]",
 }
 FOLLOW_PATH = "controller_server.FollowPath."
+STACK = "stack."  # the stack file, not the Nav2 file
 DWB_CRITICS = ["RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"]
 MPPI_CRITICS = (
     *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic"),
     *("PathAlignCritic", "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
 )
-PARTS: dict[str, dict[str, dict[str, Value]]] = {  # stack -> variant -> parameters of its Nav2 file
+PARTS: dict[str, dict[str, dict[str, Value]]] = {  # stack -> variant -> parameters of its files
     "evasive-gps-ekf": {
         "stands-still": {FOLLOW_PATH + "evades_at_rest": False},
         "no-squeeze": {FOLLOW_PATH + "squeeze_usd": 0.0},
         "no-reversing": {FOLLOW_PATH + "max_reverse_speed": 0.0},
         "no-commitment": {FOLLOW_PATH + "switch_usd": 0.0, FOLLOW_PATH + "switch_share": 0.0},
         "no-corners": {FOLLOW_PATH + "corner_weight": 0.0},
+        "keeps-to-the-path": {FOLLOW_PATH + "corridor": 0.6},
         "sees-6-m": {FOLLOW_PATH + "range": 6.0},
         "straight-walkers": {"tracker.turning_acceleration_std": 0.0},
+        "true-people": {STACK + "tracker": "ground_truth"},
     },
     "nav2-gps-ekf": {
         "expected-contact": {
@@ -136,12 +139,14 @@ def with_variants(name: str, folder: Path) -> list[str]:
     original = (shipped("params") / "nav2" / f"{stack['nav2_file']}.yaml").read_text(encoding="utf-8")
     files = []
     for variant, changes in PARTS[name].items():
-        text = original
+        text, fields = original, {**stack, "title": f"{name}, {variant}", "nav2_file": f"{variant}-nav2.yaml"}
         for path, value in changes.items():
             node, _, parameter = path.partition(".")
-            text = set_value(text, (node,), parameter, value, f"{variant}: {path}")
+            if path.startswith(STACK):
+                fields[parameter] = value
+            else:
+                text = set_value(text, (node,), parameter, value, f"{variant}: {path}")
         (folder / f"{variant}-nav2.yaml").write_text(text, encoding="utf-8")
-        fields = {**stack, "title": f"{name}, {variant}", "nav2_file": f"{variant}-nav2.yaml"}
         (folder / f"{variant}.yaml").write_text(json.dumps(fields, indent=2) + "\n", encoding="utf-8")  # YAML, too
         files.append(str(folder / f"{variant}.yaml"))
     return [name, *files]

@@ -154,12 +154,15 @@ class NavigateToPose:
         self._count(plans=self._counts.plans + 1)
         self._plan_retried, self._plan_error = False, ""
         self._next_plan = state.stamp + REPLANNING_PERIOD
+        self._follow(plan, state.stamp)
+        return None
+
+    def _follow(self, plan: Path, stamp: float) -> None:
         if self._following:
             self._controller_server.set_plan(plan)
         else:
-            self._controller_server.begin(plan, state.stamp)
+            self._controller_server.begin(plan, stamp)
             self._following = True
-        return None
 
     def follow(self, state: RobotState, tracks: tuple[Track, ...]) -> Twist2D | None:
         """The command of this control cycle among ``tracks``, standstill without a path or costmap.
@@ -203,9 +206,11 @@ class NavigateToPose:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
             return  # and try again after the costmap's next update; until then the old path is followed
-        if self._following and self._controller_server.acts_at_rest:
+        if self._controller_server.acts_at_rest and (self._following or error.code in PLANNER_RECOVERY_HELPS):
             self._next_plan = state.stamp + REPLANNING_PERIOD
-            return  # whoever gives way also without a new plan is not made to stand
+            if not self._following:
+                self._follow(Path(self._goal.as_array()[None]), state.stamp)
+            return  # whoever gives way also without a plan is not made to stand
         if self._following:
             self._control_error = ""  # broken off, which is no failure
         self._turn_to_recoveries(error.code, COMPUTE_PATH_TO_POSE, state)

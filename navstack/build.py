@@ -3,7 +3,7 @@
 The tracker is imported when it is asked for: it brings filterpy along, which takes half of the start-up.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from navstack.behavior_tree import NavigateToPose
 from navstack.behaviors.behavior_server import BehaviorServer
@@ -15,7 +15,7 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.localization.localizer import Localizer
-from navstack.navigator import Frequencies, Navigator
+from navstack.navigator import Frequencies, Navigator, PeopleTracker
 from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
 from navstack.params.expected_cost import DeliveryPrices
@@ -44,13 +44,10 @@ from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import BoolArray, FloatArray
 
-if TYPE_CHECKING:
-    from navstack.perception.tracker import Tracker
-
 MOST_FREQUENT = 1000.0  # [Hz] of any part
 
 
-def _tracker(nav2: Nav2File, static_map: OccupancyGrid) -> "Tracker":
+def _tracker(nav2: Nav2File, static_map: OccupancyGrid) -> PeopleTracker:
     from navstack.perception.tracker import Tracker
 
     return Tracker(nav2.read(TrackerParams, "tracker"), static_map)
@@ -84,6 +81,7 @@ def build_navigator(
     keepout: BoolArray | None,
     stops_when_lost: bool = False,
     prices: DeliveryPrices | None = None,
+    tracker: PeopleTracker | None = None,
 ) -> Navigator:
     """A navigator as a Nav2 parameter file describes it.
 
@@ -95,6 +93,7 @@ def build_navigator(
             which the file names none; None: there is no such mask.
         stops_when_lost: see :class:`Navigator`; Nav2 drives on.
         prices: for a controller that minimises dollars; None: those of the file hold.
+        tracker: tells a controller that asks for it of people; None: the file's own, which sees them in the scans.
 
     Raises:
         ParameterError: the file asks for something that does not exist here or cannot work.
@@ -120,7 +119,7 @@ def build_navigator(
     )
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller_server.set_speed_limit)
-    tracker = _tracker(nav2, static_map) if controller.wants_tracks else None
+    tracker = (tracker or _tracker(nav2, static_map)) if controller.wants_tracks else None
     planner = read_planner(nav2)
     tree = NavigateToPose(
         algorithms("planners")[planner.type].create(planner.params, parts={"robot_shape": robot_shape(global_costmap)}),

@@ -2,8 +2,9 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,13 +18,23 @@ from navstack.navigation_status import Counts, Status, Trouble
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
-from navstack.types import Belief, Health, Observation, Odometry, Path, Pose2D, RobotState, Track, Twist2D
-
-if TYPE_CHECKING:
-    from navstack.perception.tracker import Tracker
+from navstack.types import Belief, Health, LaserScan, Observation, Odometry, Path, Pose2D, RobotState, Track, Twist2D
 
 _KEPT = 64  # states of late, at 60 Hz a second of them
 LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
+
+
+class PeopleTracker(Protocol):
+    """What tells a controller of people: :class:`navstack.perception.tracker.Tracker`, or something that knows them."""
+
+    def reset(self) -> None:
+        """Forget everything, for a new episode."""
+
+    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
+        """Take in a scan, taken from a pose believed in the map and the odom frame."""
+
+    def tracks(self, stamp: float) -> Sequence[Track]:
+        """The people at a time [s] no earlier than the last scan's."""
 
 
 class Frequencies(NamedTuple):
@@ -65,7 +76,7 @@ class Navigator:
         monitor: CollisionMonitor,
         frequencies: Frequencies,
         stops_when_lost: bool = False,
-        tracker: "Tracker | None" = None,
+        tracker: PeopleTracker | None = None,
     ) -> None:
         self._localizer = localizer
         self._local_costmap = local_costmap

@@ -9,7 +9,8 @@ from navstack.control.expected_cost.field import Field
 from navstack.control.expected_cost.motion_cost import Scene
 from navstack.types import FloatArray
 
-_FAR = 3.0  # [m] beyond the grids and beyond which nobody is touched
+_FAR = 3.0  # [m] beyond what the scans show, and beyond which nobody is touched
+_OFF_MAP = -1.0  # [m]
 _CERTAIN = 4.0  # standard deviations beyond which nothing happens
 
 
@@ -85,16 +86,16 @@ def clearance(states: FloatArray, scene: Scene) -> FloatArray:
             states[..., 0] + along * np.cos(states[..., 2]),
             states[..., 1] + along * np.sin(states[..., 2]),
         )
-        for metres, (ox, oy, cell) in (
-            (scene.clearance.mapped, scene.clearance.mapped_grid),
-            (scene.clearance.seen, scene.clearance.seen_grid),
+        for metres, (ox, oy, cell), off in (
+            (scene.clearance.mapped, scene.clearance.mapped_grid, _OFF_MAP),
+            (scene.clearance.seen, scene.clearance.seen_grid, _FAR),
         ):
             if not len(metres):
                 continue
             row, column = ((py - oy) / cell).astype(int), ((px - ox) / cell).astype(int)
             height, width = metres.shape
             on = (py >= oy) & (px >= ox) & (row < height) & (column < width)
-            least = np.minimum(least, np.where(on, metres[row.clip(0, height - 1), column.clip(0, width - 1)], _FAR))
+            least = np.minimum(least, np.where(on, metres[row.clip(0, height - 1), column.clip(0, width - 1)], off))
     return least - scene.circle_radius
 
 
@@ -134,11 +135,11 @@ def angle_off(field: Field, x: FloatArray, y: FloatArray, yaw: FloatArray) -> Fl
 
 
 def at(field: Field, values: npt.NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Bilinear interpolation between cells' middles; beyond the grid it goes on as at its edge."""
+    """Bilinear interpolation between cells' middles; beyond the grid that of the nearest point on it."""
     height, width = values.shape
     u, v = (x - field.origin_x) / field.cell - 0.5, (y - field.origin_y) / field.cell - 0.5
     column, row = u.astype(int).clip(0, width - 2), v.astype(int).clip(0, height - 2)
-    right, up = u - column, v - row
+    right, up = (u - column).clip(0.0, 1.0), (v - row).clip(0.0, 1.0)
     low = (1.0 - right) * values[row, column] + right * values[row, column + 1]
     high = (1.0 - right) * values[row + 1, column] + right * values[row + 1, column + 1]
     found: FloatArray = (1.0 - up) * low + up * high

@@ -12,9 +12,9 @@ from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
 from harness.execution.process_cache import kept
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
-from harness.task.stack import Stack
+from harness.task.stack import TRUTH, Stack
 from harness.task.study import EpisodeTask, is_recording
-from harness.world.ground_truth import GroundTruthLocalizer, InjectedErrorLocalizer
+from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld
@@ -33,6 +33,7 @@ from navstack.navigator import Navigator
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
+from navstack.params.tracker import TrackerParams
 
 REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
 CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
@@ -256,16 +257,19 @@ def navigator_on(
         nav2: its parameter file.
         prices: see :func:`delivery_prices`; None: those of the file hold.
     """
-    if stack.localizer == "ground_truth":
+    if stack.localizer == TRUTH:
         localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
         if not stack.injected.is_zero:
             localizer = InjectedErrorLocalizer(localizer, stack.injected)
     else:
         localizer = build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
     stops = stack.when_lost == "stop"
+    tracker = None
+    if stack.tracker == TRUTH:
+        tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
     if stack.planning_map == "navigation_mesh":
-        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops, prices)
-    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops, prices)
+        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops, prices, tracker)
+    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops, prices, tracker)
 
 
 def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:

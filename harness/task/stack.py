@@ -12,7 +12,7 @@ from navstack.params.extensions import localizers
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
-TRUTH = "ground_truth"  # the localizer that no robot can have
+TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
 PLANNING_MAPS = ("geometry", "navigation_mesh")
 LOCALIZATION_MAPS = (*PLANNING_MAPS, "outlined_mesh")
 NAVIGATORS = ("nav2", "parked")
@@ -65,6 +65,7 @@ class Stack:
     localization_map: str = ""  # of LOCALIZATION_MAPS; empty: the planning map
     when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
     injected: InjectedError = NO_ERROR  # on top of ground_truth
+    tracker: str = ""  # ground_truth: people as they are; empty: as the Nav2 file's tracker sees them
     name: str = ""
 
 
@@ -119,6 +120,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("planning map", stack.planning_map, PLANNING_MAPS)
     _check("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
     _check("when_lost", stack.when_lost, WHEN_LOST)
+    _check("tracker", stack.tracker or TRUTH, (TRUTH,))
     for sensor in stack.carries:
         _check("sensor", sensor, SENSORS.values())
     if not stack.injected.is_zero and stack.localizer != "ground_truth":

@@ -1,4 +1,4 @@
-"""Localizers that know the truth, exactly or with a set error: the harness injects them, no brain has them.
+"""Who knows the truth, exactly or with a set error: the harness injects it, no brain has it.
 
 What a metre or a degree costs can only be asked of an error that one sets.
 """
@@ -12,10 +12,11 @@ from harness.task.stack import InjectedError
 from harness.world.noise import GaussMarkov
 from navstack.geometry import normalize_angle
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, FloatArray, Health, Observation, Pose2D
+from navstack.types import Belief, FloatArray, Health, LaserScan, Observation, Pose2D, Track
 
 _CERTAIN: FloatArray = np.zeros((3, 3))  # one for all beliefs; read only
-_CERTAIN.flags.writeable = False
+_SURE: FloatArray = np.zeros((4, 4))  # one for all tracks; read only
+_CERTAIN.flags.writeable = _SURE.flags.writeable = False
 
 
 class GroundTruthLocalizer(Localizer):
@@ -35,6 +36,31 @@ class GroundTruthLocalizer(Localizer):
     def update(self, observation: Observation) -> Belief:
         """The true pose, with zero covariance."""
         return Belief(self._true_pose(), _CERTAIN, Health.TRACKING, observation.stamp)
+
+
+class GroundTruthTracker:
+    """Tells of all people as they are, behind walls too, without error and without delay."""
+
+    def __init__(self, people: Callable[[], FloatArray], radius: float) -> None:
+        """Look at the world.
+
+        Args:
+            people: gives them now (n, 4): x, y [m], vx, vy [m/s] in the map frame.
+            radius: of a person, in [m].
+        """
+        self._people = people
+        self._radius = radius
+
+    def reset(self) -> None:
+        """Nothing is remembered."""
+
+    def observe(self, scan: LaserScan, in_map: Pose2D, in_odom: Pose2D) -> None:
+        """Nothing to see that is not known."""
+
+    def tracks(self, stamp: float) -> list[Track]:
+        """All people; a person's number is their place in the world's list."""
+        people = self._people().tolist()
+        return [Track(k, stamp, x, y, vx, vy, self._radius, _SURE) for k, (x, y, vx, vy) in enumerate(people)]
 
 
 class InjectedErrorLocalizer(Localizer):

@@ -23,7 +23,9 @@ class Controller(ABC):
     """Follows a plan. A new plan is recognised as a new object."""
 
     wants_tracks = False  # whether it looks at what moves about
-    acts_at_rest = False  # whether it is asked on after arrival, and drives on where no new plan is found
+    acts_at_rest = (
+        False  # whether it is asked on after arrival, and drives where no plan is found: to a plan of the goal alone
+    )
 
     def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
         """Draw all chance from ``rng`` from now on: a new navigation begins, :meth:`reset` follows."""

@@ -11,18 +11,8 @@ _POSITIVE = (
 )
 _NOT_NEGATIVE = (
     *("max_reverse_speed", "second_usd", "late_usd", "touch_usd", "squeeze_usd", "wall_usd", "inside_usd"),
-    *(
-        "shake_usd",
-        "alarm_usd",
-        "switch_usd",
-        "switch_share",
-        "position_std",
-        "drift_std",
-        "standing_std",
-        "turning_std",
-        "wall_std",
-    ),
-    *("counted_speed", "range"),
+    *("shake_usd", "alarm_usd", "switch_usd", "switch_share", "position_std", "drift_std", "standing_std"),
+    *("turning_std", "wall_std", "counted_speed", "range", "corridor"),
 )
 
 
@@ -59,6 +49,7 @@ class ExpectedCostParams:
     max_tracks: int = 8  # people that are looked at, the nearest
     range: float = 12.0  # [m] up to which they are looked at
     replan_length_ratio: float = 1.3  # plan over field's way from which on the field is made anew
+    corridor: float = 0.0  # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
     clearance_period: float = 0.2  # [s] between two looks at the local costmap
     evades_at_rest: bool = True  # gives way also where it has arrived, and where Nav2 would let a recovery run
 

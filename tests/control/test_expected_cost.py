@@ -1,6 +1,7 @@
 """The controller of least expected cost: every term against a slow twin, predictions, walls, and what it does."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -12,7 +13,14 @@ from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, stree
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP
 from navstack.control.expected_cost import motions as library
-from navstack.control.expected_cost.clearance import FAR, map_clearance, signed_distances, with_obstacles
+from navstack.control.expected_cost.clearance import (
+    FAR,
+    OFF_MAP,
+    clearance_at,
+    map_clearance,
+    signed_distances,
+    with_obstacles,
+)
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
 from navstack.control.expected_cost.motion_cost import TERMS, price_all, price_one
@@ -112,6 +120,16 @@ def test_returns_from_people_are_no_walls_but_the_map_behind_them_is() -> None:
     assert found.mapped[300, 149] < 0.0 < found.mapped[300, 151]
 
 
+def test_off_the_map_is_no_way_to_go() -> None:
+    """Somebody fills the street to its end on the map; beyond it the map knows nothing."""
+    poses = drive(make(), state(y=4.0), [(15.0 + 0.9 * k, 9.0, 0.0, -1.0) for k in range(-8, 9)], 12.0)
+    assert poses[:, 1].min() > 0.0
+    field = make_field(street(), GOAL, 0.2, cost_to_go)
+    assert cost_at(field, 15.0, -5.0) == cost_at(field, 15.0, 0.0)
+    clearance = map_clearance(street())
+    assert clearance_at(clearance, 15.0, -0.01) == OFF_MAP < 0.0 < clearance_at(clearance, 15.0, 0.01)
+
+
 def test_the_field_is_the_way_to_the_goal_in_metres() -> None:
     field = make_field(street(), GOAL, 0.2, cost_to_go)
     assert cost_at(field, 15.0, 8.0) == pytest.approx(20.0, rel=0.03)
@@ -121,6 +139,15 @@ def test_the_field_is_the_way_to_the_goal_in_metres() -> None:
     closed.data[400:420] = 254
     assert np.isinf(cost_to_go(closed, GOAL)[100, 300])
     assert np.isfinite(make_field(closed, GOAL, 0.2, cost_to_go).cost).all()
+
+
+def test_in_a_corridor_ways_lead_along_the_plan_only() -> None:
+    plan = Path(np.array([(15.0, 8.0, 0.0), (12.0, 8.0, 0.0), (12.0, 28.0, 0.0), (GOAL.x, GOAL.y, 0.0)]))
+    plan = Path(np.vstack([np.linspace(a, b, 100) for a, b in itertools.pairwise(plan.poses)]))
+    field = make_field(street(), GOAL, 0.2, cost_to_go, 0.6, plan)
+    assert cost_at(field, 15.0, 8.0) > 23.0  # around, where straight on it is 20 m
+    assert cost_at(field, 12.0, 18.0) == pytest.approx(13.0, rel=0.08)
+    assert cost_at(field, 15.0, 18.0) > cost_at(field, 12.5, 18.0) + 4.0 * 2.0  # off it: steeply uphill
 
 
 def prediction(one, world=None):

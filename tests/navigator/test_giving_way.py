@@ -48,3 +48,14 @@ def test_only_who_acts_at_rest_drives_on_where_no_new_plan_is_found(room, make, 
     assert (navigator.counts.recoveries == 0) is drives_on
     assert not result.touched
     assert math.isfinite(sum(speeds))
+
+
+@pytest.mark.parametrize(("name", "comes_near"), [("expected_cost", True), ("mpc", False)])
+def test_only_who_acts_at_rest_drives_where_there_never_was_a_plan(room, make, drive, name, comes_near) -> None:
+    grid = room()
+    grid.data[:, 240:246] = OCCUPIED  # a wall across the room at x = 12 m, on the map
+    navigator, localizer = make(grid, name)
+    result = drive(navigator, localizer, START, Pose2D(14.0, 4.0), 8.0, lambda now: grid.data == OCCUPIED)
+    assert navigator.counts.plans == 0
+    assert (navigator.counts.recoveries == 0) is comes_near
+    assert not result.touched

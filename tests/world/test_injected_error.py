@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from harness.task.stack import InjectedError
-from harness.world.ground_truth import GroundTruthLocalizer, InjectedErrorLocalizer
-from navstack.errors import ParameterError
+from harness.storage.shipped import shipped
+from harness.task.stack import TRUTH, InjectedError, load_stack
+from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
+from navstack.errors import InputError, ParameterError
 from navstack.types import Belief, Health, Observation, Pose2D
 
 TRUE = Pose2D(10.0, -5.0, 3.1)
@@ -72,3 +73,25 @@ def test_the_belief_tells_its_own_uncertainty():
 def test_what_is_no_error_is_refused(values):
     with pytest.raises(ParameterError, match=r"injected error: \w+ .* is out of range; give a number"):
         InjectedError(*values)
+
+
+def test_who_knows_the_people_tells_of_them_as_they_are_now():
+    people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3)])
+    tracker = GroundTruthTracker(lambda: people, 0.3)
+    people += (1.0, 0.0, 0.0, 0.0)
+    told = tracker.tracks(7.0)
+    assert [(each.id, each.x, each.y, each.vx, each.vy) for each in told] == [
+        (0, 2.0, 2.0, 0.5, -0.5),
+        (1, 9.0, 9.0, 0.0, 1.3),
+    ]
+    assert all(each.stamp == 7.0 and each.radius == 0.3 and not each.covariance.any() for each in told)
+
+
+def test_a_stack_file_may_ask_for_it_and_for_nothing_else(tmp_path):
+    text = (shipped("params") / "stacks" / "evasive-gps-ekf.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "knows.yaml"
+    file.write_text(text + "tracker: ground_truth\n", encoding="utf-8")
+    assert load_stack(str(file)).tracker == TRUTH
+    file.write_text(text + "tracker: perfect\n", encoding="utf-8")
+    with pytest.raises(InputError, match="tracker 'perfect'.*ground_truth"):
+        load_stack(str(file))

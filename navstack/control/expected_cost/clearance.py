@@ -10,7 +10,8 @@ from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
-FAR = 3.0  # [m] of clearance where nothing is near, and beyond the grids
+FAR = 3.0  # [m] of clearance where nothing is near, and beyond what the scans show
+OFF_MAP = -1.0  # [m] of clearance off the map: nobody knows what is there
 _LOOKED_AT = 6.0  # [m] from the robot along x and y up to which what no map shows counts
 _POOLED = 2  # cells of a costmap along each side of one here
 _AROUND = 0.25  # [m] beside a person's body whose returns are the person's
@@ -177,15 +178,16 @@ def squared_distances(marked: BoolArray, most: int) -> Float32Array:
 
 
 @njit(cache=True, inline="always")
-def distance_at(metres: Float32Array, grid: tuple[float, float, float], x: float, y: float) -> float:
-    """The distance [m] that a grid has for a point of the map frame; FAR beyond it."""
-    column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
+def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float) -> float:
+    """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
+    column, row = math.floor((x - grid[0]) / grid[2]), math.floor((y - grid[1]) / grid[2])
     height, width = metres.shape
-    return metres[row, column] if 0 <= row < height and 0 <= column < width else FAR
+    return metres[row, column] if 0 <= row < height and 0 <= column < width else beyond
 
 
 @njit(cache=True)
 def clearance_at(clearance: Clearance, x: float, y: float) -> float:
     """The clearance [m] of a point of the map frame."""
-    mapped = distance_at(clearance.mapped, clearance.mapped_grid, x, y)
-    return min(mapped, distance_at(clearance.seen, clearance.seen_grid, x, y))
+    off_map = OFF_MAP if len(clearance.mapped) else FAR
+    mapped = distance_at(clearance.mapped, clearance.mapped_grid, off_map, x, y)
+    return min(mapped, distance_at(clearance.seen, clearance.seen_grid, FAR, x, y))

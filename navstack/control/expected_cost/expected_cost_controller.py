@@ -147,11 +147,14 @@ class ExpectedCostController(Controller):
         self._plan = plan
         goal = Pose2D(*plan.poses[-1].tolist())
         is_new = self._field is None or math.hypot(goal.x - self._goal.x, goal.y - self._goal.y) > _GOAL_MOVED
-        if is_new or self._is_out_of_date(plan, state):
+        corridor = self._params.corridor
+        if is_new or corridor > 0.0 or self._is_out_of_date(plan, state):
             shown = self._world.floor if is_new and self._world.floor is not None else self._world.data
             known = Costmap(shown, self._world.resolution, self._world.origin_x, self._world.origin_y)
-            self._field = make_field(known, goal, self._params.cell, self._cost_to_go)
-            self._goal, self._field_stamp, self._nearest = goal, state.stamp, math.inf
+            self._field = make_field(known, goal, self._params.cell, self._cost_to_go, corridor, plan)
+            self._goal, self._field_stamp = goal, state.stamp
+            if is_new or corridor == 0.0:
+                self._nearest = math.inf
 
     def _is_out_of_date(self, plan: Path, state: RobotState) -> bool:
         """Whether the planner goes a much longer way: something blocks the field's."""

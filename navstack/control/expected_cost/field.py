@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from navstack.costmap.costmap import Costmap
+from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.jit import njit
-from navstack.types import FloatArray, Pose2D
+from navstack.types import FloatArray, Path, Pose2D
 
 CostToGo = Callable[[Costmap, Pose2D], FloatArray]  # of each cell (height, width) [m]; infinite: no way leads there
+NO_PLAN = Path(np.empty((0, 3)))
 _UPHILL = 4.0  # metres of cost per metre into what no way leads through
 _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
 
@@ -29,16 +30,20 @@ class Field(NamedTuple):
 FIELD = "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64), Field)"
 
 
-def make_field(costmap: Costmap, goal: Pose2D, cell: float, cost_to_go: CostToGo) -> Field:
+def make_field(
+    costmap: Costmap, goal: Pose2D, cell: float, cost_to_go: CostToGo, corridor: float = 0.0, plan: Path = NO_PLAN
+) -> Field:
     """The field of a goal on every n-th cell of a costmap, about ``cell`` [m] apart.
 
-    Where no way leads, the field rises steeply from the nearest place with one.
+    Where no way leads, the field rises steeply from the nearest place with one. With a ``corridor`` ways lead only
+    within so many metres of a plan, along x and along y.
     """
     every = max(1, round(cell / costmap.resolution))
     first = every // 2
     costs = np.ascontiguousarray(costmap.data[first::every, first::every])
     size = every * costmap.resolution
-    metres = cost_to_go(Costmap(costs, size, costmap.origin_x, costmap.origin_y), goal)
+    coarse = Costmap(costs, size, costmap.origin_x, costmap.origin_y)
+    metres = cost_to_go(coarse if corridor == 0.0 else _within(coarse, plan, corridor), goal)
     unreached = np.isinf(metres)
     if unreached.all():
         metres = np.zeros_like(metres)
@@ -49,15 +54,29 @@ def make_field(costmap: Costmap, goal: Pose2D, cell: float, cost_to_go: CostToGo
     return Field(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
 
 
+def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
+    """A costmap that is free within ``width`` [m] of a plan only."""
+    size, reach = costmap.resolution, round(width / costmap.resolution)
+    walled = np.full_like(costmap.data, LETHAL_OBSTACLE)
+    places = np.floor((plan.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / size).astype(np.int64)
+    for column, row in np.unique(places, axis=0).tolist():
+        near = np.s_[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
+        walled[near] = costmap.data[near]
+    return Costmap(walled, size, costmap.origin_x, costmap.origin_y)
+
+
 @njit(cache=True, inline="always")
 def corner_of(
     values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
 ) -> tuple[int, int, float, float]:
-    """Row and column of the lower left of the four cells around a point, and its shares of the way up and right."""
+    """Row and column of the lower left of the four cells around a point, and its shares of the way up and right.
+
+    Off the grid they are those of the nearest point on it.
+    """
     height, width = values.shape
     u, v = (x - origin_x) / cell - 0.5, (y - origin_y) / cell - 0.5
     column, row = min(max(int(u), 0), width - 2), min(max(int(v), 0), height - 2)
-    return row, column, v - row, u - column
+    return row, column, min(max(v - row, 0.0), 1.0), min(max(u - column, 0.0), 1.0)
 
 
 @njit(cache=True, inline="always")

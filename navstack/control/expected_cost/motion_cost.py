@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.contact_risk import BODY, UNLIKELY, Body, ContactRates, chance, gap_to, touch_price
-from navstack.control.expected_cost.clearance import CLEARANCE, Clearance, distance_at
+from navstack.control.expected_cost.clearance import CLEARANCE, FAR, OFF_MAP, Clearance, distance_at
 from navstack.control.expected_cost.field import FIELD, Field, blend, corner_of
 from navstack.control.expected_cost.motions import (
     KIND,
@@ -201,13 +201,13 @@ def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> fl
 
 @njit(cache=True, inline="always")
 def least_distance(
-    state: FloatArray, circles: FloatArray, metres: Float32Array, grid: tuple[float, float, float]
+    state: FloatArray, circles: FloatArray, metres: Float32Array, grid: tuple[float, float, float], beyond: float
 ) -> float:
     """Distance [m] that a grid has from the middles of the circles that cover the robot."""
     least = math.inf
     for along in circles:
         x, y = state[X] + along * state[COS], state[Y] + along * state[SIN]
-        least = min(least, distance_at(metres, grid, x, y))
+        least = min(least, distance_at(metres, grid, beyond, x, y))
     return least
 
 
@@ -245,14 +245,15 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
     motion, std, weight, radius = scene.people.motion, scene.people.std, scene.people.weight, scene.people.radius
     mapped, mapped_grid = scene.clearance.mapped, scene.clearance.mapped_grid
     seen, seen_grid = scene.clearance.seen, scene.clearance.seen_grid
+    off_map = OFF_MAP if len(mapped) else FAR
     worst, squeezed = np.zeros(len(weight)), np.zeros(len(weight))
     for k in range(len(states)):
         if total >= bound:
             return math.inf
         state = states[k]
-        room = least_distance(state, circles, mapped, mapped_grid) - scene.circle_radius
+        room = least_distance(state, circles, mapped, mapped_grid, off_map) - scene.circle_radius
         if len(seen):
-            room = min(room, least_distance(state, circles, seen, seen_grid) - scene.circle_radius)
+            room = min(room, least_distance(state, circles, seen, seen_grid, FAR) - scene.circle_radius)
         if room < UNLIKELY * rates.wall_std:
             worse = max(0.0, care[k] * rates.wall_usd * chance(room / rates.wall_std) - terms[WALL])
             deeper = care[k] * rates.inside_usd * max(0.0, -room) * dt
