@@ -51,7 +51,7 @@ class ExpectedCostParams:
     replan_length_ratio: float = 1.3  # plan over field's way from which on the field is made anew
     corridor: float = 0.0  # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
     clearance_period: float = 0.2  # [s] between two looks at the local costmap
-    evades_at_rest: bool = True  # gives way also where it has arrived, and where Nav2 would let a recovery run
+    evades_at_rest: bool = True  # gives way also while it stands, after arrival, and where Nav2 would recover
 
     contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)  # [USD] of a counted contact at a closing
     # speed of 0, 1, .. m/s: injury curves of Wang 2022 times NHTSA's costs; slower than counted, as at counted_speed

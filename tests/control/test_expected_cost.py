@@ -264,6 +264,14 @@ def test_it_drives_off_when_it_is_touched() -> None:
     assert gaps(poses, people)[-1] > 0.5
 
 
+@pytest.mark.parametrize(("evades", "speed", "looks"), [(True, 0.0, True), (False, 0.0, False), (False, 1.0, True)])
+def test_evasion_while_standing_can_be_switched_off(evades, speed, looks) -> None:
+    """Then a robot that stands compares what it would in an empty street."""
+    controller = make(dataclasses.replace(PARAMS, evades_at_rest=evades))
+    drive(controller, state(v=speed), [(15.0, 11.0, 0.0, -1.3)], 1.0 / 15.0)
+    assert (controller.decision.samples > 100) is looks
+
+
 def test_it_finds_back_onto_the_walkable_ground() -> None:
     poses = drive(make(), state(7.4, 12.0), [], 6.0)  # 10 cm into the wall's side of the edge
     assert poses[-1, 0] > 7.8

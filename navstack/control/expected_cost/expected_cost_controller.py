@@ -38,6 +38,7 @@ _OFF = (0.3, 0.4)  # [m/s], [rad/s] between command and odometry from which on o
 _SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
 _PATIENCE = 5.0  # [s] between two fields on account of a longer plan
 _GOT_ON = 1.0  # [m] by which the cost to go must fall to count as progress
+_STANDS = 0.05  # [m/s] up to which the robot stands
 _ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
 
 
@@ -235,7 +236,8 @@ class ExpectedCostController(Controller):
         costs = np.empty(len(motions))
         best = price_all(motions, scene, math.inf, costs)
         kept = costs[0] if len(last) else math.inf
-        if self._risk(motions[best], scene) <= self._params.alarm_usd:
+        just_waits = not self._params.evades_at_rest and abs(scene.start[3]) < _STANDS
+        if just_waits or self._risk(motions[best], scene) <= self._params.alarm_usd:
             motions, costs = self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
         else:
             more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
