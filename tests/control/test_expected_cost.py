@@ -127,7 +127,7 @@ def test_off_the_map_is_no_way_to_go() -> None:
     field = make_field(street(), GOAL, 0.2, cost_to_go)
     assert cost_at(field, 15.0, -5.0) == cost_at(field, 15.0, 0.0)
     clearance = map_clearance(street())
-    assert clearance_at(clearance, 15.0, -0.01) == OFF_MAP < 0.0 < clearance_at(clearance, 15.0, 0.01)
+    assert clearance_at(clearance, 15.0, -0.2) == OFF_MAP < 0.0 < clearance_at(clearance, 15.0, 0.01)
 
 
 def test_the_field_is_the_way_to_the_goal_in_metres() -> None:

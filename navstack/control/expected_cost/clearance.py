@@ -180,7 +180,7 @@ def squared_distances(marked: BoolArray, most: int) -> Float32Array:
 @njit(cache=True, inline="always")
 def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
-    column, row = math.floor((x - grid[0]) / grid[2]), math.floor((y - grid[1]) / grid[2])
+    column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
     height, width = metres.shape
     return metres[row, column] if 0 <= row < height and 0 <= column < width else beyond
 
