@@ -33,7 +33,7 @@ def arms_of(
     localizers: Sequence[str],
     errors: Sequence[str],
     correlation_time: float | None = None,
-    allow_unknown: bool = False,
+    allow_unknown: bool = True,
 ) -> tuple[Stack, ...]:
     """The arms of a stack, named by what is different in each.
 

@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from navstack.errors import ParameterError
 from navstack.params.lint import rules
 from navstack.params.lint.subject import RobotLimits
 from navstack.params.nav2_file.file import inspect_nav2
-from navstack.params.nav2_file.findings import Notice
+from navstack.params.nav2_file.findings import UNKNOWN_KEY, Notice
 from navstack.params.strict import load_dataclass
 
 
@@ -41,9 +42,11 @@ def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> 
     callback=_print_rules,
     help="Print all it looks for.",
 )
-@click.option("--allow-unknown", is_flag=True, help="Unknown keys are warnings, not errors.")
+@click.option(
+    "--strict", is_flag=True, help="Every key that Nav2 does not know is an error, not the misspelt ones alone."
+)
 @JSON
-def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> None:
+def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
     """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
 
     FILE is a path or a name of params/nav2.
@@ -59,7 +62,7 @@ def lint(file: str, robot: str | None, allow_unknown: bool, as_json: bool) -> No
     """
     limits = None if robot is None else robot_limits(robot)
     path = Path(file) if Path(file).is_file() else resolve(file, shipped("params") / "nav2", "Nav2")
-    notices, ignored = _findings(path, limits, allow_unknown)
+    notices, ignored = _findings(path, limits, strict)
     errors = [notice for notice in notices if notice.is_error]
     warnings = [notice for notice in notices if not notice.is_error]
     if as_json:
@@ -92,13 +95,16 @@ def robot_limits(name_or_file: str) -> RobotLimits:
     )
 
 
-def _findings(path: Path, limits: RobotLimits | None, allow_unknown: bool) -> tuple[Sequence[Notice], Sequence[str]]:
+def _findings(path: Path, limits: RobotLimits | None, strict: bool) -> tuple[Sequence[Notice], Sequence[str]]:
     try:
-        nav2 = inspect_nav2(path, allow_unknown)
+        nav2 = inspect_nav2(path)
     except ParameterError as error:
         message = str(error).removeprefix(f"{path}: ")
         return [Notice("unreadable-file", "", message, "give a Nav2 parameter file", is_error=True)], ()
-    return rules.lint(nav2, limits), nav2.ignored
+    notices = rules.lint(nav2, limits)
+    if not strict:
+        notices = tuple(replace(each, is_error=each.is_error and each.id != UNKNOWN_KEY) for each in notices)
+    return notices, nav2.ignored
 
 
 def _plain(notices: Sequence[Notice]) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from harness.cli.options import JSON, Finite
+from harness.cli.options import JSON, STRICT, Finite
 
 
 # fmt: off
@@ -33,7 +33,7 @@ from harness.cli.options import JSON, Finite
               "default: such that the first fix is where the robot starts.")
 @click.option("--base-frame", help="Frame of the robot; default: the odometry's child frame.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the particles.")
-@click.option("--allow-unknown", is_flag=True, help="Unknown keys in the Nav2 file are warnings, not errors.")
+@STRICT
 @JSON
 # fmt: on
 def localize(**choices: Any) -> None:

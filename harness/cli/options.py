@@ -67,8 +67,8 @@ _CONDITIONS = (
     click.option("--goal", help="x,y,yaw [m, m, rad] of every goal, instead of sampled ones."),
     PRICES,
 )  # fmt: skip
-_ALLOW_UNKNOWN = click.option("--allow-unknown", is_flag=True,
-                              help="Unknown keys in a Nav2 file are warnings, not errors.")  # fmt: skip
+STRICT = click.option("--strict", "allow_unknown", is_flag=True, flag_value=False, default=True,
+                      help="Refuse keys unknown to Nav2 in its file; else they are ignored, as Nav2 does.")  # fmt: skip
 
 
 def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -85,13 +85,13 @@ def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that decide which deliveries are driven, how and where."""
-    options = (_EPISODES, *_CONDITIONS, _RECORD, _ALLOW_UNKNOWN, JSON)
+    options = (_EPISODES, *_CONDITIONS, _RECORD, STRICT, JSON)
     return _with(where_options(command), options)
 
 
 def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
-    return _with(where_options(command), (*_CONDITIONS, _ALLOW_UNKNOWN, JSON))
+    return _with(where_options(command), (*_CONDITIONS, STRICT, JSON))
 
 
 def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:

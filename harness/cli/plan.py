@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from harness.cli.options import JSON, Finite
+from harness.cli.options import JSON, STRICT, Finite
 from harness.storage.files import require_writable
 from navstack.errors import InputError
 
@@ -31,7 +31,7 @@ PICTURES = (".png", ".pdf", ".svg")  # suffixes
               help="Wall time for each of OMPL's planners; default: a number of iterations, which is repeatable.")
 @click.option("--params", help="A Nav2 parameter file, or a name of params/nav2; default: the tuned one.")
 @click.option("--picture", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw the paths on the costmap.")
-@click.option("--allow-unknown", is_flag=True, help="Unknown keys in the Nav2 file are warnings, not errors.")
+@STRICT
 @JSON
 # fmt: on
 def plan(**choices: Any) -> None:

@@ -303,7 +303,7 @@ def _run_options(choices: dict[str, Any]) -> tuple[str, ...]:
             continue
         is_file = (name in files and Path(value).is_file()) or (name == "people" and is_recording(value))
         given += [f"--{name}", str(Path(value).resolve()) if is_file else str(value)]
-    return (*given, "--allow-unknown") if choices["allow_unknown"] else tuple(given)
+    return tuple(given) if choices["allow_unknown"] else (*given, "--strict")
 
 
 def _short(file: str) -> str:

@@ -64,7 +64,7 @@ class Request:
     datum: str | None = None
     base_frame: str | None = None
     seed: int = 0
-    allow_unknown: bool = False
+    allow_unknown: bool = True
     as_json: bool = False
 
 

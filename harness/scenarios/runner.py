@@ -71,7 +71,7 @@ def _drive(scenario: Scenario, path: Path) -> Drive:
     known = _scene(scenario, path)
     mapped = with_things(known, tuple(thing for thing in scenario.things if thing.on_map))
     real = with_things(known, scenario.things)
-    robot, nav2 = robot_of(stack.robot), nav2_parameters(stack.nav2_file, False)
+    robot, nav2 = robot_of(stack.robot), nav2_parameters(stack.nav2_file, True)
     params = world_params(str(resolve(_beside(path, scenario.world), shipped("params") / "worlds", "world")), None)
     check_pose_free(real.walkable, scenario.start, "start")
     check_footprint_free(real.geometry, scenario.start, robot.polygon)

@@ -15,9 +15,11 @@ from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.filters import keepout_filters_without_mask
+from navstack.params.nav2_file.findings import IGNORED_BY_NAV2, UNKNOWN_KEY
 from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_dataclass
 
+MOST_MISSPELT = 3  # names told in a note; lint tells all
 BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
 
 
@@ -36,7 +38,7 @@ def check(study: Study) -> list[str]:
         notes += sensor_notes(stack, parts.scene)
         if stack.nav2_file:
             nav2 = parts.nav2
-            notes += [f"{stack.name}: {warning}" for warning in nav2.warnings]
+            notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []
             notes += filter_notes(nav2, stack)
             notes += footprint_notes(nav2, parts.robot, stack.name)
@@ -75,6 +77,18 @@ def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]
         f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its centre, the one that drives "
         f"here {real[0]:.2f} to {real[1]:.2f} m: it may touch what its costmap shows free"
     ]
+
+
+def file_notes(nav2: Nav2File) -> list[str]:
+    """What a user should know of a Nav2 file that is used; names that Nav2 does not know in one line."""
+    unknown = [notice for notice in nav2.notices if notice.id in IGNORED_BY_NAV2]
+    notes = [str(notice) for notice in nav2.notices if notice not in unknown]
+    if unknown:
+        misspelt = [notice for notice in unknown if notice.id != UNKNOWN_KEY]
+        first = "".join(f"; {notice}" for notice in misspelt[:MOST_MISSPELT])
+        notes.append(f"Nav2 does not know {len(unknown)} of the names in this file, and ignores them as we do{first}; "
+                     f"navbench lint {nav2.path} tells of each")  # fmt: skip
+    return notes
 
 
 def ignored_keys(nav2: Nav2File) -> str:

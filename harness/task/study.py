@@ -108,7 +108,7 @@ def make_study(
     prices: str = "costnav",
     rules: str = "costnav",
     record: str = "events",
-    allow_unknown: bool = False,
+    allow_unknown: bool = True,
 ) -> Study:
     """Check what a user asked for.
 

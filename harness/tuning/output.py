@@ -22,7 +22,7 @@ from navstack.params.strict import dump_dataclass
 
 TUNED, STACK, DIFF = "tuned.nav2.yaml", "tuned.yaml", "tuned.diff"
 FRONT = "front"  # folder with the file of every trial of a Pareto front
-ALLOW_UNKNOWN = "--allow-unknown"  # option of navbench run
+STRICT = "--strict"  # option of navbench run
 TRIALS, DOCUMENT = "trials.parquet", "tune.json"
 
 
@@ -32,7 +32,7 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
     Raises:
         InputError: the folder cannot be written.
     """
-    allow_unknown = ALLOW_UNKNOWN in declaration.options
+    allow_unknown = STRICT not in declaration.options
     tuned = with_values(nav2, result.incumbent.values, allow_unknown).document.text
     driven = dataclasses.replace(
         stack,

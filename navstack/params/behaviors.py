@@ -13,13 +13,13 @@ class BehaviorServerParams:
     behavior_plugins: tuple[str, ...] = ("spin", "backup", "drive_on_heading", "wait")
     simulate_ahead_time: float = 2.0  # [s] for which the motion must be free of collisions
     max_rotational_vel: float = 1.0  # [rad/s]
-    min_rotational_vel: float = 0.4  # [rad/s]
+    min_rotational_vel: float = 0.4  # [rad/s]; as in Nav2 negative ones slow nothing down
     rotational_acc_lim: float = 3.2  # [rad/s2]
 
     def __post_init__(self) -> None:
         if not self.cycle_frequency > 0.0:
             raise ParameterError(f"cycle_frequency {self.cycle_frequency} Hz is not positive")
-        for name in ("simulate_ahead_time", "max_rotational_vel", "min_rotational_vel", "rotational_acc_lim"):
+        for name in ("simulate_ahead_time", "max_rotational_vel", "rotational_acc_lim"):
             if getattr(self, name) < 0.0:
                 raise ParameterError(f"{name} {getattr(self, name)} is negative; give 0 or more")
 

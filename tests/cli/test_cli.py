@@ -8,6 +8,8 @@ import pytest
 
 from harness.cli.app import main
 from harness.storage.shipped import shipped
+from harness.study.preflight import file_notes
+from navstack.params.nav2_file.file import load_nav2
 
 FACTS = json.loads((Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8"))
 TUNED = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
@@ -81,8 +83,6 @@ def test_bad_options(capsys: pytest.CaptureFixture[str], arguments: tuple[str, .
         ({"map_yaml": MAP.replace("0.05", "-1"), "map_pgm": PGM}, ("resolution", "-1")),
         ({"nav2_yaml": "ros__parameters: [1, 2\n"}, ("nav2.yaml", "YAML")),
         ({"nav2_yaml": TUNED.replace("dwb_core::DWBLocalPlanner", "dwb_core::DWBLocalPlaner")}, ("DWBLocalPlaner",)),
-        ({"nav2_yaml": TUNED.replace("max_vel_x:", "max_vel_xx:")}, ("max_vel_xx", "max_vel_x")),
-        ({"nav2_yaml": TUNED.replace("inflation_radius", "inflation_radios")}, ("inflation_radios",)),
         ({"nav2_yaml": TUNED.replace("controller_frequency: 30.0", "controller_frequency: fast")}, ("fast", "number")),
         ({"nav2_yaml": "title: x\nnavigater: nav2\n"}, ("navigater", "navigator")),
     ],
@@ -92,6 +92,19 @@ def test_bad_files(
 ) -> None:
     line = complaint(capsys, *run_with(tmp_path, **files))
     assert all(word in line for word in words), line
+
+
+def test_keys_that_nav2_does_not_know_are_told_in_one_line_and_refused_with_strict(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    text = TUNED.replace("max_vel_x:", "wheel_diameter: 0.2\n      max_vel_xx:")
+    words = run_with(tmp_path, nav2_yaml=text)
+    line = complaint(capsys, *words, "--strict")
+    assert "wheel_diameter" in line and "1 more" in line
+    line = complaint(capsys, *words, "--prices", "none")  # the file is not what is wrong
+    assert "wheel_diameter" not in line
+    (note,) = (each for each in file_notes(load_nav2(tmp_path / "nav2.yaml", True)) if "does not know" in each)
+    assert "does not know 2 of the names" in note and "did you mean 'max_vel_x'" in note and "wheel" not in note
 
 
 @pytest.mark.parametrize("option", ["--start", "--goal"])

@@ -45,7 +45,7 @@ def test_errors_and_warnings_as_text(run):
     assert status == 1
     assert err.count("\n") == 1
     assert "did you mean 'acc_lim_x'?" in err
-    assert out.index("Errors") < out.index("unknown-key") < out.index("Warnings") < out.index("smoother-is-softer")
+    assert out.index("Errors") < out.index("misspelt-key") < out.index("Warnings") < out.index("smoother-is-softer")
     assert "> max_decel: [-2.5, 0.0, -3.2]" in out
 
 
@@ -59,14 +59,21 @@ def test_the_document(run):
     assert list(document) == ["errors", "warnings", "ignored"]
     (error,) = document["errors"]
     assert list(error) == KEYS
-    assert (error["id"], error["path"]) == ("unknown-key", "controller_server: FollowPath.acc_lim_xx")
+    assert (error["id"], error["path"]) == ("misspelt-key", "controller_server: FollowPath.acc_lim_xx")
     assert "acc_lim_xx" in changed.splitlines()[error["line"] - 1]
     warnings = {each["id"]: each for each in document["warnings"]}
     assert warnings["smoother-is-slower"]["advice"] == "smoothing_frequency: 20.0"
     assert "amcl" in document["ignored"] or any(each.startswith("amcl: ") for each in document["ignored"])
-    status, out, err = run(changed, "--json", "--allow-unknown")
+
+
+def test_a_key_that_nothing_is_spelt_like_is_a_warning_unless_strict(run):
+    foreign = ROBOT.replace("acc_lim_x:", "wheel_diameter: 0.2\n      acc_lim_x:")
+    status, out, err = run(foreign, "--json")
     assert (status, err) == (0, "")
     assert "unknown-key" in {each["id"] for each in json.loads(out)["warnings"]}
+    status, out, _ = run(foreign, "--json", "--strict")
+    assert status == 1
+    assert [each["id"] for each in json.loads(out)["errors"]] == ["unknown-key"]
 
 
 @pytest.mark.parametrize("text", ["amcl: [1,", "", "just words", "amcl:\n  alpha1: 2\n"])

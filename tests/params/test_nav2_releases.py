@@ -213,7 +213,7 @@ TYPES = {
 }
 DWB_TYPE, MPPI_TYPE = "dwb_core::DWBLocalPlanner", "nav2_mppi_controller::MPPIController"
 NAVFN_TYPE, HYBRID_TYPE = "nav2_navfn_planner/NavfnPlanner", "nav2_smac_planner::SmacPlannerHybrid"
-UNKNOWN = {"unknown-key", "unknown-node", "unknown-plugin", "missing-plugin", "foreign-node"}
+UNKNOWN = {"unknown-key", "misspelt-key", "unknown-node", "unknown-plugin", "missing-plugin", "foreign-node"}
 
 
 def text_of(release, types):
@@ -251,4 +251,4 @@ def test_the_names_of_a_release_are_known(inspect, release, controller, planner)
     nav2 = inspect(text)
     assert not [str(notice) for notice in nav2.notices if notice.id in UNKNOWN]
     misspelt = inspect(text.replace('"inflation_layer.inflation_radius"', '"inflation_layer.inflation_radios"'))
-    assert len([notice for notice in misspelt.notices if notice.id == "unknown-key"]) == 2
+    assert len([notice for notice in misspelt.notices if notice.id == "misspelt-key"]) == 2

@@ -151,7 +151,7 @@ def test_a_finished_run_says_so_and_prints_its_tables(whole: Path, capsys: pytes
     assert same(whole) == before
 
 
-@pytest.mark.parametrize("others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--allow-unknown"]])
+@pytest.mark.parametrize("others", [["--seed", "4"], ["--stack", "parked"], ["--out", "x"], ["--strict"]])
 def test_a_resumed_run_takes_no_other_study(whole: Path, capsys: pytest.CaptureFixture[str], others: list[str]) -> None:
     line = complain(capsys, "--resume", str(whole), "--workers", "1", *others)
     assert f"leave out {others[0]}" in line

@@ -12,8 +12,8 @@ from navstack.params.nav2_file.findings import Notice, is_told
 # Errors and warnings by id; the rules have others.
 ERRORS = {
     "unreadable-file": "The file cannot be read, is not YAML, or holds no node with ros__parameters.",
-    "unknown-key": "Nav2 has no such parameter in this place: it is misspelt, or it belongs to another node or plugin. "
-    "Nav2 does not complain; it goes on with the default. `--allow-unknown` turns it into a warning.",
+    "misspelt-key": "Nav2 has no such parameter in this place, but one that is spelt almost alike. Nav2 does not "
+    "complain; it goes on with the default of the one that was meant.",
     "unknown-node": "All but the name of a node of Nav2: its parameters are read by nobody.",
     "unknown-plugin": "No plugin of Nav2 or of an installed package has this type. A warning if it is of another "
     "package and the file can be used without it.",
@@ -22,6 +22,8 @@ ERRORS = {
     "unusable": "Something else for which `navbench run` refuses the file.",
 }
 WARNINGS = {
+    "unknown-key": "Nav2 has no such parameter in this place: it belongs to another release, node or plugin. Nav2 "
+    "ignores it. An error with `--strict`.",
     "unavailable-plugin": "A real plugin of Nav2 that does not exist here; an error if the file cannot run without it.",
     "substitute": "A plugin or sensor that runs as something simpler here.",
     "renamed": "A name of another release, read as Nav2 Jazzy's. Other releases of Nav2 do not read it.",

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from navstack.params.nav2_file.catalog import Catalog, plugin_type
-from navstack.params.nav2_file.findings import Findings, Notice, Section, Visit
+from navstack.params.nav2_file.findings import MISSPELT, UNKNOWN_KEY, Findings, Notice, Section, Visit
 from navstack.params.nav2_file.hints import nearly_equal, unknown_name
 from navstack.params.nav2_file.place import Place, joined, type_of
 from navstack.params.nav2_file.ros_yaml import Entry, is_placeholder
@@ -215,8 +215,10 @@ class Checker:
             self.findings.ignored.append(f"{self._node}: {place.prefix}{name} (of {sibling})")
             return
         known = place.block.own_keys | set(place.block.groups) | self._critics(place) | COMMON.keys
-        message = unknown_name(self._catalog, name, place.misspells(name), known, place.block.own_keys)
-        self._error("unknown-key", f"{place.prefix}{name}", message, line)
+        misspelt = place.misspells(name)
+        message = unknown_name(self._catalog, name, misspelt, known, place.block.own_keys)
+        kind = MISSPELT if misspelt or nearly_equal(name, known) else UNKNOWN_KEY
+        self._error(kind, f"{place.prefix}{name}", message, line)
 
     def _unknown_plugin(self, family: str, kind: str, where: str, line: int, is_error: bool) -> None:
         """A misspelt type is an error; one of another package is refused only where the file needs it."""

@@ -172,7 +172,7 @@ def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:
 
     Args:
         path: the file.
-        allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors.
+        allow_unknown: parameters and plugins unknown to Nav2 are warnings instead of errors, as Nav2 ignores them.
 
     Raises:
         ParameterError: the file cannot be read, or has errors; the message is one line with the first of them.

@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 from navstack.params.nav2_file.ros_yaml import Entry, Value
 from navstack.params.registry.entry import Params
 
-UNKNOWN = "unknown-plugin"  # id of a notice
+UNKNOWN = "unknown-plugin"  # ids of notices
+UNKNOWN_KEY, MISSPELT = "unknown-key", "misspelt-key"
+IGNORED_BY_NAV2 = (MISSPELT, UNKNOWN_KEY, "unknown-node")  # Nav2 does not look at what they name, and does not complain
 
 
 @dataclass(frozen=True, slots=True)

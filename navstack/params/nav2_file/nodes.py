@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from navstack.errors import did_you_mean
 from navstack.params.nav2_file import bindings
 from navstack.params.nav2_file.catalog import node_block, node_names
-from navstack.params.nav2_file.findings import Findings, Notice
+from navstack.params.nav2_file.findings import MISSPELT, UNKNOWN_KEY, Findings, Notice
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
 from navstack.params.registry import nodes
@@ -134,8 +134,12 @@ def _all_have(notice: Notice, findings: Iterable[Findings]) -> bool:
 
 
 def _same(one: Notice, other: Notice) -> bool:
-    """Whether two findings are the same but for their node."""
-    return (one.id, one.line, one.path.partition(":")[2]) == (other.id, other.line, other.path.partition(":")[2])
+    """Whether two findings are the same but for their node; what one node takes for misspelt, another may not know."""
+    first, second = (
+        (UNKNOWN_KEY if each.id == MISSPELT else each.id, each.line, each.path.partition(":")[2])
+        for each in (one, other)
+    )
+    return first == second
 
 
 def _stands_for(text: NodeText, full_name: str) -> bool:
