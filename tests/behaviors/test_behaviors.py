@@ -217,7 +217,7 @@ def test_the_server_refuses_what_the_file_does_not_offer(name, goal) -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [{"cycle_frequency": 0.0}, {"min_rotational_vel": -0.1}, {"simulate_ahead_time": -1.0}]
+    "values", [{"cycle_frequency": 0.0}, {"max_rotational_vel": -0.1}, {"simulate_ahead_time": -1.0}]
 )
 def test_senseless_parameters_are_refused(values) -> None:
     with pytest.raises(ParameterError, match=next(iter(values))):
