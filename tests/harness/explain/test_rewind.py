@@ -12,6 +12,7 @@ import pytest
 from harness.cli.app import main
 from harness.episode.episode import run_episode
 from harness.episode.factory import Parts
+from harness.execution.process_cache import forget
 from harness.explain.brains import Watched
 from harness.explain.rewind import changes_of, drive_changed
 from harness.metrics.columns import EPISODE_COLUMNS
@@ -53,7 +54,9 @@ def value_of(task: EpisodeTask, path: str) -> Any:
 def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: Path) -> None:
     task = task_for(stack, rules)
     as_it_was = run_episode(task)
+    forget()  # three brains at once are 1.5 GB
     rewound = drive_changed(task, [f"{SPEED}={value_of(task, SPEED)}"], MOMENT)
+    forget()
     assert rewound.delivery.row == as_it_was.row
     assert rewound.delivery.events == as_it_was.events
     assert rewound.delivery.decisions == as_it_was.decisions
