@@ -123,7 +123,7 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("tracker", stack.tracker or TRUTH, (TRUTH,))
     for sensor in stack.carries:
         _check("sensor", sensor, SENSORS.values())
-    if not stack.injected.is_zero and stack.localizer != "ground_truth":
+    if not stack.injected.is_zero and stack.localizer != TRUTH:
         raise ParameterError(f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'")
     params = shipped("params")
     nav2_file = ""

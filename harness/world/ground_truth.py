@@ -58,9 +58,12 @@ class GroundTruthTracker:
         """Nothing to see that is not known."""
 
     def tracks(self, stamp: float) -> list[Track]:
-        """All people; a person's number is their place in the world's list."""
-        people = self._people().tolist()
-        return [Track(k, stamp, x, y, vx, vy, self._radius, _SURE) for k, (x, y, vx, vy) in enumerate(people)]
+        """All people who are there; a person's number is their place in the world's list."""
+        return [
+            Track(k, stamp, x, y, vx, vy, self._radius, _SURE)
+            for k, (x, y, vx, vy) in enumerate(self._people().tolist())
+            if math.isfinite(x)
+        ]
 
 
 class InjectedErrorLocalizer(Localizer):

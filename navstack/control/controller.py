@@ -23,9 +23,7 @@ class Controller(ABC):
     """Follows a plan. A new plan is recognised as a new object."""
 
     wants_tracks = False  # whether it looks at what moves about
-    acts_at_rest = (
-        False  # whether it is asked on after arrival, and drives where no plan is found: to a plan of the goal alone
-    )
+    acts_at_rest = False  # whether it is asked on after arrival, and without a plan drives to the goal's pose
 
     def seed(self, rng: np.random.Generator) -> None:  # noqa: B027 - most controllers leave nothing to chance
         """Draw all chance from ``rng`` from now on: a new navigation begins, :meth:`reset` follows."""

@@ -58,4 +58,5 @@ def test_only_who_acts_at_rest_drives_where_there_never_was_a_plan(room, make, d
     result = drive(navigator, localizer, START, Pose2D(14.0, 4.0), 8.0, lambda now: grid.data == OCCUPIED)
     assert navigator.counts.plans == 0
     assert (navigator.counts.recoveries == 0) is comes_near
+    assert any(command.linear_x > 0.2 for command in result.commands) is comes_near
     assert not result.touched

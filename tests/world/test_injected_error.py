@@ -76,7 +76,7 @@ def test_what_is_no_error_is_refused(values):
 
 
 def test_who_knows_the_people_tells_of_them_as_they_are_now():
-    people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3)])
+    people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3), (np.nan,) * 4])  # the last is not there
     tracker = GroundTruthTracker(lambda: people, 0.3)
     people += (1.0, 0.0, 0.0, 0.0)
     told = tracker.tracks(7.0)
