@@ -12,6 +12,7 @@ from navstack.params.costmap import ObstacleLayerParams
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_collision_monitor, read_costmap
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 COSTMAPS = ("local_costmap", "global_costmap")
 
@@ -163,5 +164,6 @@ def drives_by_scan(nav2: Nav2File) -> bool:
     """Whether a costmap's obstacle layer or the collision monitor reads the scan."""
     costmaps = (read_costmap(nav2, node) for node in COSTMAPS)
     layers = (layer for costmap in costmaps for layer in costmap.enabled_layers(costmap.plugins).values())
-    marks = any(isinstance(layer, ObstacleLayerParams) and layer.active_sources for layer in layers)
+    seeing = (layer for layer in layers if isinstance(layer, ObstacleLayerParams | SpatioTemporalLayerParams))
+    marks = any(layer.active_sources for layer in seeing)
     return marks or bool(read_collision_monitor(nav2).polygons)

@@ -70,6 +70,10 @@ _CONDITIONS = (
 STRICT = click.option("--strict", "allow_unknown", is_flag=True, flag_value=False, default=True,
                       help="Refuse keys unknown to Nav2 in its file; else they are ignored, as Nav2 does.")  # fmt: skip
 
+SUBSTITUTE = click.option("--substitute", "substitutes", multiple=True, metavar="NAME=TYPE",
+                          help="Put another plugin in the place of the Nav2 file's own, e.g. "
+                          "FollowPath=dwb_core::DWBLocalPlanner; repeatable.")  # fmt: skip
+
 
 def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that decide where deliveries are driven; it takes them as ``where``."""
@@ -85,13 +89,13 @@ def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that decide which deliveries are driven, how and where."""
-    options = (_EPISODES, *_CONDITIONS, _RECORD, STRICT, JSON)
+    options = (_EPISODES, *_CONDITIONS, _RECORD, STRICT, SUBSTITUTE, JSON)
     return _with(where_options(command), options)
 
 
 def condition_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command :func:`study_options` without the number of deliveries and what is recorded of them."""
-    return _with(where_options(command), (*_CONDITIONS, STRICT, JSON))
+    return _with(where_options(command), (*_CONDITIONS, STRICT, SUBSTITUTE, JSON))
 
 
 def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:

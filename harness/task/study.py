@@ -11,6 +11,7 @@ from harness.execution.workers import available_cores
 from harness.storage.shipped import resolve, shipped
 from harness.task.mission import SAMPLINGS
 from harness.task.stack import Stack, load_stack
+from harness.task.substitute import with_substitutes
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import Pose2D
 
@@ -109,6 +110,7 @@ def make_study(
     rules: str = "costnav",
     record: str = "events",
     allow_unknown: bool = True,
+    substitutes: Sequence[str] = (),
 ) -> Study:
     """Check what a user asked for.
 
@@ -121,7 +123,8 @@ def make_study(
     if record not in RECORDS:
         raise UnknownNameError("--record", record, RECORDS)
     params = shipped("params")
-    loaded = _unique_names(tuple(load_stack(name, localizer, robot, sensors) for name in stacks))
+    asked = (load_stack(name, localizer, robot, sensors) for name in stacks)
+    loaded = _unique_names(tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked))
     template = EpisodeTask(
         stack=loaded[0],
         stack_number=0,

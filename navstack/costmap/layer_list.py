@@ -21,9 +21,17 @@ from navstack.params.costmap import (
     StaticLayerParams,
 )
 from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, KeepoutFilterParams, SpeedFilterParams
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray
 
-BoundLayer = StaticLayerParams | ObstacleLayerParams | InflationLayerParams | DenoiseLayerParams | KeepoutMask
+BoundLayer = (
+    StaticLayerParams
+    | ObstacleLayerParams
+    | SpatioTemporalLayerParams
+    | InflationLayerParams
+    | DenoiseLayerParams
+    | KeepoutMask
+)
 
 
 class FastParts(NamedTuple):

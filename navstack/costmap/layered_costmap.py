@@ -26,9 +26,10 @@ from navstack.costmap.layers import (
     resampled,
     static_costs,
 )
-from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector
+from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector, SourceParams
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.costmap.spatio_temporal import SpatioTemporalLayer
 from navstack.costmap.window import make_window
 from navstack.errors import MapError
 from navstack.geometry import footprint_radii, pad_footprint
@@ -36,10 +37,12 @@ from navstack.params.costmap import (
     CostmapParams,
     DenoiseLayerParams,
     InflationLayerParams,
+    ObservationSourceParams,
     ObstacleLayerParams,
     StaticLayerParams,
     robot_footprint,
 )
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
 from navstack.types import BoolArray, ByteArray, FloatArray, LaserScan, Pose2D
 
 _KEPT_MAPS = 4  # inflated maps that a process keeps: two costmaps on each of two maps
@@ -92,6 +95,16 @@ class LayeredCostmap:
             for layer in (*self._layers.plugins, *self._layers.filters)
             if isinstance(layer, ObstacleLayerParams)
         ]
+        self._decaying = [
+            (layer, [ObservationBuffer(source) for source in layer.active_sources])
+            for layer in (*self._layers.plugins, *self._layers.filters)
+            if isinstance(layer, SpatioTemporalLayerParams)
+        ]
+        self._sources: list[ObservationBuffer[SourceParams]] = []  # of all layers
+        for _, sources in self._buffers:
+            self._sources += sources
+        for _, decaying in self._decaying:
+            self._sources += decaying
         self._projector = ScanProjector()
         parts = self._fast_parts() if prefer_fast else None
         self._updater = self._full_update() if parts is None else self._fast_update(parts)
@@ -123,32 +136,31 @@ class LayeredCostmap:
             if moved != (0, 0):
                 self._updater.moved(*moved)
                 self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
+        self.stamp = stamp
         kernels.transform(self.footprint, robot_pose.x, robot_pose.y, robot_pose.yaw, self._placed)
         self._updater.update(robot_pose, self._placed)
         for speed_filter in self._layers.speed_filters:
             speed_filter.update(robot_pose, self._tell)
-        self.stamp = stamp
-        self.is_current = all(source.is_current(stamp) for _, sources in self._buffers for source in sources)
+        self.is_current = all(source.is_current(stamp) for source in self._sources)
 
     def on_speed_limit(self, receiver: SpeedLimitReceiver) -> None:
         """Tell ``receiver`` from now on whenever the limit of a speed filter changes (Nav2's speed_limit topic)."""
         self._receivers.append(receiver)
 
     def observe_scan(self, robot_pose: Pose2D, scan: LaserScan) -> None:
-        """Keep a scan for the next update; every source of every obstacle layer is fed with it.
+        """Keep a scan for the next update; every source of every layer is fed with it.
 
         A planar scan says nothing about heights: min_obstacle_height and max_obstacle_height do not apply to it.
         """
         projected: dict[bool, Observation] = {}
-        for _, sources in self._buffers:
-            for source in sources:
-                inf_is_valid = source.params.inf_is_valid
-                if inf_is_valid not in projected:
-                    projected[inf_is_valid] = self._projector.project(scan, robot_pose, inf_is_valid)
-                source.add(projected[inf_is_valid])
+        for source in self._sources:
+            inf_is_valid = source.params.inf_is_valid
+            if inf_is_valid not in projected:
+                projected[inf_is_valid] = self._projector.project(scan, robot_pose, inf_is_valid)
+            source.add(projected[inf_is_valid])
 
     def observe_points(self, points: FloatArray, sensor_x: float, sensor_y: float, stamp: float) -> None:
-        """Keep points (n, 3) [m] of the map frame for the next update; only those at the layers' heights mark."""
+        """Keep points (n, 3) [m] of the map frame for the obstacle layers; only those at their heights mark."""
         flat = np.ascontiguousarray(points[:, :2], dtype=np.float64)
         for layer, sources in self._buffers:
             is_right = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
@@ -163,9 +175,8 @@ class LayeredCostmap:
 
     def reset(self) -> None:
         """Forget all obstacles and all scans, for a new episode."""
-        for _, sources in self._buffers:
-            for source in sources:
-                source.clear()
+        for source in self._sources:
+            source.clear()
         self._window.reset()
         self.master.origin_x, self.master.origin_y = self._window.origin_x, self._window.origin_y
         self._updater.clear()
@@ -221,18 +232,23 @@ class LayeredCostmap:
         )
 
     def _full_update(self) -> FullUpdate:
-        buffers = iter(self._buffers)
+        buffers, decaying = iter(self._buffers), iter(self._decaying)
         plugins, filters = (
-            [self._make_layer(layer, buffers) for layer in layers]
+            [self._make_layer(layer, buffers, decaying) for layer in layers]
             for layers in (self._layers.plugins, self._layers.filters)
         )
         return FullUpdate(plugins, filters, self.master, self._window, self.params.rolling_window, self._fill)
 
     def _make_layer(
-        self, layer: BoundLayer, buffers: Iterator[tuple[ObstacleLayerParams, list[ObservationBuffer]]]
+        self,
+        layer: BoundLayer,
+        buffers: Iterator[tuple[ObstacleLayerParams, list[ObservationBuffer[ObservationSourceParams]]]],
+        decaying: Iterator[tuple[SpatioTemporalLayerParams, list[ObservationBuffer[SpatioTemporalSourceParams]]]],
     ) -> Layer:
         if isinstance(layer, ObstacleLayerParams):
             return ObstacleLayer(layer, next(buffers)[1], self._window, self._fill)
+        if isinstance(layer, SpatioTemporalLayerParams):
+            return SpatioTemporalLayer(layer, next(decaying)[1], self._window, lambda: self.stamp)
         if isinstance(layer, InflationLayerParams):
             return InflationLayer(self._inflation(layer))
         if isinstance(layer, DenoiseLayerParams):

@@ -27,6 +27,7 @@ from navstack.params.costmap import (
     ObservationSourceParams,
     ObstacleLayerParams,
 )
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray, ByteArray, FloatArray, Pose2D
 
 SAME_RESOLUTION = 1e-5  # [m] closer resolutions are the same (StaticLayer's EPSILON)
@@ -148,7 +149,11 @@ class ObstacleLayer(Layer):
     """What the scans show, on a dense grid (``obstacle_layer.cpp``)."""
 
     def __init__(
-        self, params: ObstacleLayerParams, sources: Sequence[ObservationBuffer], window: Window, fill: int
+        self,
+        params: ObstacleLayerParams | SpatioTemporalLayerParams,
+        sources: Sequence[ObservationBuffer[ObservationSourceParams]],
+        window: Window,
+        fill: int,
     ) -> None:
         self._params = params
         self._sources = sources
@@ -173,11 +178,14 @@ class ObstacleLayer(Layer):
             limits = (source.obstacle_min_range, source.obstacle_max_range)
             returns = (seen.marking, seen.origin_x, seen.origin_y, *place)
             kernels.mark_points(self.grid, *returns, limits, bounds.values)
+        self._place_footprint(window, footprint, bounds)
+
+    def _place_footprint(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
+        """Note the cells under the robot, where they are to be freed."""
         if self._params.footprint_clearing_enabled:
             bounds.join(np.stack((footprint.min(axis=0), footprint.max(axis=0)), axis=1).ravel())
-            self._columns = kernels.polygon_columns(
-                footprint, *place, window.size_x, window.size_y, self._lowest, self._highest
-            )
+            place = (window.origin, window.resolution, window.size_x, window.size_y)
+            self._columns = kernels.polygon_columns(footprint, *place, self._lowest, self._highest)
 
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
         """Free the cells under the robot in this layer, then combine."""
@@ -246,7 +254,7 @@ class InflationLayer(Layer):
 
 
 def each_observation(
-    sources: Sequence[ObservationBuffer], clearing: bool
+    sources: Sequence[ObservationBuffer[ObservationSourceParams]], clearing: bool
 ) -> list[tuple[ObservationSourceParams, Observation]]:
     """The observations of all sources that clear, or of all that mark."""
     return [

@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable
 from functools import cached_property
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from navstack.costmap import beam_kernels
 from navstack.geometry import compose
-from navstack.params.costmap import ObservationSourceParams
 from navstack.types import FloatArray, IntArray, LaserScan, Pose2D
 
 SECTORS = 512  # of the index of bearings
@@ -93,10 +93,29 @@ class ScanProjector:
         return Observation(scan.stamp, sensor.x, sensor.y, points)
 
 
-class ObservationBuffer:
+class SourceParams(Protocol):
+    """What keeping observations takes of a source's parameters."""
+
+    @property
+    def observation_persistence(self) -> float:
+        """How long observations are applied again, [s]; 0: the newest only."""
+
+    @property
+    def expected_update_rate(self) -> float:
+        """How much time may pass between observations, [s]; 0: any."""
+
+    @property
+    def inf_is_valid(self) -> bool:
+        """Whether a beam without return clears."""
+
+
+Source = TypeVar("Source", bound=SourceParams, covariant=True)
+
+
+class ObservationBuffer(Generic[Source]):
     """The observations of one source that still count, the newest first."""
 
-    def __init__(self, params: ObservationSourceParams) -> None:
+    def __init__(self, params: Source) -> None:
         self.params = params
         self._observations: list[Observation] = []
         self._newest = -math.inf  # [s]

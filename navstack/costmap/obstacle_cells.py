@@ -15,7 +15,7 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.layers import each_observation
 from navstack.costmap.observations import ObservationBuffer
 from navstack.costmap.window import Box, Window
-from navstack.params.costmap import ObstacleLayerParams
+from navstack.params.costmap import ObservationSourceParams, ObstacleLayerParams
 from navstack.types import ByteArray, FloatArray, IntArray
 
 # How far the centre of a line's cell can lie from the beam, in [cells]: half a diagonal for the cell of the sensor or
@@ -32,7 +32,7 @@ class ObstacleCells:
     def __init__(
         self,
         params: ObstacleLayerParams,
-        sources: Sequence[ObservationBuffer],
+        sources: Sequence[ObservationBuffer[ObservationSourceParams]],
         window: Window,
         background: ByteArray = _NO_MAP,
         margin: int = 0,

@@ -83,6 +83,11 @@ class PolygonParams:
     simulation_time_step: float = 0.1  # [s] between the places it looks at
 
     def __post_init__(self) -> None:
+        if not self.type:
+            raise ParameterError(
+                f"type is missing, and without it Nav2's collision monitor does not start; give one of "
+                f"{', '.join(SHAPES)}, or take the zone from polygons"
+            )
         self._require("type", self.type in SHAPES, f"one of {', '.join(SHAPES)}")
         self._require("action_type", self.action_type in ACTIONS, f"one of {', '.join(ACTIONS)}")
         for name in ("time_before_collision", "simulation_time_step"):

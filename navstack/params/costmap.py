@@ -14,6 +14,7 @@ from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.nav2_file.vertices import parse_vertices
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import FloatArray
 
 OVERWRITE, MAXIMUM, MAXIMUM_WITHOUT_UNKNOWN = 0, 1, 2  # values of combination_method
@@ -106,6 +107,7 @@ class DenoiseLayerParams:
 LayerParams = (
     StaticLayerParams
     | ObstacleLayerParams
+    | SpatioTemporalLayerParams
     | InflationLayerParams
     | DenoiseLayerParams
     | KeepoutFilterParams

@@ -233,10 +233,10 @@ def test_the_robots_brakes_count(robot_with):
 
 
 def test_a_file_that_cannot_run_here_is_an_error_only_where_it_matters(robot_with):
-    smac = "nav2_smac_planner::SmacPlanner2D"
-    used = robot_with({"planner_server.GridBased.plugin": smac})
+    old = "nav2_smac_planner::SmacPlanner"
+    used = robot_with({"planner_server.GridBased.plugin": old})
     assert found(used)["unavailable-plugin"].is_error
-    spare = robot_with({"planner_server.planner_plugins": ["GridBased", "Other"], "planner_server.Other.plugin": smac})
+    spare = robot_with({"planner_server.planner_plugins": ["GridBased", "Other"], "planner_server.Other.plugin": old})
     assert not [notice for notice in lint(spare) if notice.is_error]
 
 

@@ -163,11 +163,11 @@ def test_older_names_are_read(inspect):
 
 
 def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
-    layer = "{plugin: spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer, voxel_decay: 3.0}"
-    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [stvl], stvl: {layer}}}}}}}")
+    layer = "{plugin: nav2_costmap_2d::RangeSensorLayer, phi: 1.2}"
+    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [sonar], sonar: {layer}}}}}}}")
     assert not nav2.errors
     with pytest.raises(
-        ParameterError, match="local_costmap: stvl: .* not available here; available: nav2_costmap_2d::"
+        ParameterError, match="local_costmap: sonar: .* not available here; available: nav2_costmap_2d::"
     ):
         read_costmap(nav2, "local_costmap")
 

@@ -7,11 +7,15 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.extensions import algorithms
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
+from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
 from navstack.planning.planner import Planner
 from navstack.types import Pose2D
 
 PARAMS = {
     "nav2_navfn_planner::NavfnPlanner": NavfnParams(),
+    "nav2_smac_planner::SmacPlanner2D": Smac2DParams(),
+    "nav2_smac_planner::SmacPlannerHybrid": SmacHybridParams(),
+    "nav2_smac_planner::SmacPlannerLattice": SmacLatticeParams(),
     "navstack::IncrementalNavfn": IncrementalNavfnParams(),
     "navstack::OmplPlanner": OmplParams(max_iterations=2000),
 }

@@ -19,6 +19,7 @@ from navstack.params.mppi import MppiParams
 from navstack.params.registry.entry import Params
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import BtNavigatorParams, ControllerServerParams, PlannerServerParams
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
 from navstack.params.tracker import TrackerParams
 
 NODES: Mapping[str, Params] = {
@@ -48,6 +49,7 @@ CRITICS: Mapping[str, Params] = {"dwb_critics": DwbParams, "mppi_critics": MppiP
 # dataclass -> list parameter -> dataclass of each sub-namespace that the list names
 NAMED_SECTIONS: Mapping[Params, Mapping[str, Params]] = {
     ObstacleLayerParams: {"observation_sources": ObservationSourceParams},
+    SpatioTemporalLayerParams: {"observation_sources": SpatioTemporalSourceParams},
     CollisionMonitorParams: {"polygons": PolygonParams, "observation_sources": MonitorSourceParams},
     PolygonParams: {"velocity_polygons": VelocityPolygonParams},
 }

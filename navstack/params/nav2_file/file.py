@@ -38,6 +38,11 @@ from navstack.params.registry import nodes
 from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
+SUBSTITUTES = {  # family -> the plugin that does what is wanted of most of them
+    "controllers": "dwb_core::DWBLocalPlanner",
+    "planners": "nav2_navfn_planner::NavfnPlanner",
+    "layers": "nav2_costmap_2d::ObstacleLayer",
+}
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,7 @@ class Nav2File:
         kind = defaults[name] if value is None else plugin_type(value)
         refusal = self.catalog.refusal(family, kind)
         if refusal:
-            raise ParameterError(f"{self.path.name}: {node}: {name}: {refusal}")
+            raise ParameterError(f"{self.path.name}: {node}: {name}: {refusal}{_way_on(family, name)}")
         return kind
 
     def merged(self) -> dict[str, Any]:
@@ -240,6 +245,12 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
     unique = tuple(dict.fromkeys(ignored))
     renames = {node: {new: old for old, new in findings.renames.items()} for node, findings in found.items()}
     return Nav2File(path, document, parameters, visits, renames, tuple(dict.fromkeys(notices)), unique, catalog)
+
+
+def _way_on(family: str, name: str) -> str:
+    """How a file drives although a plugin of it does not."""
+    kind = SUBSTITUTES.get(family)
+    return f"; drive with another one by --substitute {name}={kind}" if kind else ""
 
 
 def _defaults(params: Params) -> Iterator[tuple[str, Value]]:

@@ -16,19 +16,20 @@ from navstack.params.costmap import (
     CostmapParams,
     InflationLayerParams,
     LayerParams,
-    ObservationSourceParams,
     ObstacleLayerParams,
     robot_footprint,
 )
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
+from navstack.params.nav2_file.bindings import NAMED_SECTIONS
 from navstack.params.nav2_file.catalog import nested_params, plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.filters import find_mask
 from navstack.params.nav2_file.findings import names_in
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 CONTROLLER, PLANNER, BEHAVIORS = "controller_server", "planner_server", "behavior_server"
 MONITOR, SMOOTHER = "collision_monitor", "smoother_server"
@@ -233,11 +234,16 @@ def _read_layer(nav2: Nav2File, node: str, name: str) -> LayerParams:
     kind = nav2.plugin(node, name, "layers")
     params: Any = nav2.catalog.available["layers"][kind]
     layer: LayerParams = nav2.read(params, node, name)
-    if params is not ObstacleLayerParams:
+    if params not in (ObstacleLayerParams, SpatioTemporalLayerParams):
         return layer
     sources = names_in(nav2.value(node, f"{name}.observation_sources"))
-    described = {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources}
-    return nav2.read(ObstacleLayerParams, node, name, sources=described)
+    described_by = NAMED_SECTIONS[params]["observation_sources"]
+    given: dict[str, Any] = {"sources": {source: nav2.read(described_by, node, name, source) for source in sources}}
+    if params is SpatioTemporalLayerParams:  # the layer takes the costmap's setting where it has none of its own
+        unknown = nav2.value(node, "track_unknown_space", CostmapParams().track_unknown_space)
+        given["track_unknown_space"] = nav2.value(node, f"{name}.track_unknown_space", unknown)
+    layer = nav2.read(params, node, name, **given)
+    return layer
 
 
 def _plugin(nav2: Nav2File, node: str, family: str, name: str) -> Plugin:

@@ -4,6 +4,7 @@ from navstack.params.costmap import DenoiseLayerParams, InflationLayerParams, Ob
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.registry.block import OPEN, Block, PluginList, keys, words
 from navstack.params.registry.entry import Entry, Family
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 _SOURCE = Block(
     words(
@@ -12,6 +13,12 @@ _SOURCE = Block(
         raytrace_max_range raytrace_min_range"""
     ),
     renamed={"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_max_range"},
+)
+_STVL_SOURCE = keys(
+    """topic sensor_frame observation_persistence expected_update_rate data_type transport_type min_obstacle_height
+    max_obstacle_height inf_is_valid marking clearing obstacle_range min_z max_z vertical_fov_angle
+    vertical_fov_padding horizontal_fov_angle decay_acceleration filter voxel_min_points clear_after_reading enabled
+    model_type"""
 )
 _OBSTACLE = words(
     """plugin enabled footprint_clearing_enabled min_obstacle_height max_obstacle_height combination_method
@@ -83,7 +90,19 @@ LAYERS: Family = {
     "nav2_costmap_2d::PluginContainerLayer": Entry(
         Block(words("plugin enabled combination_method"), plugins={"plugins": PluginList("layers")})
     ),
-    "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer": Entry(OPEN),
+    "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer": Entry(
+        Block(
+            words(
+                """plugin enabled voxel_size voxel_decay voxel_distance_decay decay_model mark_threshold origin_z
+                update_footprint_enabled combination_method publish_voxel_map transform_tolerance mapping_mode
+                map_save_duration track_unknown_space unknown_threshold"""
+            ),
+            named={"observation_sources": _STVL_SOURCE},
+        ),
+        params=SpatioTemporalLayerParams,
+        kernels=_BEAMS,
+        note=_PLANAR,
+    ),
     **_FILTERS,
 }
 

@@ -3,6 +3,7 @@
 from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
 from navstack.params.registry.block import OPEN, Block, keys, of_fields, words
 from navstack.params.registry.entry import Entry, Family
+from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
 from navstack.params.smoothers import SimpleSmootherParams
 
 _SMAC_SMOOTHER = keys("max_iterations w_smooth w_data tolerance do_refinement refinement_num")
@@ -24,6 +25,7 @@ def _smac(*more: frozenset[str]) -> Block:
     return Block(_SMAC_COMMON.union(*more), groups={"smoother": _SMAC_SMOOTHER})
 
 
+_SMAC_KERNELS = ("navstack.planning.smac.pose_kernels", "navstack.planning.simple_smoother_kernels")
 _NAVFN = ("navstack.planning.navfn_kernels", "navstack.planning.navfn_descent")
 PLANNERS: Family = {
     "nav2_navfn_planner::NavfnPlanner": Entry(
@@ -33,12 +35,26 @@ PLANNERS: Family = {
         kernels=_NAVFN,
     ),
     "nav2_smac_planner::SmacPlanner2D": Entry(
-        _smac(_SMAC_DOWNSAMPLING, words("cost_travel_multiplier use_final_approach_orientation"))
+        _smac(_SMAC_DOWNSAMPLING, words("cost_travel_multiplier use_final_approach_orientation")),
+        "navstack.planning.smac.smac_2d:Smac2D",
+        Smac2DParams,
+        kernels=("navstack.planning.smac.grid_kernels", "navstack.planning.simple_smoother_kernels"),
     ),
     "nav2_smac_planner::SmacPlannerHybrid": Entry(
-        _smac(_SMAC_DOWNSAMPLING, _SMAC_SE2, words("angle_quantization_bins"))
+        _smac(_SMAC_DOWNSAMPLING, _SMAC_SE2, words("angle_quantization_bins")),
+        "navstack.planning.smac.pose_planner:SmacHybrid",
+        SmacHybridParams,
+        ("robot_shape",),
+        kernels=_SMAC_KERNELS,
     ),
-    "nav2_smac_planner::SmacPlannerLattice": Entry(_smac(_SMAC_SE2, words("lattice_filepath"))),
+    "nav2_smac_planner::SmacPlannerLattice": Entry(
+        _smac(_SMAC_SE2, words("lattice_filepath")),
+        "navstack.planning.smac.pose_planner:SmacLattice",
+        SmacLatticeParams,
+        ("robot_shape",),
+        kernels=_SMAC_KERNELS,
+        note="where lattice_filepath names no file here, a lattice of 0.5 m of turning radius is made",
+    ),
     "nav2_smac_planner::SmacPlanner": Entry(
         Block(
             _SMAC_COMMON.union(_SMAC_DOWNSAMPLING, _SMAC_SE2, words("angle_quantization_bins cost_travel_multiplier")),
@@ -79,7 +95,7 @@ _CONSTRAINED = Block(
 SMOOTHERS: Family = {
     "nav2_smoother::SimpleSmoother": Entry(
         keys("plugin tolerance max_its w_data w_smooth do_refinement refinement_num enforce_path_inversion"),
-        "navstack.planning.smoothers.simple_smoother:SimpleSmoother",
+        "navstack.planning.simple_smoother:SimpleSmoother",
         SimpleSmootherParams,
     ),
     "nav2_smoother::SavitzkyGolaySmoother": Entry(

@@ -1,0 +1,62 @@
+"""Parameters of the Spatio-Temporal Voxel Layer (STVL): names and defaults are those of its ROS 2 release."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from navstack.errors import ParameterError
+
+LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
+DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
+
+
+@dataclass(frozen=True, slots=True)
+class SpatioTemporalSourceParams:
+    """One of the layer's ``observation_sources``; here each is fed with the robot's one scan."""
+
+    enabled: bool = True
+    marking: bool = True
+    clearing: bool = False  # its frustum speeds up the decay of what it covers
+    obstacle_range: float = 2.5  # [m] farther returns do not mark
+    min_z: float = 0.0  # [m] where the frustum begins
+    max_z: float = 10.0  # [m] where it ends
+    horizontal_fov_angle: float = 1.04  # [rad] of the frustum about the robot's heading
+    decay_acceleration: float = 0.0  # [1/s^2] see navstack.costmap.spatio_temporal
+    model_type: int = DEPTH_CAMERA  # the frustum's ends are planes; LIDAR_3D: arcs
+    inf_is_valid: bool = False  # a beam without return counts as one that ended at range_max
+    observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
+    expected_update_rate: float = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
+    clear_after_reading: bool = False  # a scan is applied once only
+
+    def __post_init__(self) -> None:
+        if self.model_type not in (DEPTH_CAMERA, LIDAR_3D):
+            raise ParameterError(f"model_type {self.model_type} is not 0 (depth camera) or 1 (3D lidar)")
+
+
+@dataclass(frozen=True, slots=True)
+class SpatioTemporalLayerParams:
+    """``spatio_temporal_voxel_layer.cpp``."""
+
+    enabled: bool = True
+    voxel_size: float = 0.05  # [m]
+    voxel_decay: float = -1.0  # [s] how long a voxel stays; a negative one vanishes with the next update
+    decay_model: int = LINEAR
+    track_unknown_space: bool = False  # cells without voxels say nothing; False: they are free
+    update_footprint_enabled: bool = True  # cells under the robot are free in this layer
+    combination_method: int = 1  # with the layers below: 0 overwrite, else maximum
+    observation_sources: tuple[str, ...] = ()
+    sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)  # by the names just above
+
+    def __post_init__(self) -> None:
+        if not self.voxel_size > 0.0:
+            raise ParameterError(f"voxel_size {self.voxel_size} m is not positive")
+
+    @property
+    def active_sources(self) -> tuple[SpatioTemporalSourceParams, ...]:
+        """The enabled sources in their order; one that is named but not described has the defaults."""
+        described = (self.sources.get(name, SpatioTemporalSourceParams()) for name in self.observation_sources)
+        return tuple(source for source in described if source.enabled)
+
+    @property
+    def footprint_clearing_enabled(self) -> bool:
+        """What obstacle layers call it."""
+        return self.update_footprint_enabled

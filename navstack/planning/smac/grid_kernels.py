@@ -1,0 +1,116 @@
+"""A* on the cells of a costmap: Node2D of nav2_smac_planner, and the heuristic that Hybrid-A* takes from it."""
+
+import heapq
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from navstack.jit import njit
+from navstack.types import ByteArray, Float32Array, IntArray
+
+FULL_COST = 252.0  # the highest cost that is no contact
+NEIGHBOURS = np.array(((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)), dtype=np.int64)
+NONE = np.int8(-1)
+
+
+class Limits(NamedTuple):
+    """How far a search goes."""
+
+    tolerance: float  # [cells] of a goal that is not reached itself
+    max_iterations: int
+    max_on_approach_iterations: int  # after a cell within the tolerance was found
+
+
+@njit(cache=True, inline="always")
+def is_closed(cost: int, allow_unknown: bool) -> bool:
+    """Whether the robot's centre cannot be in a cell of this cost."""
+    return cost == NO_INFORMATION and not allow_unknown or INSCRIBED_INFLATED_OBSTACLE <= cost < NO_INFORMATION
+
+
+@njit(cache=True, inline="always")
+def octile(dx: float, dy: float) -> float:
+    """The shortest way on the grid's eight directions, [cells]."""
+    long, short = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
+    return long + (math.sqrt(2.0) - 1.0) * short
+
+
+@njit(cache=True)
+def search_grid(
+    costs: ByteArray,
+    allow_unknown: bool,
+    start: tuple[int, int],
+    goal: tuple[int, int],
+    multiplier: float,
+    limits: Limits,
+    travelled: Float32Array,
+    came_by: ByteArray,
+) -> int:
+    """A* from cell to cell (column, row) over eight neighbours.
+
+    A step costs its length times 1 + ``multiplier`` * cost / 252 of the cell it leads to.
+
+    Args:
+        costs: (height, width).
+        allow_unknown: whether unknown cells are open, at full cost.
+        start: its own cost does not matter.
+        goal: where to.
+        multiplier: cost_travel_multiplier.
+        limits: when to be content with a cell near the goal, and when to give up.
+        travelled: (height * width,) room for the cost of the way to each cell, all inf.
+        came_by: (height * width,) room for the number of the neighbour by which it was entered.
+
+    Returns:
+        The cell (row * width + column) that was reached; -1: none.
+    """
+    height, width = costs.shape
+    first, last = start[1] * width + start[0], goal[1] * width + goal[0]
+    travelled[first] = 0.0
+    heap = [(np.float32(octile(goal[0] - start[0], goal[1] - start[1])), first)]
+    nearest, best = math.inf, -1
+    iterations = approaching = 0
+    while len(heap) > 0 and iterations < limits.max_iterations:
+        priority, n = heapq.heappop(heap)
+        row, column = n // width, n % width
+        left = octile(goal[0] - column, goal[1] - row)
+        if priority > np.float32(travelled[n] + left):
+            continue  # a better way to it was found meanwhile
+        if n == last:
+            return int(n)
+        iterations += 1
+        distance = math.hypot(goal[0] - column, goal[1] - row)
+        if distance < nearest:
+            nearest, best = distance, n
+        if nearest <= limits.tolerance:
+            approaching += 1
+            if approaching > limits.max_on_approach_iterations:
+                return best
+        for k in range(8):
+            x, y = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
+            if not (0 <= x < width and 0 <= y < height) or is_closed(costs[y, x], allow_unknown):
+                continue
+            share = min(float(costs[y, x]), FULL_COST) / FULL_COST
+            way = (math.sqrt(2.0) if k >= 4 else 1.0) * (1.0 + multiplier * share)
+            m, total = y * width + x, np.float32(travelled[n] + way)
+            if total < travelled[m]:
+                travelled[m], came_by[m] = total, k
+                heapq.heappush(heap, (np.float32(total + octile(goal[0] - x, goal[1] - y)), m))
+    return best if nearest <= limits.tolerance else -1
+
+
+@njit(cache=True)
+def trace_back(reached: int, first: int, width: int, came_by: ByteArray) -> IntArray:
+    """The cells (n, 2) as column, row from the first one to the one that was reached."""
+    count, n = 1, reached
+    while n != first:
+        k = came_by[n]
+        n -= NEIGHBOURS[k, 1] * width + NEIGHBOURS[k, 0]
+        count += 1
+    cells, n = np.empty((count, 2), dtype=np.int64), reached
+    for i in range(count - 1, -1, -1):
+        cells[i, 0], cells[i, 1] = n % width, n // width
+        if n != first:
+            k = came_by[n]
+            n -= NEIGHBOURS[k, 1] * width + NEIGHBOURS[k, 0]
+    return cells

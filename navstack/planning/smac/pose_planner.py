@@ -1,0 +1,177 @@
+"""Hybrid-A* and A* on a state lattice: SmacPlannerHybrid and SmacPlannerLattice of nav2_smac_planner."""
+
+import math
+from pathlib import Path as FilePath
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
+from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams
+from navstack.planning.dubins import is_curve_free
+from navstack.planning.endpoints import goal_occupied, require_on_map, single_pose
+from navstack.planning.ompl_kernels import blocked_table
+from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.smac.common import downsampled, in_cells, in_metres, no_path, smoothed
+from navstack.planning.smac.grid_kernels import is_closed
+from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
+from navstack.planning.smac.pose_kernels import Expansion, Found, Goal, Ground, Penalties, search_poses
+from navstack.types import FloatArray, Path, Pose2D
+
+LATTICE_RADIUS = 0.5  # [m] of turning, as Nav2's default lattice file has it
+COARSE = 2  # cells along the edge of a square of the heuristic, where it is downsampled
+POINT = np.zeros((3, 2))  # the footprint of a robot whose shape is not known
+
+
+class _PosePlanner(Planner):
+    """A* over motions with the cost of the way on the grid as heuristic, and curves that end a search early.
+
+    Where Jazzy differs: the footprint is held exactly against the squares of obstacles at every cell of a motion, not
+    its outline at the motion's end; of Reeds and Shepp's curves to the goal only those without a change of direction
+    are tried; a smoothed path that would touch something is dropped for the one before; there is no limit of time.
+    """
+
+    def __init__(self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None) -> None:
+        self._params = params
+        self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
+        self._hull = POINT if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
+
+    def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
+        """The motions, the turning radius [cells], and whether some lead backwards."""
+        raise NotImplementedError
+
+    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+        """A path from ``start`` to ``goal`` that the robot can drive as it stands; see :class:`Planner`.
+
+        Raises:
+            PlanningError: a pose outside the map, an occupied goal with tolerance 0, or no path.
+        """
+        require_on_map(start, goal, costmap)
+        if (start.x, start.y) == (goal.x, goal.y):
+            return Path(single_pose(start, goal, False), stamp)
+        factor = self._params.downsampling_factor if isinstance(self._params, SmacHybridParams) else 1
+        is_coarse = isinstance(self._params, SmacHybridParams) and self._params.downsample_costmap
+        used = downsampled(costmap, factor if is_coarse else 1)
+        if self._params.tolerance < 1e-3 and is_closed(used.cost_at(goal.x, goal.y), self._params.allow_unknown):
+            raise goal_occupied(goal, used)
+        ground = self._ground(used)
+        motions, radius, reverses = self._motions(used)
+        first, last = in_cells(start, used), in_cells(goal, used)
+        found = search_poses(
+            ground,
+            motions,
+            first,
+            nearest_heading(motions, start.yaw),
+            self._goal(last, motions, radius, reverses, used.resolution),
+            self._penalties(),
+            self._expansion(radius, reverses, used.resolution),
+        )
+        if found.node < 0:
+            raise no_path(start, goal)
+        poses = in_metres(self._poses(found, motions, first, last), used)
+        if self._params.smooth_path:
+            poses = self._smoothed(poses, used, ground)
+        return Path(poses, stamp)
+
+    def _ground(self, costmap: Costmap) -> Ground:
+        hull = self._hull / costmap.resolution
+        reach = float(np.hypot(*hull.T).max())
+        room = np.zeros(costmap.data.shape, dtype=np.uint8)
+        return Ground(costmap.data, self._blocked, hull, reach, self._params.allow_unknown, room)
+
+    def _goal(self, pose: FloatArray, motions: Motions, radius: float, reverses: bool, resolution: float) -> Goal:
+        params = self._params
+        return Goal(
+            pose,
+            nearest_heading(motions, pose[2]),
+            params.tolerance / resolution,
+            params.max_iterations,
+            params.max_on_approach_iterations,
+            COARSE if params.downsample_obstacle_heuristic else 1,
+            0.0 if reverses else 0.5 * params.lookup_table_size / resolution,
+            radius,
+        )
+
+    def _penalties(self) -> Penalties:
+        params = self._params
+        return Penalties(
+            params.reverse_penalty,
+            params.change_penalty,
+            params.non_straight_penalty,
+            params.cost_penalty,
+            params.retrospective_penalty,
+            params.rotation_penalty,
+        )
+
+    def _expansion(self, radius: float, reverses: bool, resolution: float) -> Expansion:
+        params = self._params
+        longest = params.analytic_expansion_max_length / resolution
+        return Expansion(
+            params.analytic_expansion_ratio, longest, int(params.analytic_expansion_max_cost), radius, reverses
+        )
+
+    def _poses(self, found: Found, motions: Motions, first: FloatArray, last: FloatArray) -> FloatArray:
+        """The way (n, 3) [cells], every pose of its motions, with the goal as its end where it was reached."""
+        nodes, chain = found.nodes, [found.node]
+        while nodes.parents[chain[-1]] >= 0:
+            chain.append(nodes.parents[chain[-1]])
+        pieces = [first[None, :]]
+        for before, n in zip(chain[:0:-1], chain[-2::-1], strict=True):
+            b, k = nodes.headings[before], nodes.by[n]
+            piece = motions.poses[b, k, : motions.counts[b, k]].copy()
+            piece[:, :2] += nodes.places[before]
+            pieces.append(piece)
+        if len(found.curve):
+            pieces.append(found.curve[1:])
+        poses = np.vstack(pieces)
+        if np.hypot(*(poses[-1, :2] - last[:2])) <= math.sqrt(2.0):
+            poses[-1] = last
+        return poses
+
+    def _smoothed(self, poses: FloatArray, costmap: Costmap, ground: Ground) -> FloatArray:
+        """The path smoothed, if the robot has room on it."""
+        better = smoothed(poses, costmap, self._params.smoother)
+        cells = better.copy()
+        cells[:, :2] = (better[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+        is_free = is_curve_free(
+            ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, cells[1:]
+        )
+        return better if is_free else poses
+
+
+class SmacHybrid(_PosePlanner):
+    """Hybrid-A*: arcs and straight pieces from any place, headings in bins (Dolgov et al., 2008)."""
+
+    _params: SmacHybridParams
+
+    def __init__(self, params: SmacHybridParams, shape: RobotShape | None = None) -> None:
+        """``shape`` None: the costs alone say where the robot can be."""
+        super().__init__(params, shape)
+
+    def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
+        radius = self._params.minimum_turning_radius / costmap.resolution
+        reverses = self._params.motion_model_for_search == REEDS_SHEPP
+        return arcs(self._params.angle_quantization_bins, radius, reverses), radius, reverses
+
+
+class SmacLattice(_PosePlanner):
+    """A* on a state lattice, whose motions lead from cell centre to cell centre (Pivtoraiko and Kelly, 2005)."""
+
+    _params: SmacLatticeParams
+
+    def __init__(self, params: SmacLatticeParams, shape: RobotShape | None = None) -> None:
+        """``shape`` None: the costs alone say where the robot can be."""
+        super().__init__(params, shape)
+
+    def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
+        radius = LATTICE_RADIUS / costmap.resolution
+        file = FilePath(self._params.lattice_filepath)
+        if self._params.lattice_filepath and file.is_file():
+            return read_lattice(file, costmap.resolution), radius, False
+        return lattice(radius), radius, False
+
+
+def nearest_heading(motions: Motions, yaw: float) -> int:
+    """The number of the heading nearest to a yaw [rad]."""
+    apart = np.abs((motions.headings - yaw + math.pi) % (2.0 * math.pi) - math.pi)
+    return int(np.argmin(apart))

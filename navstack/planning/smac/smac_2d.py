@@ -1,0 +1,64 @@
+"""A* on the grid: SmacPlanner2D of nav2_smac_planner."""
+
+import math
+
+import numpy as np
+
+from navstack.costmap.costmap import Costmap
+from navstack.params.smac import Smac2DParams
+from navstack.planning.endpoints import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.planner import Planner
+from navstack.planning.smac.common import downsampled, in_cells, in_metres, no_path, smoothed
+from navstack.planning.smac.grid_kernels import Limits, is_closed, search_grid, trace_back
+from navstack.types import FloatArray, Path, Pose2D
+
+
+class Smac2D(Planner):
+    """Eight neighbours, steps that cost more in inflated cells, then Smac's smoother.
+
+    Where Jazzy differs: the heuristic is the way on eight directions, not the straight line, so that fewer cells are
+    looked at and the way is as short; there is no limit of time.
+    """
+
+    def __init__(self, params: Smac2DParams) -> None:
+        self._params = params
+
+    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+        """A path from ``start`` to ``goal``, each pose looking at the next one; see :class:`Planner`.
+
+        Raises:
+            PlanningError: a pose outside the map, an occupied goal with tolerance 0, or no path.
+        """
+        params = self._params
+        require_on_map(start, goal, costmap)
+        if (start.x, start.y) == (goal.x, goal.y):
+            return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
+        ground = downsampled(costmap, params.downsampling_factor if params.downsample_costmap else 1)
+        if params.tolerance < 1e-3 and is_closed(ground.cost_at(goal.x, goal.y), params.allow_unknown):
+            raise goal_occupied(goal, ground)
+        poses = self._search(start, goal, ground)
+        if params.smooth_path:
+            poses = smoothed(poses, ground, params.smoother)
+        if params.use_final_approach_orientation:
+            face_along_last_step(poses, start.yaw)
+        return Path(poses, stamp)
+
+    def _search(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray:
+        """The path (n, 3): start, the centres of the cells between, and the goal or the cell near it."""
+        first, last = in_cells(start, costmap), in_cells(goal, costmap)
+        begin, end = (int(first[0]), int(first[1])), (int(last[0]), int(last[1]))
+        travelled = np.full(costmap.data.size, np.inf, dtype=np.float32)
+        came_by = np.empty(costmap.data.size, dtype=np.uint8)
+        params, width = self._params, costmap.size_x
+        limits = Limits(params.tolerance / costmap.resolution, params.max_iterations, params.max_on_approach_iterations)
+        reached = search_grid(
+            costmap.data, params.allow_unknown, begin, end, params.cost_travel_multiplier, limits, travelled, came_by
+        )
+        if reached < 0:
+            raise no_path(start, goal)
+        cells = trace_back(reached, begin[1] * width + begin[0], width, came_by) + 0.5
+        is_goal = reached == end[1] * width + end[0]
+        places = np.vstack((first[:2], cells[1:-1], last[:2] if is_goal else cells[-1]))
+        steps = np.diff(places, axis=0)
+        yaws = np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal.yaw if math.isfinite(goal.yaw) else 0.0)
+        return in_metres(np.column_stack((places, yaws)), costmap)

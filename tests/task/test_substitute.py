@@ -1,0 +1,62 @@
+"""Other plugins in the place of those that a Nav2 file names."""
+
+from pathlib import Path
+
+import pytest
+
+from harness.storage.shipped import shipped
+from harness.task.study import make_study
+from navstack.errors import InputError, ParameterError
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_controller, read_planner
+
+FOREIGN = "neo_local_planner::NeoLocalPlanner"
+DWB = "dwb_core::DWBLocalPlanner"
+
+
+@pytest.fixture
+def foreign(tmp_path: Path) -> Path:
+    """Nav2's own file with a controller of another package."""
+    text = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
+    head, rest = text.split("    FollowPath:\n", 1)
+    after = rest[rest.index("\nlocal_costmap:") :]
+    section = f'    FollowPath:\n      plugin: "{FOREIGN}"\n      max_vel_x: 0.61\n      jump_threshold: 1.0\n'
+    path = tmp_path / "foreign.yaml"
+    path.write_text(head + section + after, encoding="utf-8")
+    return path
+
+
+def test_a_substitute_keeps_what_the_file_says_and_takes_the_rest_from_a_shipped_file(foreign):
+    study = make_study(stacks=[str(foreign)], episodes=1, substitutes=[f"FollowPath={DWB}"])
+    nav2 = load_nav2(Path(study.stacks[0].nav2_file), allow_unknown=True)
+    stock = load_nav2(shipped("params") / "nav2" / "stock.yaml")
+    controller = read_controller(nav2)
+    assert controller.type == DWB
+    assert controller.params.max_vel_x == 0.61
+    assert controller.params.sim_time == read_controller(stock).params.sim_time
+    assert controller.params.critics == read_controller(stock).params.critics
+    assert study.stacks[0].name == "foreign"
+
+
+def test_several_plugins_may_be_put_in(foreign):
+    given = [f"FollowPath={DWB}", "GridBased=navstack::IncrementalNavfn"]
+    study = make_study(stacks=[str(foreign)], episodes=1, substitutes=given)
+    assert read_planner(load_nav2(Path(study.stacks[0].nav2_file), True)).type == "navstack::IncrementalNavfn"
+
+
+def test_the_refusal_of_a_foreign_controller_names_the_way_on(foreign):
+    with pytest.raises(ParameterError, match=f"{FOREIGN}.*--substitute FollowPath={DWB}"):
+        read_controller(load_nav2(foreign, allow_unknown=True))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("FollowPath", "'FollowPath' is not NAME=TYPE"),
+        ("=x", "is not NAME=TYPE"),
+        (f"FolowPath={DWB}", "has no plugin 'FolowPath'; did you mean 'FollowPath'"),
+    ],
+)
+def test_what_cannot_be_put_in_is_one_line(foreign, given, message):
+    with pytest.raises(InputError, match=message):
+        make_study(stacks=[str(foreign)], episodes=1, substitutes=[given])
