@@ -40,7 +40,7 @@ class IncrementalNavfnParams:
 class OmplParams:
     """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
 
-    algorithm: str = "RRTConnect"  # one of OMPL_ALGORITHMS
+    algorithm: str = "BITstar"  # one of OMPL_ALGORITHMS
     max_iterations: int = 20000  # checks of the termination condition; a count, not a time, keeps plans repeatable
     max_planning_time: float = 0.0  # [s] of wall time that ends a search; 0: none. Plans depend on the machine then
     patience: int = 1000  # iterations in which the best path gets no 0.1 % better, after which a search ends; 0: never
@@ -52,7 +52,9 @@ class OmplParams:
     cost_weight: float = 1.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along walls
     range: float = 30.0  # [m] longest extension of the tree in one step
     simplify: bool = True  # take short cuts along the path found (R2)
-    keep_valid_path: bool = True  # do not search anew while the last path to the same goal is free and near
+    keep_valid_path: bool = True  # go on along the last path to the same goal while it is free, near and the cheapest
+    fruitless_searches: int = 5  # in a row that find nothing cheaper, after which a kept path is taken without a search
+    smooth: bool = True  # round the corners of the path, where there is room (R2)
 
     def __post_init__(self) -> None:
         _require_not_negative("tolerance", self.tolerance)
@@ -61,6 +63,7 @@ class OmplParams:
         if self.algorithm not in OMPL_ALGORITHMS:
             raise UnknownNameError("OMPL algorithm", self.algorithm, OMPL_ALGORITHMS)
         _require_not_negative("patience", self.patience)
+        _require_not_negative("fruitless_searches", self.fruitless_searches)
         if self.max_iterations < 1:
             raise ParameterError(f"max_iterations {self.max_iterations} is not at least 1")
         if self.state_space not in STATE_SPACES:

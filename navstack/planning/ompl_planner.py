@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
+from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
 from navstack.planning.endpoints import goal_occupied, occupied, require_on_map, single_pose
 from navstack.planning.ompl_kernels import (
@@ -18,16 +19,20 @@ from navstack.planning.ompl_kernels import (
     is_free,
     is_polyline_free,
     nearest_free_cell,
+    polyline_cost,
     shortcut,
 )
 from navstack.planning.ompl_problem import Query
 from navstack.planning.ompl_search import Found, path_cost, search
 from navstack.planning.planner import Planner, RobotShape
+from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
 SHORTCUTS = 300  # tries; a 100 m path through streets no longer gets shorter after about 200
 LARGEST_SEED = 2**31 - 1
 JOIN = 1.0  # [m] from a path within which the robot still follows it, where it may turn on the spot
+ROUNDINGS = (1000, 100, 10)  # iterations of the smoother, the roundest first
+WORTH_IT = 0.99  # of the cost of a kept path, which another one must not exceed
 STRAIGHT = 1e-6  # [rad] changes of heading up to this are rounding
 
 
@@ -38,6 +43,10 @@ class OmplPlanner(Planner):
     straight between them, where a strip of its width must; start and goal need no room to turn. With poses (SE2) the
     footprint itself is tried along the curves. Both hold against the squares of the costmap's lethal cells, on top of
     ``max_allowed_cost``.
+
+    While the robot drives, every plan searches anew from where it is, and the cheaper of the new path and what is left
+    of the last one is taken: a first path is there at once and gets better on the way. Once ``fruitless_searches`` in a
+    row have found nothing cheaper, the path is kept without a search as long as it is free.
 
     A plan is repeatable: the effort is limited by a count, and every plan seeds OMPL anew from the generator that
     ``reset`` gave, so that it does not depend on what else the process has planned; ``max_planning_time`` gives that
@@ -62,6 +71,7 @@ class OmplPlanner(Planner):
         """Draw from ``rng`` from here on, and keep no path."""
         self._rng = rng
         self._kept = None
+        self._fruitless = 0
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal`` in steps of one cell, the last pose as the goal.
@@ -77,11 +87,42 @@ class OmplPlanner(Planner):
         require_on_map(start, goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, False), stamp)
-        poses = self._still_free(start, goal, costmap)
-        if poses is None:
-            poses = self._poses(self._search(start, goal, costmap, seed, draws), start, goal, costmap)
+        kept = self._still_free(start, goal, costmap)
+        if kept is None:
+            self._fruitless = 0
+        poses = kept
+        if kept is None or self._fruitless < self._params.fruitless_searches:
+            poses = self._cheaper(kept, start, goal, costmap, seed, draws)
+        assert poses is not None
         self._kept = Path(poses, stamp) if self._params.keep_valid_path else None
         return Path(poses.copy(), stamp)
+
+    def _cheaper(
+        self, kept: FloatArray | None, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
+    ) -> FloatArray:
+        """A path found anew, or what is left of the last one where that costs hardly more."""
+        try:
+            found = self._poses(self._search(start, goal, costmap, seed, draws), start, goal, costmap)
+        except PlanningError:
+            if kept is None:
+                raise
+            found = None
+        if kept is not None and (found is None or self._cost(found, costmap) > WORTH_IT * self._cost(kept, costmap)):
+            self._fruitless += 1
+            return kept
+        self._fruitless = 0
+        assert found is not None
+        return found
+
+    def _cost(self, poses: FloatArray, costmap: Costmap) -> float:
+        """Of a path (N, 3) [m], in [cells]."""
+        return float(polyline_cost(costmap.data, self._cells(poses, costmap), self._params.cost_weight))
+
+    def _cells(self, poses: FloatArray, costmap: Costmap) -> FloatArray:
+        """Poses (N, 3) in [cells, cells, rad]."""
+        cells = poses.copy()
+        cells[:, :2] = (poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+        return cells
 
     def _search(
         self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
@@ -176,10 +217,19 @@ class OmplPlanner(Planner):
         else:
             if tuple(states[0]) != _to_cells(start, costmap):
                 states = np.vstack((_to_cells(start, costmap), states))
-            dense = _dense(states, goal.yaw, costmap)
+            dense = self._smoothed(_dense(states, goal.yaw, costmap), costmap)
         if tuple(query.last[:2]) == _to_cells(goal, costmap):
             dense[-1] = goal.as_array()  # to the last bit, for the path is kept by it
         return dense
+
+    def _smoothed(self, poses: FloatArray, costmap: Costmap) -> FloatArray:
+        """The path with its corners rounded as far as there is room, where that is wanted."""
+        for iterations in ROUNDINGS if self._params.smooth else ():
+            smoother = SimpleSmoother(SimpleSmootherParams(max_its=iterations, do_refinement=False))
+            rounder = smoother.smooth(Path(poses, 0.0), costmap).poses
+            if self._is_free(rounder, costmap):
+                return rounder
+        return poses
 
     def _still_free(self, start: Pose2D, goal: Pose2D, costmap: Costmap) -> FloatArray | None:
         """What is left of the last path where it leads to the same goal, is near and free; else None."""
@@ -192,17 +242,17 @@ class OmplPlanner(Planner):
             return None
         rest = poses[min(nearest + 1, len(poses) - 1) :]
         kept = np.vstack((start.as_array(), rest))
-        cells = kept.copy()
-        cells[:, :2] = (kept[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
-        room = self._room(costmap.resolution)
+        return kept if self._is_free(kept, costmap) else None
+
+    def _is_free(self, poses: FloatArray, costmap: Costmap) -> bool:
+        """Whether the robot has room along a path (N, 3) and where it turns on it."""
+        cells, room = self._cells(poses, costmap), self._room(costmap.resolution)
         if self._params.state_space == "SE2":
             hull = self._hull / costmap.resolution
-            free = is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells)
-        else:
-            free = is_polyline_free(costmap.data, self._blocked, room, cells) and all(
-                can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells)
-            )
-        return kept if free else None
+            return bool(is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells))
+        return bool(is_polyline_free(costmap.data, self._blocked, room, cells)) and all(
+            can_turn(costmap.data, self._blocked, room, x, y) for x, y in _corners(cells)
+        )
 
     def _is_on(self, start: Pose2D, pose: FloatArray, cell: float) -> bool:
         """Whether the robot can go on from a path's nearest pose (3,): a car cannot step aside, nor turn on the spot.

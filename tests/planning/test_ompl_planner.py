@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.ndimage import distance_transform_edt
 
 from harness.plan.path_check import Obstacles
 from navstack.costmap.costmap import Costmap
@@ -45,7 +46,8 @@ def room():
 
 
 def make(algorithm="RRTConnect", seed=1, iterations=1500, shape=None, **values):
-    planner = OmplPlanner(OmplParams(algorithm=algorithm, max_iterations=iterations, **values), shape)
+    given = {"patience": 1000, "fruitless_searches": 0, "smooth": False, **values}
+    planner = OmplPlanner(OmplParams(algorithm=algorithm, max_iterations=iterations, **given), shape)
     planner.reset(np.random.default_rng(seed))
     return planner
 
@@ -94,7 +96,7 @@ def test_same_seed_same_path_in_another_process():
         "import numpy as np; from navstack.costmap.costmap import Costmap; from navstack.types import Pose2D\n"
         "from navstack.params.planners import OmplParams; from navstack.planning.ompl_planner import OmplPlanner\n"
         "costs = np.zeros((60, 80), dtype=np.uint8); costs[:50, 40] = 254\n"
-        "params = OmplParams(algorithm='InformedRRTstar', max_iterations=500)\n"
+        "params = OmplParams(algorithm='InformedRRTstar', max_iterations=500, smooth=False)\n"
         "planner = OmplPlanner(params); planner.reset(np.random.default_rng(1))\n"
         "path = planner.plan(Pose2D(-1.0, 2.0, 0.3), Pose2D(5.0, 2.5, 1.1), Costmap(costs, 0.1, -2.0, 1.0))\n"
         "print(path.poses.tobytes().hex())"
@@ -216,6 +218,37 @@ def test_a_path_that_is_still_free_is_kept(goal):
     assert anew.improvement
 
 
+def test_the_path_gets_better_on_the_way_until_searches_find_nothing_cheaper():
+    costmap = Costmap(np.zeros((120, 120), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap.data[20:100, 30:34] = costmap.data[20:100, 70:74] = costmap.data[60:64, 34:70] = 254
+    planner = make("RRTConnect", seed=3, fruitless_searches=3, simplify=False)
+    start, goal = Pose2D(1.0, 6.0), Pose2D(11.0, 6.5)
+    lengths, searched = [], []
+    for _ in range(40):  # from one place, so that lengths can be compared
+        path = planner.plan(start, goal, costmap)
+        assert is_valid(path, costmap)
+        lengths.append(path.length)
+        searched.append(bool(planner.improvement))
+    assert all(later <= earlier for earlier, later in zip(lengths, lengths[1:], strict=False))
+    assert lengths[-1] < 0.99 * lengths[0]
+    assert searched[:4] == [True] * 4
+    first_kept = searched.index(False)
+    assert not any(searched[first_kept:])
+    assert lengths[first_kept - 4] == lengths[first_kept]
+
+
+def test_a_corner_is_rounded_where_there_is_room():
+    costmap = room()
+    away = distance_transform_edt(costmap.data == 0) * costmap.resolution
+    costmap.data[:] = np.where(away == 0.0, 254, 250.0 * np.exp(-2.0 * away))
+    sharp, round_ = (
+        make("BITstar", smooth=smooth, cost_weight=20.0).plan(START, GOAL, costmap) for smooth in (False, True)
+    )
+    turns = [np.abs(np.diff(np.unwrap(path.poses[:-1, 2]))).max() for path in (sharp, round_)]
+    assert turns[1] < 0.7 * turns[0]
+    assert is_valid(round_, costmap)
+
+
 def test_a_kept_path_of_poses_is_tried_with_the_body():
     planner, costmap = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, iterations=8000), room()
     first = planner.plan(START, GOAL, costmap)
@@ -276,7 +309,7 @@ def test_parameters_are_checked():
         OmplParams(algorithm="BITstar", state_space="SE2")
     for values in (
         *({"max_iterations": 0}, {"range": 0.0}, {"tolerance": -1.0}, {"max_allowed_cost": 253}),
-        *({"patience": -1}, {"max_planning_time": -1.0}, {"minimum_turning_radius": 0.0}),
+        *({"patience": -1}, {"max_planning_time": -1.0}, {"fruitless_searches": -1}, {"minimum_turning_radius": 0.0}),
     ):
         with pytest.raises(ParameterError):
             OmplParams(**values)
