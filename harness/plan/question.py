@@ -18,7 +18,7 @@ from navstack.errors import PlanningError, UnknownNameError
 from navstack.params.extensions import algorithms
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_planners, read_smoothers
-from navstack.params.planners import OMPL_ALGORITHMS, STATE_SPACES, OmplParams
+from navstack.params.planners import OMPL_ALGORITHMS, SE2_ALGORITHMS, STATE_SPACES, OmplParams
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.ompl_kernels import polyline_cost
 from navstack.planning.planner import Planner, RobotShape
@@ -26,8 +26,14 @@ from navstack.planning.simple_smoother import SimpleSmoother
 from navstack.types import FloatArray, Path, Pose2D
 
 OMPL = "navstack::OmplPlanner"
-NAVFN = {"NavFn": "nav2_navfn_planner::NavfnPlanner", "IncrementalNavfn": "navstack::IncrementalNavfn"}
-NAMES = (*NAVFN, *OMPL_ALGORITHMS)
+GRID = {
+    "NavFn": "nav2_navfn_planner::NavfnPlanner",
+    "IncrementalNavfn": "navstack::IncrementalNavfn",
+    "Smac2D": "nav2_smac_planner::SmacPlanner2D",
+    "SmacHybrid": "nav2_smac_planner::SmacPlannerHybrid",
+    "SmacLattice": "nav2_smac_planner::SmacPlannerLattice",
+}
+NAMES = (*GRID, *OMPL_ALGORITHMS)
 SMOOTHER = "SimpleSmoother"
 COST_WEIGHT = 4.0  # a path through cost 252 counts as five of its length: what NavFn makes of the costs
 UNLIMITED = 10**9  # iterations, where the time is limited
@@ -91,7 +97,7 @@ def compile_first(shape: RobotShape) -> None:
         params = _defaults(kind)
         spaces: tuple[Any, ...] = (params,)
         if isinstance(params, OmplParams):
-            quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0)
+            quick = dataclasses.replace(params, max_iterations=COMPILING, tolerance=0.0, algorithm=SE2_ALGORITHMS[0])
             spaces = tuple(dataclasses.replace(quick, state_space=space) for space in STATE_SPACES)
         for each in spaces:
             path = entry.create(each, parts={"robot_shape": shape}).plan(Pose2D(1.0, 1.0), Pose2D(2.2, 2.0), costmap)
@@ -102,7 +108,7 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
     """A planner of :data:`NAMES`, with the parameters that the file has for its kind.
 
     Args:
-        name: NavFn's or one of OMPL's algorithms'.
+        name: of a plugin or of one of OMPL's algorithms.
         nav2: the parameter file.
         shape: the robot's.
         seconds: wall time that OMPL's may take instead of their iterations; 0: as the file says.
@@ -113,7 +119,7 @@ def make_planner(name: str, nav2: Nav2File, shape: RobotShape, seconds: float, *
     """
     if name not in NAMES:
         raise UnknownNameError("planner", name, NAMES)
-    kind = NAVFN.get(name, OMPL)
+    kind = GRID.get(name, OMPL)
     given = [plugin.params for plugin in read_planners(nav2) if plugin.type == kind]
     if kind == OMPL:  # its own section goes before another algorithm's
         given.sort(key=lambda params: params.algorithm != name)

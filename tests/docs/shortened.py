@@ -29,7 +29,7 @@ BESIDE_RESUME = ("--workers", "1")  # the rules of a study that goes on are its 
 # Words that are exchanged.
 EXCHANGED = {
     "ground_truth,gps,gps-ekf,amcl,amcl-gps": "ground_truth,gps-ekf",  # each arm is a delivery more
-    "NavFn,IncrementalNavfn,RRTConnect,RRTstar,InformedRRTstar,BITstar,PRMstar": "NavFn,RRTConnect",
+    "NavFn,IncrementalNavfn,Smac2D,SmacHybrid,SmacLattice,RRTConnect,BITstar": "NavFn,RRTConnect",
     "position=0.1,0.3,1.0": "position=0.3,1.0",
     "heading=2,5": "heading=2",
 }

@@ -12,7 +12,14 @@ from scipy.sparse.csgraph import dijkstra
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOccupiedError, InputError, NoPathFoundError, ParameterError
 from navstack.jit import njit
-from navstack.params.smac import REEDS_SHEPP, Smac2DParams, SmacHybridParams, SmacLatticeParams, SmacSmootherParams
+from navstack.params.smac import (
+    REEDS_SHEPP,
+    Smac2DParams,
+    SmacHybridParams,
+    SmacLatticeParams,
+    SmacSmootherParams,
+    iterations_of,
+)
 from navstack.planning.dubins import shortest_word
 from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled
@@ -251,6 +258,12 @@ def test_a_search_ends_after_max_iterations():
         with pytest.raises(NoPathFoundError, match="max_iterations"):
             planner.plan(start, goal, costmap)
     assert len(Smac2D(Smac2DParams(max_iterations=-1)).plan(start, goal, costmap).poses) > 50
+
+
+def test_planning_time_counts_as_iterations():
+    assert iterations_of(SmacHybridParams(max_planning_time=2.0)) == 80_000
+    assert iterations_of(SmacLatticeParams(max_planning_time=2.0, max_iterations=70)) == 70
+    assert iterations_of(SmacHybridParams(max_planning_time=0.0)) == 1_000_000
 
 
 def test_larger_cells_have_the_highest_cost_below_them():

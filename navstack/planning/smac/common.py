@@ -51,5 +51,5 @@ def no_path(start: Pose2D, goal: Pose2D) -> NoPathFoundError:
     """The error that a search ended without a path."""
     return NoPathFoundError(
         f"no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m; check whether obstacles or their "
-        "inflation close the way, or whether max_iterations is too low"
+        "inflation close the way, or whether max_iterations or max_planning_time is too low"
     )

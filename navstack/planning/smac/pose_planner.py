@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
-from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams
+from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams, iterations_of
 from navstack.planning.dubins import is_curve_free
 from navstack.planning.endpoints import goal_occupied, require_on_map, single_pose
 from navstack.planning.ompl_kernels import blocked_table
@@ -28,7 +28,8 @@ class _PosePlanner(Planner):
 
     Where Jazzy differs: the footprint is held exactly against the squares of obstacles at every cell of a motion, not
     its outline at the motion's end; of Reeds and Shepp's curves to the goal only those without a change of direction
-    are tried; a smoothed path that would touch something is dropped for the one before; there is no limit of time.
+    are tried; a smoothed path that would touch something is dropped for the one before; the limit of time is one of
+    iterations.
     """
 
     def __init__(self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None) -> None:
@@ -85,7 +86,7 @@ class _PosePlanner(Planner):
             pose,
             nearest_heading(motions, pose[2]),
             params.tolerance / resolution,
-            params.max_iterations,
+            iterations_of(params),
             params.max_on_approach_iterations,
             COARSE if params.downsample_obstacle_heuristic else 1,
             0.0 if reverses else 0.5 * params.lookup_table_size / resolution,
