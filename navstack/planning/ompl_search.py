@@ -107,6 +107,17 @@ def _grow(name: str) -> Callable[[Query, float, int, Budget], FloatArray | None]
     return lambda query, reach, _, budget: _solve(query, getattr(og, name), reach, budget)
 
 
+def _bit_star(query: Query, reach: float, _: int, budget: Budget) -> FloatArray | None:
+    """BIT* without pruning its graph, which ends the process now and then (OMPL's issues 949 and 1317)."""
+
+    def make(information: Any) -> Any:
+        planner = og.BITstar(information)
+        planner.setPruning(False)
+        return planner
+
+    return _solve(query, make, reach, budget)
+
+
 def _fmt(query: Query, reach: float, checks: int, budget: Budget) -> FloatArray | None:
     """FMT*; against the clock with twice the samples again and again, for it has no path before it is done."""
     if not budget.has_time_limit:
@@ -164,7 +175,7 @@ def _shortest(query: Query, nodes: FloatArray, edges: list[tuple[int, int]]) -> 
 
 # Which search an algorithm's name stands for: of a query, the longest extension [cells], the checks allowed, a budget.
 ALGORITHMS: dict[str, Callable[[Query, float, int, Budget], FloatArray | None]] = {
-    "BITstar": _grow("BITstar"),
+    "BITstar": _bit_star,
     "FMT": _fmt,
     "InformedRRTstar": _grow("InformedRRTstar"),
     "PRMstar": _prm_star,
