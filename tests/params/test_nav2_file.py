@@ -162,6 +162,13 @@ def test_older_names_are_read(inspect):
     assert source.obstacle_max_range == 4.5
 
 
+def test_a_merged_file_merges_to_itself_where_nav2_chooses_the_critics(inspect):
+    nav2 = inspect("controller_server: {ros__parameters: {odom_topic: /odom}}\nlocal_costmap: {}")
+    merged = nav2.dump_merged()
+    assert "RotateToGoal:" in merged
+    assert inspect(merged).dump_merged() == merged
+
+
 def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
     layer = "{plugin: nav2_costmap_2d::RangeSensorLayer, phi: 1.2}"
     nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [sonar], sonar: {layer}}}}}}}")

@@ -1,8 +1,11 @@
 """What Nav2 sets by itself where a file names no critics of DWB."""
 
 from collections.abc import Mapping
+from typing import Any
 
-from navstack.params.dwb import FALLBACK_SCALES
+from navstack.params.dwb import FALLBACK_SCALES, DwbParams
+from navstack.params.nav2_file.catalog import nested_params
+from navstack.params.nav2_file.findings import Visit
 from navstack.params.nav2_file.ros_yaml import Entry
 
 
@@ -21,3 +24,11 @@ def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entr
         if isinstance(bias, int | float) and not isinstance(bias, bool):  # anything else is reported where it stands
             found[f"{prefix}{critic}.scale"] = Entry(float(bias), 0, 0, 0, 0)
     return {name: entry for name, entry in found.items() if name not in entries}
+
+
+def unnamed_critics(visit: Visit, values: Mapping[str, Any]) -> list[Visit]:
+    """The critics of DWB's namespace that Nav2 loads where the file names none."""
+    if visit.params is not DwbParams or f"{visit.prefix}critics" in values:
+        return []
+    critics = nested_params(DwbParams)
+    return [Visit(f"{visit.prefix}{name}.", critics[name]) for name in DwbParams().critics]

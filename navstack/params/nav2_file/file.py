@@ -15,7 +15,7 @@ from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file import edit
 from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
-from navstack.params.nav2_file.dwb import fallback_scales
+from navstack.params.nav2_file.dwb import fallback_scales, unnamed_critics
 from navstack.params.nav2_file.filters import filter_notices
 from navstack.params.nav2_file.findings import Findings, Notice, Section, Visit, is_told, names_in
 from navstack.params.nav2_file.monitor import NODE as MONITOR
@@ -116,7 +116,8 @@ class Nav2File:
         for node in self.parameters:
             values = {name: entry.value for name, entry in self.parameters.get(node, {}).items()}
             namespaces = {name[:i] for name in values for i, char in enumerate(name) if char == "."}
-            for visit in self.visits.get(node, ()):
+            visits = self.visits.get(node, ())
+            for visit in (*visits, *(each for visit in visits for each in unnamed_critics(visit, values))):
                 if visit.plugin:
                     values.setdefault(f"{visit.prefix}plugin", visit.plugin)
                 for name, default in _defaults(visit.params):
