@@ -24,7 +24,7 @@ PICTURES = (".png", ".pdf", ".svg")  # suffixes
 @click.option("--goal", default=AUTO, show_default=True, metavar="x,y,yaw|auto", help="[m, m, rad]; auto: drawn.")
 @click.option("--planner", "planners", multiple=True, metavar="NAME[,NAME]", show_default=True,
               default=("NavFn,SmacHybrid,BITstar",), help="NavFn, IncrementalNavfn, Smac2D, SmacHybrid, "
-              "SmacLattice, RRTConnect, RRTstar, InformedRRTstar, BITstar, PRMstar, FMT; repeatable.")
+              "SmacLattice, ThetaStar, RRTConnect, RRTstar, InformedRRTstar, BITstar, PRMstar, FMT; repeatable.")
 @click.option("--smoother", help="Smooth every path: SimpleSmoother.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of mission and planners.")
 @click.option("--time", "seconds", type=Finite(min=0.0, max=3600.0, min_open=True), metavar="SECONDS",

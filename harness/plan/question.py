@@ -32,6 +32,7 @@ GRID = {
     "Smac2D": "nav2_smac_planner::SmacPlanner2D",
     "SmacHybrid": "nav2_smac_planner::SmacPlannerHybrid",
     "SmacLattice": "nav2_smac_planner::SmacPlannerLattice",
+    "ThetaStar": "nav2_theta_star_planner::ThetaStarPlanner",
 }
 NAMES = (*GRID, *OMPL_ALGORITHMS)
 SMOOTHER = "SimpleSmoother"

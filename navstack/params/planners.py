@@ -37,6 +37,24 @@ class IncrementalNavfnParams:
 
 
 @dataclass(frozen=True, slots=True)
+class ThetaStarParams:
+    """nav2_theta_star_planner::ThetaStarPlanner; the defaults are Nav2's."""
+
+    how_many_corners: int = 8  # neighbours of a cell: 4 or 8
+    w_euc_cost: float = 1.0  # weight of a way's length [cells]
+    w_traversal_cost: float = 2.0  # weight of the costs on it
+    w_heuristic_cost: float = 1.0  # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the lesser
+    allow_unknown: bool = True  # plan through unknown cells, at a cost of 253
+    use_final_approach_orientation: bool = False  # as in NavfnParams
+
+    def __post_init__(self) -> None:
+        if self.how_many_corners not in (4, 8):
+            object.__setattr__(self, "how_many_corners", 8)
+        for name in ("w_euc_cost", "w_traversal_cost", "w_heuristic_cost"):
+            _require_not_negative(name, getattr(self, name))
+
+
+@dataclass(frozen=True, slots=True)
 class OmplParams:
     """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
 

@@ -72,3 +72,18 @@ def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:
     if len(poses) > 2 and np.all(np.abs(step) < 1e-4):  # two equal last poses
         step = poses[-1, :2] - poses[-3, :2]
     poses[-1, 2] = math.atan2(step[1], step[0])
+
+
+def dense_poses(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:
+    """Poses (M, 3), looking along a polyline (N, 2) in [cells], at most one cell apart; each corner is kept."""
+    places = [points[:1]]
+    for start, end in zip(points[:-1], points[1:], strict=True):
+        steps = max(1, math.ceil(math.hypot(*(end - start))))
+        places.append(start + (end - start) * (np.arange(1, steps + 1) / steps)[:, None])
+    dense = np.vstack(places)
+    poses = np.empty((len(dense), 3))
+    poses[:, :2] = (costmap.origin_x, costmap.origin_y) + dense * costmap.resolution
+    step = np.diff(poses[:, :2], axis=0)
+    poses[:-1, 2] = np.arctan2(step[:, 1], step[:, 0])
+    poses[-1, 2] = goal_yaw
+    return poses

@@ -10,7 +10,7 @@ from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
-from navstack.planning.endpoints import goal_occupied, occupied, require_on_map, single_pose
+from navstack.planning.endpoints import dense_poses, goal_occupied, occupied, require_on_map, single_pose
 from navstack.planning.ompl_kernels import (
     Room,
     are_connected,
@@ -217,7 +217,7 @@ class OmplPlanner(Planner):
         else:
             if tuple(states[0]) != _to_cells(start, costmap):
                 states = np.vstack((_to_cells(start, costmap), states))
-            dense = self._smoothed(_dense(states, goal.yaw, costmap), costmap)
+            dense = self._smoothed(dense_poses(states, goal.yaw, costmap), costmap)
         if tuple(query.last[:2]) == _to_cells(goal, costmap):
             dense[-1] = goal.as_array()  # to the last bit, for the path is kept by it
         return dense
@@ -276,18 +276,3 @@ def _corners(points: FloatArray) -> FloatArray:
     step = np.diff(points[:, :2], axis=0)
     turn = np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
     return points[1:-1, :2][np.abs(turn) > STRAIGHT]
-
-
-def _dense(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:
-    """Poses (M, 3) along a polyline (N, 2) in [cells], at most one cell apart, each corner kept."""
-    places = [points[:1]]
-    for start, end in zip(points[:-1], points[1:], strict=True):
-        steps = max(1, math.ceil(math.hypot(*(end - start))))
-        places.append(start + (end - start) * (np.arange(1, steps + 1) / steps)[:, None])
-    dense = np.vstack(places)
-    poses = np.empty((len(dense), 3))
-    poses[:, :2] = (costmap.origin_x, costmap.origin_y) + dense * costmap.resolution
-    step = np.diff(poses[:, :2], axis=0)
-    poses[:-1, 2] = np.arctan2(step[:, 1], step[:, 0])
-    poses[-1, 2] = goal_yaw
-    return poses

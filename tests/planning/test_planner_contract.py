@@ -6,7 +6,7 @@ import pytest
 from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.extensions import algorithms
-from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
+from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams, ThetaStarParams
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
 from navstack.planning.planner import Planner
 from navstack.types import Pose2D
@@ -16,6 +16,7 @@ PARAMS = {
     "nav2_smac_planner::SmacPlanner2D": Smac2DParams(),
     "nav2_smac_planner::SmacPlannerHybrid": SmacHybridParams(),
     "nav2_smac_planner::SmacPlannerLattice": SmacLatticeParams(),
+    "nav2_theta_star_planner::ThetaStarPlanner": ThetaStarParams(),
     "navstack::IncrementalNavfn": IncrementalNavfnParams(),
     "navstack::OmplPlanner": OmplParams(max_iterations=2000),
 }

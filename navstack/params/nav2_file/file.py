@@ -116,8 +116,9 @@ class Nav2File:
         for node in self.parameters:
             values = {name: entry.value for name, entry in self.parameters.get(node, {}).items()}
             namespaces = {name[:i] for name in values for i, char in enumerate(name) if char == "."}
-            visits = self.visits.get(node, ())
-            for visit in (*visits, *(each for visit in visits for each in unnamed_critics(visit, values))):
+            visits = list(self.visits.get(node, ()))
+            visits += [critic for parent in visits for critic in unnamed_critics(parent, values)]
+            for visit in visits:
                 if visit.plugin:
                     values.setdefault(f"{visit.prefix}plugin", visit.plugin)
                 for name, default in _defaults(visit.params):

@@ -1,6 +1,6 @@
 """Planner and path smoother plugins."""
 
-from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams
+from navstack.params.planners import IncrementalNavfnParams, NavfnParams, OmplParams, ThetaStarParams
 from navstack.params.registry.block import OPEN, Block, keys, of_fields, words
 from navstack.params.registry.entry import Entry, Family
 from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams
@@ -65,7 +65,10 @@ PLANNERS: Family = {
         keys(
             """plugin how_many_corners w_euc_cost w_traversal_cost w_heuristic_cost allow_unknown
         terminal_checking_interval use_final_approach_orientation"""
-        )
+        ),
+        "navstack.planning.theta_star:ThetaStarPlanner",
+        ThetaStarParams,
+        kernels=("navstack.planning.theta_star",),
     ),
     "navstack::IncrementalNavfn": Entry(
         of_fields(IncrementalNavfnParams, "plugin"),

@@ -1,0 +1,164 @@
+"""Lazy Theta*: nav2_theta_star_planner of Jazzy (Nash, Koenig, Tovey, "Lazy Theta*", AAAI 2010)."""
+
+import heapq
+import math
+
+import numpy as np
+
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.errors import NoPathFoundError, StartOccupiedError
+from navstack.jit import njit
+from navstack.params.planners import ThetaStarParams
+from navstack.planning.endpoints import (
+    dense_poses,
+    face_along_last_step,
+    goal_occupied,
+    occupied,
+    require_on_map,
+    single_pose,
+)
+from navstack.planning.planner import Planner
+from navstack.types import BoolArray, ByteArray, FloatArray, IntArray, Path, Pose2D
+
+STEPS = np.array(((0, 1), (0, -1), (1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)), dtype=np.int64)
+LOWEST, SHARE, HIGHEST = 26.0, 0.9, 252.0  # a cell counts as LOWEST + SHARE * cost, of HIGHEST
+
+
+class ThetaStarPlanner(Planner):
+    """A path of straight lines between cells' centres, as short and cheap as the weights want it."""
+
+    def __init__(self, params: ThetaStarParams) -> None:
+        self._params = params
+        costs = np.arange(256)
+        self._is_open: BoolArray = costs < INSCRIBED_INFLATED_OBSTACLE
+        self._is_open[NO_INFORMATION] = params.allow_unknown
+        level = np.where(costs == NO_INFORMATION, LETHAL_OBSTACLE - 1.0, LOWEST + SHARE * costs)
+        self._crossing: FloatArray = params.w_traversal_cost * (level / HIGHEST) ** 2
+
+    def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
+        """A path from ``start`` to ``goal``, each pose looking along it; see :class:`Planner`.
+
+        Raises:
+            PlanningError: a pose outside the map or in an obstacle, or no path.
+        """
+        params = self._params
+        require_on_map(start, goal, costmap)
+        if (start.x, start.y) == (goal.x, goal.y):
+            return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
+        if not self._is_open[costmap.cost_at(start.x, start.y)]:
+            raise StartOccupiedError(occupied("start", start, costmap))
+        if not self._is_open[costmap.cost_at(goal.x, goal.y)]:
+            raise goal_occupied(goal, costmap)
+        ends = (costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y))
+        weights = (params.w_euc_cost, min(params.w_heuristic_cost, params.w_euc_cost, 1.0))
+        cells = search_lines(
+            costmap.data, self._is_open, self._crossing, ends[0], ends[1], params.how_many_corners, weights
+        )
+        if len(cells) == 0:
+            raise NoPathFoundError(
+                f"no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m; check whether obstacles or "
+                "their inflation close the way"
+            )
+        points = cells.astype(np.float64) + 0.5
+        corner = np.array((costmap.origin_x, costmap.origin_y))
+        points[0] = (start.as_array()[:2] - corner) / costmap.resolution
+        points[-1] = (goal.as_array()[:2] - corner) / costmap.resolution
+        poses = dense_poses(points, goal.yaw, costmap)
+        poses[-1] = goal.as_array()
+        if params.use_final_approach_orientation:
+            face_along_last_step(poses, start.yaw)
+        return Path(poses, stamp)
+
+
+@njit(cache=True)
+def line_of_sight(
+    costs: ByteArray, is_open: BoolArray, crossing: FloatArray, x: int, y: int, end_x: int, end_y: int
+) -> float:
+    """What crossing the cells from one to another costs, the last one left out; inf: one of them is closed.
+
+    Bresenham's line; where it goes diagonally, both cells beside it must be open, too.
+    """
+    dx, dy = abs(end_x - x), abs(end_y - y)
+    step_x, step_y = (1 if x < end_x else -1), (1 if y < end_y else -1)
+    total, error = 0.0, dx - dy
+    while x != end_x or y != end_y:
+        if not is_open[costs[y, x]]:
+            return math.inf
+        total += crossing[costs[y, x]]
+        twice = 2 * error
+        aside, up = twice > -dy, twice <= dx
+        if aside and up and not (is_open[costs[y, x + step_x]] and is_open[costs[y + step_y, x]]):
+            return math.inf
+        if aside:
+            x, error = x + step_x, error - dy
+        if up or not aside:
+            y, error = y + step_y, error + dx
+    return total
+
+
+@njit(cache=True)
+def search_lines(
+    costs: ByteArray,
+    is_open: BoolArray,
+    crossing: FloatArray,
+    start: tuple[int, int],
+    goal: tuple[int, int],
+    corners: int,
+    weights: tuple[float, float],
+) -> IntArray:
+    """The cells (n, 2) at which the lines of a path meet, from start to goal (column, row); none: (0, 2).
+
+    Args:
+        costs: (height, width).
+        is_open: (256,) whether a cost may be crossed.
+        crossing: (256,) what crossing a cell of a cost adds.
+        start: where from.
+        goal: where to.
+        corners: neighbours of a cell, 4 or 8.
+        weights: of the length of a way, and of the straight way to the goal.
+    """
+    height, width = costs.shape
+    first, last = start[1] * width + start[0], goal[1] * width + goal[0]
+    travelled = np.full(costs.size, np.inf)
+    parents = np.empty(costs.size, dtype=np.int64)
+    is_done = np.zeros(costs.size, dtype=np.bool_)
+    travelled[first], parents[first] = crossing[costs[start[1], start[0]]], first
+    heap = [(0.0, first)]
+    while len(heap) > 0:
+        _, n = heapq.heappop(heap)
+        if is_done[n]:
+            continue
+        is_done[n] = True
+        if n == last:
+            return corners_of(parents, first, last, width)
+        x, y = n % width, n // width
+        maybe = parents[parents[n]]
+        u, v = maybe % width, maybe // width
+        length = weights[0] * math.hypot(x - u, y - v)
+        if travelled[maybe] + length < travelled[n]:  # else crossing the cells does not pay
+            total = travelled[maybe] + length + line_of_sight(costs, is_open, crossing, x, y, u, v)
+            if total < travelled[n]:
+                travelled[n], parents[n] = total, maybe
+        for k in range(corners):
+            u, v = x + STEPS[k, 0], y + STEPS[k, 1]
+            if not (0 <= u < width and 0 <= v < height) or not is_open[costs[v, u]]:
+                continue
+            m = v * width + u
+            total = travelled[n] + weights[0] * math.hypot(STEPS[k, 0], STEPS[k, 1]) + crossing[costs[v, u]]
+            if not is_done[m] and total < travelled[m]:
+                travelled[m], parents[m] = total, n
+                heapq.heappush(heap, (total + weights[1] * math.hypot(goal[0] - u, goal[1] - v), m))
+    return np.empty((0, 2), dtype=np.int64)
+
+
+@njit(cache=True)
+def corners_of(parents: IntArray, first: int, last: int, width: int) -> IntArray:
+    """The cells (n, 2) as column, row from the first to the last, each the parent of the next."""
+    count, n = 1, last
+    while n != first:
+        n, count = parents[n], count + 1
+    cells, n = np.empty((count, 2), dtype=np.int64), last
+    for i in range(count - 1, -1, -1):
+        cells[i, 0], cells[i, 1] = n % width, n // width
+        n = parents[n]
+    return cells

@@ -1,0 +1,97 @@
+"""Lazy Theta*: lines of sight against a slow twin, paths against what geometry says."""
+
+import math
+
+import numpy as np
+import pytest
+
+from navstack.costmap.costmap import Costmap
+from navstack.errors import GoalOccupiedError, ParameterError, StartOccupiedError
+from navstack.params.planners import ThetaStarParams
+from navstack.planning.theta_star import ThetaStarPlanner, line_of_sight
+from navstack.types import Pose2D
+
+OPEN = np.arange(256) < 253
+CROSSING = np.arange(256) / 100.0
+
+
+def slow_sight(costs, x, y, end_x, end_y):
+    """Bresenham's line as nav2_theta_star_planner walks it."""
+    dx, dy = abs(end_x - x), abs(end_y - y)
+    sx, sy = (1 if x < end_x else -1), (1 if y < end_y else -1)
+    error, total = dx - dy, 0.0
+    while (x, y) != (end_x, end_y):
+        if costs[y, x] >= 253:
+            return math.inf
+        total += costs[y, x] / 100.0
+        twice = 2 * error
+        if -dy < twice <= dx:
+            if costs[y, x + sx] >= 253 or costs[y + sy, x] >= 253:
+                return math.inf
+            x, y, error = x + sx, y + sy, error + dx - dy
+        elif twice > -dy:
+            x, error = x + sx, error - dy
+        else:
+            y, error = y + sy, error + dx
+    return total
+
+
+def test_lines_of_sight():
+    rng = np.random.default_rng(0)
+    costs = rng.integers(0, 200, (30, 40)).astype(np.uint8)
+    costs[rng.random(costs.shape) < 0.05] = 254
+    seen = 0
+    for _ in range(500):
+        x, end_x = rng.integers(0, 40, 2).tolist()
+        y, end_y = rng.integers(0, 30, 2).tolist()
+        expected = slow_sight(costs, x, y, end_x, end_y)
+        assert line_of_sight(costs, OPEN, CROSSING, x, y, end_x, end_y) == pytest.approx(expected)
+        seen += math.isfinite(expected)
+    assert 50 < seen < 450
+
+
+def test_in_the_open_the_path_is_the_straight_line_but_for_cells():
+    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    start, goal = Pose2D(1.0, 2.0), Pose2D(8.3, 6.1, 0.5)
+    path = ThetaStarPlanner(ThetaStarParams()).plan(start, goal, costmap)
+    assert math.hypot(7.3, 4.1) <= path.length < 1.01 * math.hypot(7.3, 4.1)  # it bends at cells' centres
+    away = (path.poses[:, 0] - 1.0) * 4.1 - (path.poses[:, 1] - 2.0) * 7.3
+    assert np.abs(away).max() / math.hypot(7.3, 4.1) < 0.3
+    assert path.poses[-1, 2] == 0.5
+
+
+def test_around_a_corner_it_is_hardly_longer_than_the_tight_string():
+    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap.data[:60, 50] = 254
+    start, goal = Pose2D(2.05, 2.05), Pose2D(8.05, 2.05)
+    tight = math.hypot(2.95, 3.95) + 0.1 + math.hypot(2.95, 3.95)  # over both corners of the wall's end
+    for corners in (4, 8):
+        path = ThetaStarPlanner(ThetaStarParams(how_many_corners=corners)).plan(start, goal, costmap)
+        assert tight <= path.length < 1.02 * tight
+        columns, rows = (path.poses[:, :2] / 0.1).astype(int).T
+        assert not (costmap.data[rows, columns] == 254).any()
+
+
+def test_costs_are_avoided_as_they_are_weighted():
+    costmap = Costmap(np.zeros((60, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap.data[10:50, 45:55] = 240
+    start, goal = Pose2D(1.0, 3.0), Pose2D(9.0, 3.0)
+    through, around = (
+        ThetaStarPlanner(ThetaStarParams(w_traversal_cost=weight)).plan(start, goal, costmap) for weight in (0.0, 10.0)
+    )
+    assert 8.0 <= through.length < 8.1
+    assert np.abs(around.poses[:, 1] - 3.0).max() > 1.9
+
+
+def test_ends_in_obstacles_are_refused():
+    costmap = Costmap(np.zeros((60, 100), dtype=np.uint8), 0.1, 0.0, 0.0)
+    costmap.data[30, 10] = 254
+    costmap.data[30, 80] = 255
+    planner = ThetaStarPlanner(ThetaStarParams(allow_unknown=False))
+    with pytest.raises(StartOccupiedError):
+        planner.plan(Pose2D(1.05, 3.05), Pose2D(5.0, 3.0), costmap)
+    with pytest.raises(GoalOccupiedError):
+        planner.plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)
+    assert ThetaStarPlanner(ThetaStarParams()).plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap).length > 3.0
+    with pytest.raises(ParameterError, match="negative"):
+        ThetaStarParams(w_euc_cost=-1.0)
