@@ -43,8 +43,10 @@ def parity(folder: Path | None, as_json: bool) -> None:
         print_certificate(results, report_console(sys.stdout))
     if passes(results):
         return
-    unexplained = sum(not deviation.is_explained for result in results for deviation in result.deviations)
-    sys.stderr.write(f"navbench: no parity: {unexplained} unexplained deviations; the certificate names them\n")
+    deviations = [deviation for result in results for deviation in result.deviations if not deviation.is_explained]
+    lost = sum(not deviation.is_compared for deviation in deviations)
+    said = f"{len(deviations) - lost} unexplained deviations, {lost} cases that cannot be compared"
+    sys.stderr.write(f"navbench: no parity: {said}; the certificate names them\n")
     sys.exit(1)
 
 
@@ -59,15 +61,22 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
     for result in results:
         explained = sum(deviation.is_explained for deviation in result.deviations)
         largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e} {result.unit}".rstrip()
-        counts = (result.cases, result.equal, explained, len(result.deviations) - explained)
+        not_compared = sum(not deviation.is_compared for deviation in result.deviations)
+        unexplained = len(result.deviations) - explained - not_compared
+        counts = (result.cases, result.equal, explained, unexplained, not_compared)
         rows.append((result.part, *map(str, counts), largest))
-    headers = ("Part", "Cases", "Equal", "Explained", "Unexplained", "Largest deviation")
+    headers = ("Part", "Cases", "Equal", "Explained", "Unexplained", "Not compared", "Largest deviation")
     print_sheet(Sheet("Parity with Nav2's own C++: recorded inputs, run through navstack", headers, rows), console)
     deviations = [deviation for result in results for deviation in result.deviations]
-    for title, is_explained in (("Explained", True), ("Unexplained", False)):
-        cases = [deviation for deviation in deviations if deviation.is_explained == is_explained]
+    kinds = {
+        "Explained deviations": (True, True),
+        "Unexplained deviations": (False, True),
+        "Not compared": (False, False),
+    }
+    for title, kind in kinds.items():
+        cases = [each for each in deviations if (each.is_explained, each.is_compared) == kind]
         if cases:
-            console.print(Text(f"{title} deviations", style="bold"))
+            console.print(Text(title, style="bold"))
         for deviation in cases:
             console.print(Text(f"  {deviation.case}: {deviation.why}"))
         if cases:

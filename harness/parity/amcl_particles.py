@@ -23,6 +23,7 @@ from navstack.params.strict import from_mapping
 from navstack.types import FloatArray, Pose2D
 
 EXACT = 1e-9  # [m, rad] of what the same random numbers give; covariances and weights: relative or absolute
+RANK_DECIMALS = 7
 STANDARD_ERRORS = 4.0  # twelve moments a case: beyond three, one case in thirty would be by chance
 BATCHES, BATCH = 50, 20_000  # particles of ours whose moments are taken
 MOTION = re.compile(r"motion_seq_end_seed(\d+)_alphas_(.+)_pose(.+)_delta(.+)")
@@ -224,18 +225,23 @@ def _moments(poses: FloatArray) -> FloatArray:
 
 
 def _check_clusters(ours: list[Cluster], recorded: Any, comparison: Comparison) -> None:
-    """Weights, means, covariances; in the order of the weights."""
+    """Weights, means, covariances; in the order of the weights, equal ones in that of their places."""
     comparison.require(len(ours) == len(recorded), f"{len(ours)} clusters, recorded {len(recorded)}")
     if len(ours) != len(recorded):
         return
-    ours = sorted(ours, key=lambda cluster: -cluster.weight)
-    recorded = sorted(recorded, key=lambda cluster: -cluster["weight"])
+    ours = sorted(ours, key=lambda cluster: _rank(cluster.weight, cluster.pose.x, cluster.pose.y))
+    recorded = sorted(recorded, key=lambda cluster: _rank(cluster["weight"], *cluster["mean"][:2]))
     comparison.near("weights", [c.weight for c in ours], [c["weight"] for c in recorded], EXACT)
     means = np.array([c["mean"] for c in recorded])
     comparison.near("means", [(c.pose.x, c.pose.y) for c in ours], means[:, :2], EXACT)
     comparison.angles("yaws", [c.pose.yaw for c in ours], means[:, 2], EXACT)
     covariances = np.array([c["cov"] for c in recorded]).reshape(-1, 3, 3)
     comparison.near("covariances", [c.covariance for c in ours], covariances, EXACT)
+
+
+def _rank(weight: float, x: float, y: float) -> tuple[float, ...]:
+    """Heavier clusters first; what differs by rounding only counts as equal."""
+    return -round(weight, RANK_DECIMALS), round(x, RANK_DECIMALS), round(y, RANK_DECIMALS)
 
 
 def _limit(bins: int, facts: Mapping[str, Any]) -> int:

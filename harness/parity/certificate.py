@@ -11,7 +11,7 @@ from harness.parity import amcl, amcl_particles, controllers, costmaps, dwb, pla
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenError, GoldenFile
 from harness.parity.part import Case, Part
-from navstack.errors import NavstackError
+from navstack.errors import InputError, NavstackError
 
 PARTS = (
     Part("inflation_curves", costmaps.find_curves, costmaps.check_curve),
@@ -54,6 +54,7 @@ class Deviation:
     case: str
     why: str
     is_explained: bool  # the recording, not navstack, is to blame
+    is_compared: bool = True  # False: the case lacks facts, or has values that nobody can give
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +109,8 @@ def compare(part: Part, case: Case) -> Comparison:
         part.check(case, comparison)
     except GoldenError:
         raise
+    except (KeyError, InputError) as error:
+        comparison.missing.append(f"cannot be compared ({type(error).__name__}: {' '.join(str(error).split())})")
     except _CANNOT_RUN as error:
         comparison.require(False, f"cannot be run ({type(error).__name__}: {' '.join(str(error).split())})")
     return comparison
@@ -134,8 +137,9 @@ def _summary(part: Part, cases: Sequence[Case]) -> PartResult:
 def _deviations(compared: Sequence[tuple[Case, Comparison]]) -> Iterator[Deviation]:
     for case, comparison in compared:
         if not comparison.is_equal:
-            why = "; ".join((*comparison.wrong, *comparison.allowed))
-            yield Deviation(case.title, why, not comparison.wrong)
+            why = "; ".join((*comparison.missing, *comparison.wrong, *comparison.allowed))
+            is_compared = not comparison.missing
+            yield Deviation(case.title, why, is_compared and not comparison.wrong, is_compared)
 
 
 def passes(results: Sequence[PartResult]) -> bool:
@@ -155,7 +159,12 @@ def document(results: Sequence[PartResult]) -> dict[str, Any]:
                 "largest_deviation": result.largest_deviation,
                 "largest_deviation_unit": result.unit or None,
                 "deviations": [
-                    {"case": deviation.case, "why": deviation.why, "explained": deviation.is_explained}
+                    {
+                        "case": deviation.case,
+                        "why": deviation.why,
+                        "explained": deviation.is_explained,
+                        "compared": deviation.is_compared,
+                    }
                     for deviation in result.deviations
                 ],
             }

@@ -15,11 +15,12 @@ class Comparison:
         self.largest = 0.0  # deviation of all that was compared within a tolerance, in its own unit
         self.wrong: list[str] = []
         self.allowed: list[str] = []
+        self.missing: list[str] = []  # why there is nothing to be said of the case
 
     @property
     def is_equal(self) -> bool:
         """Whether nothing deviates, not even for a known reason."""
-        return not self.wrong and not self.allowed
+        return not self.wrong and not self.allowed and not self.missing
 
     def equal(self, what: str, ours: Any, theirs: Any) -> None:
         """Both must be the same; NaN equals NaN."""

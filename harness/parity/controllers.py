@@ -28,12 +28,13 @@ PASSED_THROUGH = Twist2D(99.0, 0.0, 0.25)  # the command of the shim's recorded 
 REFUSED = [np.nan] * 3  # recorded in place of a command
 
 
-RPP = Shape(("{}_path_start_idx", "{}_costmap", "{}_path", "{}_poses", "{}_vels", "{}_cmd"), fact="overrides")
+GRIDS = ("{}_costmap", "{}_grid")  # either name holds the costs; with none of them all cells are free
+RPP = Shape(("{}_path_start_idx", "{}_path", "{}_poses", "{}_vels", "{}_cmd"), GRIDS, fact="overrides")
 # x, y, yaw, measured v and w, commanded x, y and w, whether there was a new plan
-SHIM = Shape(("rsj_{}_path", "rsj_{}"), ("rsj_{}_costmap",), ("{}",), "params", "rsj_{}")
+SHIM = Shape(("rsj_{}_path", "rsj_{}"), tuple(f"rsj_{grid}" for grid in GRIDS), ("{}",), "params", "rsj_{}")
 SHIM_OF_MAIN = Shape(
     ("rs_{}_cmd", "rs_{}_poses", "rs_{}_vels", "rs_{}_path"),
-    ("rs_{}_costmap",),
+    tuple(f"rs_{grid}" for grid in GRIDS),
     ("rotation_shim", "{}"),
     "params",
     "rs_{}",
@@ -111,7 +112,8 @@ def _shim(given: Mapping[str, Any]) -> RotationShimController:
 
 def _surroundings(case: Case) -> Surroundings:
     facts = case.facts
-    costs = case["costmap"] if "costmap" in case else np.zeros((FREE_CELLS, FREE_CELLS), dtype=np.uint8)
+    free = np.zeros((FREE_CELLS, FREE_CELLS), dtype=np.uint8)
+    costs = next((case[name] for name in ("costmap", "grid") if name in case), free)
     return Surroundings(Costmap(costs, facts.get("resolution", RESOLUTION), *facts.get("origin", ORIGIN)))
 
 

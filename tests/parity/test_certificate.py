@@ -11,6 +11,8 @@ from harness.cli.app import main
 from harness.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
 from harness.parity.comparison import Comparison
 from harness.parity.golden import META, GoldenFile, read_folder
+from navstack.costmap.inflation import Inflation
+from navstack.params.costmap import InflationLayerParams
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -122,10 +124,51 @@ def test_arrays_of_no_part_and_halves_of_cases_are_reported(tmp_path: Path) -> N
     assert not passes([result])
 
 
-def test_a_case_whose_facts_are_incomplete_cannot_be_run_and_says_so(tmp_path: Path) -> None:
+def test_a_case_whose_facts_are_incomplete_counts_as_not_compared(tmp_path: Path) -> None:
     store(tmp_path / "half.npz", {"a": {"inflation_radius": 1.0}}, a_in=np.zeros((3, 3)), a_out=np.zeros((3, 3)))
     (result,) = certify(read_folder(tmp_path))
-    assert "cannot be run (KeyError" in result.deviations[0].why
+    (deviation,) = result.deviations
+    assert "cannot be compared (KeyError" in deviation.why
+    assert (result.cases, result.equal) == (1, 0)
+    assert (deviation.is_explained, deviation.is_compared) == (False, False)
+    assert not passes([result])
+
+
+def test_a_window_and_missing_facts_of_inflation_are_understood(tmp_path: Path) -> None:
+    source = GoldenFile(GOLDEN / "inflation.npz")
+    facts = {key: value for key, value in source.facts("single").items() if not key.startswith("inflate_")}
+    whole, given = source["single_out_legacy"], source["single_in"]
+    part = given.copy()
+    part[10:60, 20:70] = whole[10:60, 20:70]
+    both = {"whole": facts, "part": {**facts, "window": [20, 10, 70, 60]}}
+    arrays = {"whole_in": given, "whole_out_legacy": whole, "part_in": given, "part_out_legacy": part}
+    store(tmp_path / "windows.npz", both, **arrays)
+    (result,) = certify(read_folder(tmp_path))
+    assert (result.part, result.cases, result.equal) == ("inflation", 2, 2)
+
+
+def test_a_cost_that_is_an_integer_but_for_rounding_is_named_as_such(tmp_path: Path) -> None:
+    source = GoldenFile(GOLDEN / "inflation.npz")
+    name, factor = "single", 252.0 / 126.0  # 252 exp(-k d) is 126 at d = ln 2 / k
+    facts = dict(source.facts(name))
+    inscribed, resolution = facts["inscribed_circumscribed"][0], facts["resolution"]
+    cells = 8
+    facts["cost_scaling_factor"] = float(np.log(factor) / (cells * resolution - inscribed))
+    grid = source[f"{name}_in"]
+    given = {key: facts[key] for key in ("inflation_radius", "cost_scaling_factor")}
+    params = InflationLayerParams(**given)
+    ours = grid.copy()
+    Inflation(params, resolution, inscribed).apply(ours, 0, grid.shape[1], 0, grid.shape[0])
+    ((row, column),) = np.argwhere(grid == 254)
+    theirs = ours.copy()
+    at = (row, column + cells)
+    assert ours[at] in (125, 126)
+    theirs[at] = 251 - ours[at]  # the other of the two
+    for worse, is_explained in ((0, True), (1, False)):
+        theirs[row, column + 5] = ours[row, column + 5] - worse
+        store(tmp_path / "round.npz", {"a": facts}, a_in=grid, a_out_legacy=theirs)
+        (result,) = certify(read_folder(tmp_path))
+        assert [deviation.is_explained for deviation in result.deviations] == [is_explained]
 
 
 def test_cases_are_found_by_content_whatever_files_and_scenes_are_called(tmp_path: Path) -> None:
