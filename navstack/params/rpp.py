@@ -14,6 +14,7 @@ _POSITIVE = (
     "regulated_linear_scaling_min_radius",
     "cost_scaling_dist",
 )
+FEEDBACKS = ("OPEN_LOOP", "CLOSED_LOOP")
 _NOT_NEGATIVE = (
     "lookahead_time",
     "min_approach_linear_velocity",
@@ -60,11 +61,21 @@ class RppParams:
     allow_reversing: bool = False  # drive backwards to a carrot behind the robot, up to the path's next cusp
     stateful: bool = True  # once within the goal's tolerance, turn to its yaw even if the robot drifts out again
 
+    use_dynamic_window: bool = False  # Nav2 main: command only what the limits below allow within a cycle
+    velocity_feedback: str = "OPEN_LOOP"  # its window is about the last command, or (CLOSED_LOOP) the measured velocity
+    min_linear_vel: float = -0.5  # [m/s]
+    max_angular_vel: float = 1.0  # [rad/s]
+    min_angular_vel: float = -1.0  # [rad/s]
+    max_linear_accel: float = 0.5  # [m/s2]
+    max_linear_decel: float = -0.5  # [m/s2]
+    max_angular_decel: float = -1.0  # [rad/s2]
+
     use_collision_detection: bool = True  # look along the commanded arc
     max_allowed_time_to_collision_up_to_carrot: float = 1.0  # [s] looked ahead, at most up to the carrot
     min_distance_to_obstacle: float = -1.0  # [m] looked ahead at least, however slow; 0 or less: no such distance
 
     def __post_init__(self) -> None:
+        self._require("velocity_feedback", self.velocity_feedback in FEEDBACKS, f"one of {', '.join(FEEDBACKS)}")
         for name in _POSITIVE:
             self._require(name, getattr(self, name) > 0.0, "more than 0")
         for name in _NOT_NEGATIVE:

@@ -5,6 +5,7 @@ import math
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.rpp.arc_check import ArcCheck
+from navstack.control.rpp.dynamic_window import best_velocity, reachable, regulated
 from navstack.control.rpp.lookahead import (
     arc_curvature,
     distance_to_cusp,
@@ -53,6 +54,7 @@ class RegulatedPurePursuitController(Controller):
         """Forget everything about the previous goal."""
         self._plan: Path | None = None
         self._at_goal = False
+        self._commanded = Twist2D()  # last
         self._decision: DecisionRecord | None = None
 
     @property
@@ -88,13 +90,21 @@ class RegulatedPurePursuitController(Controller):
             curvature = arc_curvature(*steering_point)
             speed = direction * self._regulated_speed(curvature, path, state.pose, surroundings.costmap)
             command = Twist2D(speed, 0.0, speed * curvature)
+            if self._params.use_dynamic_window:
+                command = self._reachable(command, curvature, direction, state.twist)
         if self._params.use_collision_detection and self._arc_check.collides(
             command, state.pose, carrot_distance, surroundings.costmap
         ):
             self._decision = _record(state.stamp, Twist2D(), rejected=1)
             raise NoLegalVelocity({COLLISION_AHEAD: 1})
-        self._decision = _record(state.stamp, command, rejected=0)
+        self._decision, self._commanded = _record(state.stamp, command, rejected=0), command
         return command
+
+    def _reachable(self, wanted: Twist2D, curvature: float, direction: float, measured: Twist2D) -> Twist2D:
+        """The command that the robot can follow within a cycle and that keeps to the arc best."""
+        now = self._commanded if self._params.velocity_feedback == "OPEN_LOOP" else measured
+        window = regulated(reachable(now, self._params, self._period), wanted.linear_x)
+        return best_velocity(window, curvature, direction)
 
     def _points(self, path: FloatArray, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """The carrot and the point that gives the curvature, which are the same unless that one is fixed."""

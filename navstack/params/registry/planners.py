@@ -25,7 +25,6 @@ def _smac(*more: frozenset[str]) -> Block:
     return Block(_SMAC_COMMON.union(*more), groups={"smoother": _SMAC_SMOOTHER})
 
 
-_SMAC_KERNELS = ("navstack.planning.smac.pose_kernels", "navstack.planning.simple_smoother_kernels")
 _NAVFN = ("navstack.planning.navfn_kernels", "navstack.planning.navfn_descent")
 PLANNERS: Family = {
     "nav2_navfn_planner::NavfnPlanner": Entry(
@@ -38,21 +37,18 @@ PLANNERS: Family = {
         _smac(_SMAC_DOWNSAMPLING, words("cost_travel_multiplier use_final_approach_orientation")),
         "navstack.planning.smac.smac_2d:Smac2D",
         Smac2DParams,
-        kernels=("navstack.planning.smac.grid_kernels", "navstack.planning.simple_smoother_kernels"),
     ),
     "nav2_smac_planner::SmacPlannerHybrid": Entry(
         _smac(_SMAC_DOWNSAMPLING, _SMAC_SE2, words("angle_quantization_bins")),
         "navstack.planning.smac.pose_planner:SmacHybrid",
         SmacHybridParams,
         ("robot_shape",),
-        kernels=_SMAC_KERNELS,
     ),
     "nav2_smac_planner::SmacPlannerLattice": Entry(
         _smac(_SMAC_SE2, words("lattice_filepath")),
         "navstack.planning.smac.pose_planner:SmacLattice",
         SmacLatticeParams,
         ("robot_shape",),
-        kernels=_SMAC_KERNELS,
         note="where lattice_filepath names no file here, a lattice of 0.5 m of turning radius is made",
     ),
     "nav2_smac_planner::SmacPlanner": Entry(
@@ -68,7 +64,6 @@ PLANNERS: Family = {
         ),
         "navstack.planning.theta_star:ThetaStarPlanner",
         ThetaStarParams,
-        kernels=("navstack.planning.theta_star",),
     ),
     "navstack::IncrementalNavfn": Entry(
         of_fields(IncrementalNavfnParams, "plugin"),
