@@ -87,7 +87,7 @@ def check_grid(case: Case, comparison: Comparison) -> None:
             comparison.allow(f"{int(wrong.sum())} of {wrong.size} cells: {NOT_NEAREST}")
             return
     rounded = wrong & _on_an_integer(_distances(grid, params.inflate_around_unknown), params, case, inscribed)
-    if rounded.any() and (np.abs(ours.astype(int) - target)[rounded] == 1).all():
+    if rounded.any() and (np.abs(ours.astype(float) - target)[rounded] == 1).all():
         comparison.allow(f"{int(rounded.sum())} of {wrong.size} cells: {ROUNDED}")
         ours = np.where(rounded, target, ours)
     comparison.equal("inflated grid", ours, target)
