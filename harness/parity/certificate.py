@@ -1,10 +1,12 @@
 """The certificate: which recorded cases of Nav2's C++ navstack reproduces, and where it deviates and why."""
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numba.core.errors import NumbaError
 
 from harness.parity import amcl, amcl_particles, controllers, costmaps, dwb, planning, safety
@@ -13,6 +15,7 @@ from harness.parity.golden import GoldenError, GoldenFile
 from harness.parity.part import Case, Part
 from navstack.errors import InputError, NavstackError
 
+_LARGEST = float(np.finfo(np.float32).max)
 PARTS = (
     Part("inflation_curves", costmaps.find_curves, costmaps.check_curve),
     Part("inflation", costmaps.GRIDS, costmaps.check_grid),
@@ -106,6 +109,9 @@ def compare(part: Part, case: Case) -> Comparison:
         comparison.require(False, "not built: navstack does not have this part")
         return comparison
     try:
+        if (name := _too_large(case)) is not None:
+            comparison.missing.append(f"cannot be compared ({name} holds a number beyond single precision)")
+            return comparison
         part.check(case, comparison)
     except GoldenError:
         raise
@@ -114,6 +120,22 @@ def compare(part: Part, case: Case) -> Comparison:
     except _CANNOT_RUN as error:
         comparison.require(False, f"cannot be run ({type(error).__name__}: {' '.join(str(error).split())})")
     return comparison
+
+
+def _too_large(case: Case) -> str | None:
+    """What of a case holds a finite number that Nav2's single precision does not; None: nothing."""
+    for name in sorted(case.arrays):
+        values = case.file[name]
+        if values.dtype == np.float64 and (np.abs(values[np.isfinite(values)]) > _LARGEST).any():
+            return name
+    facts = [case.facts]
+    while facts:
+        for key, value in facts.pop().items():
+            if isinstance(value, dict):
+                facts.append(value)
+            elif isinstance(value, float) and _LARGEST < abs(value) < math.inf:
+                return str(key)
+    return None
 
 
 def certify(files: Sequence[GoldenFile]) -> list[PartResult]:

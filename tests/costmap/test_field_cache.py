@@ -1,5 +1,7 @@
+import io
 import multiprocessing
 import os
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +61,18 @@ def test_any_damaged_byte_or_cut_leads_to_the_right_array(folder):
     assert source.calls == calls + 1
     cached_array("key", source)
     assert source.calls == calls + 1  # the damaged file was replaced
+
+
+def test_a_whole_file_with_columns_first_is_none_of_ours(folder):
+    source = Source(np.arange(6.0).reshape(2, 3))
+    cached_array("key", source)
+    (file,) = folder.iterdir()
+    stream = io.BytesIO()
+    np.save(stream, np.asfortranarray(source.array))
+    content = stream.getvalue()
+    file.write_bytes(content + zlib.crc32(content).to_bytes(len(file.read_bytes()) - len(content), "little"))
+    assert np.array_equal(cached_array("key", source), source.array)
+    assert source.calls == 2
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):

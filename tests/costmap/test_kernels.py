@@ -216,6 +216,24 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     assert (dense == 0).sum() > 300
 
 
+def test_the_points_that_may_lie_near_a_cell_are_all_counted_and_none_twice() -> None:
+    rng = np.random.default_rng(6)
+    points = rng.normal(0.0, 2.0, (60, 2))
+    starts, ordered = np.empty(65, dtype=np.int64), np.empty_like(points)
+    beam_kernels.sort_by_bearing(points, 0.0, 0.0, starts, ordered)
+    for dx, dy in (*rng.normal(0.0, 3.0, (200, 2)), (2.0, 1e-3), (2.0, -1e-3), (2.0, 0.2), (0.1, 0.1)):
+        begin, count = beam_kernels.candidates(float(dx), float(dy), 20.0, 0.2, starts)
+        assert 0 <= begin <= 60 and 0 <= count <= 60
+        chosen = {(begin + i) % 60 for i in range(count)}
+        apart = ordered[:, 0] * dy - ordered[:, 1] * dx  # of the cell from a point's beam, times the beam's length
+        ahead = ordered @ (dx, dy) > 0.0
+        near = (abs(apart) < 0.2 * np.hypot(*ordered.T)) & ahead
+        assert set(np.flatnonzero(near)) <= chosen
+        if math.hypot(dx, dy) > 2.0:
+            assert count < 30
+    assert beam_kernels.candidates(21.0, 0.0, 20.0, 0.2, starts) == (0, 0)
+
+
 def test_boxes_are_copied_and_filled_beyond_the_edges() -> None:
     rng = np.random.default_rng(5)
     source = rng.integers(0, 250, (40, 50)).astype(np.uint8)

@@ -1,7 +1,9 @@
 """The certificate: nothing is skipped silently, what it compares it does compare, and bad folders are refused."""
 
 import json
+import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from harness.cli.app import main
 from harness.parity.certificate import PARTS, UNATTRIBUTED, certify, compare, discover, passes
 from harness.parity.comparison import Comparison
 from harness.parity.golden import META, GoldenFile, read_folder
+from navstack.costmap import inflation
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams
 
@@ -134,6 +137,25 @@ def test_a_case_whose_facts_are_incomplete_counts_as_not_compared(tmp_path: Path
     assert not passes([result])
 
 
+@pytest.mark.filterwarnings("error")
+def test_numbers_beyond_single_precision_are_neither_equal_nor_different(tmp_path: Path) -> None:
+    source = GoldenFile(GOLDEN / "inflation.npz")
+    facts = {**source.facts("border"), "cost_scaling_factor": -1e300}
+    store(tmp_path / "far.npz", {"a": facts}, a_in=source["border_in"], a_out_legacy=source["border_out_legacy"])
+    clusters = GoldenFile(GOLDEN / "amcl.npz")
+    poses, weights = np.full_like(clusters["cluster_poses"], 1e300), clusters["cluster_w"]
+    store(
+        tmp_path / "clusters.npz",
+        {"cluster_stats": clusters.facts("cluster_stats")},
+        cluster_poses=poses,
+        cluster_w=weights,
+    )
+    results = certify(read_folder(tmp_path))
+    assert [result.part for result in results] == ["inflation", "amcl_clusters"]
+    assert not any(result.equal for result in results)
+    assert not any(deviation.is_compared for result in results for deviation in result.deviations)
+
+
 def test_a_window_and_missing_facts_of_inflation_are_understood(tmp_path: Path) -> None:
     source = GoldenFile(GOLDEN / "inflation.npz")
     facts = {key: value for key, value in source.facts("single").items() if not key.startswith("inflate_")}
@@ -145,6 +167,19 @@ def test_a_window_and_missing_facts_of_inflation_are_understood(tmp_path: Path) 
     store(tmp_path / "windows.npz", both, **arrays)
     (result,) = certify(read_folder(tmp_path))
     assert (result.part, result.cases, result.equal) == ("inflation", 2, 2)
+
+
+@pytest.mark.parametrize("rounding", [round, math.floor, lambda cells: math.ceil(cells) + 1])
+def test_a_radius_that_is_not_rounded_up_is_noticed(rounding: Callable[[float], int], monkeypatch) -> None:
+    assert not _inflation_failures()
+    monkeypatch.setattr(inflation, "cell_distance", lambda distance, resolution: rounding(distance / resolution))
+    assert len(_inflation_failures()) > 5
+
+
+def _inflation_failures() -> list[str]:
+    results = certify([GoldenFile(GOLDEN / "inflation.npz")])
+    found = [deviation for result in results for deviation in result.deviations if not deviation.is_explained]
+    return [deviation.case for deviation in found]
 
 
 def test_a_cost_that_is_an_integer_but_for_rounding_is_named_as_such(tmp_path: Path) -> None:
