@@ -91,6 +91,7 @@ class Imu:
     linear_acceleration_y: float  # [m/s2] in the base frame
     yaw_std: float = 0.0  # [rad]; 0: not stated, as in ROS
     yaw_rate_std: float = 0.0  # [rad/s]; 0: not stated
+    pitch: float = 0.0  # [rad] of the base, positive downhill; 0 also where it is not stated
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,8 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D,
 
 MOST_BEAMS = 100_000
 _NO_FIX, _UNKNOWN_COVARIANCE = -1, 0  # of sensor_msgs/NavSatStatus and NavSatFix
+_GRAVITY = 9.80665  # [m/s2]
+_UPRIGHT = 0.5  # [-] cosine of the tilt up to which a base is believed to stand on a slope
 _FARTHEST, _FASTEST = 1e7, 1e4  # [m], [m/s] and [rad/s] beyond which a number is none of a robot's
 
 
@@ -73,7 +75,8 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
 
     The yaw is that of the base's x axis in the frame in which the unit gives its orientation (x east, y north by REP
     103), less ``heading`` in [rad], where the map's x axis points in that frame. It is nan where the unit says that it
-    has none (first covariance -1), or where the quaternion is none.
+    has none (first covariance -1), or where the quaternion is none. A base that the orientation shows on a slope turns
+    about the vertical, and its accelerations are without gravity, where the unit's have it (REP 145).
     """
     rate, force = message.angular_velocity, message.linear_acceleration
     turns = mounting.rotation @ (rate.x, rate.y, rate.z)
@@ -82,14 +85,23 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
         return None
     if not _within(_FASTEST, *pushes.tolist()):
         pushes = np.zeros(3)
-    yaw, yaw_std = math.nan, 0.0
+    yaw, yaw_std, up = math.nan, 0.0, np.array((0.0, 0.0, 1.0))
     turn = None if message.orientation_covariance[0] == -1.0 else _turn(message.orientation)
     if turn is not None:
         ahead = turn @ mounting.rotation[0]  # the base's x axis in the unit's frame is the first row
         yaw = normalize_angle(math.atan2(ahead[1], ahead[0]) - heading)
         yaw_std = _deviation_about_z(message.orientation_covariance, mounting)
+        up = _upright(mounting.rotation @ turn[2])
+    if pushes @ up > _GRAVITY / 2.0:
+        pushes -= _GRAVITY * up
+    rate_z = float(turns[1:] @ up[1:]) / float(up[1:] @ up[1:])  # of Euler's yaw, pitch and roll
     rate_std = _deviation_about_z(message.angular_velocity_covariance, mounting)
-    return Imu(stamp, yaw, float(turns[2]), float(pushes[0]), float(pushes[1]), yaw_std, rate_std)
+    return Imu(stamp, yaw, rate_z, float(pushes[0]), float(pushes[1]), yaw_std, rate_std, -math.asin(up[0]))
+
+
+def _upright(up: FloatArray) -> FloatArray:
+    """The vertical (3,) in the base frame; a unit that turns it over has other axes than REP 103, and tells nothing."""
+    return up if up[2] > _UPRIGHT else np.array((0.0, 0.0, 1.0))
 
 
 def coordinates(message: Any) -> tuple[float, float] | None:

@@ -101,7 +101,7 @@ class GpsEkfLocalizer(Localizer):
         self._history: History | None = None
         self._now = 0.0  # [s] of the newest observation
         is_unknown = self._uses_fixes and covariance[2, 2] > KNOWN_BELOW**2
-        self._alignment = HeadingAlignment() if is_unknown else None
+        self._alignment = self._search() if is_unknown else None
         self._knows_offset = not self._uses_fixes or self._params.imu0_yaw_offset_std < KNOWN_BELOW
         self._needs_reference, self._filter.reference_yaw = self._params.imu0_relative, 0.0
         self._is_doubted = False  # whether the heading is searched for once more
@@ -128,7 +128,7 @@ class GpsEkfLocalizer(Localizer):
             self._begin(min([observation.stamp, *stamps]))
         self._now = observation.stamp
         if imu is not None and _is_sound(
-            imu.stamp, imu.angular_velocity_z, imu.linear_acceleration_x, imu.yaw_std, imu.yaw_rate_std
+            imu.stamp, imu.angular_velocity_z, imu.linear_acceleration_x, imu.yaw_std, imu.yaw_rate_std, imu.pitch
         ):
             self._take_imu(imu)
         if odometry is not None and _is_sound(
@@ -193,7 +193,10 @@ class GpsEkfLocalizer(Localizer):
         covariance[YAW, YAW] = covariance[OFFSET, OFFSET] = UNKNOWN_YAW_VARIANCE
         state.rejected = 0
         self._history = History(self._params.history_length, state)
-        self._alignment, self._is_doubted, self._knows_offset = HeadingAlignment(), True, False
+        self._alignment, self._is_doubted, self._knows_offset = self._search(), True, False
+
+    def _search(self) -> HeadingAlignment:
+        return HeadingAlignment(self._params.gps0_correlated_share, self._params.gps0_correlation_time)
 
     def _variance_of(self, fix: GpsFix) -> float:
         return (fix.position_std or self._params.gps0_position_std) ** 2
@@ -209,11 +212,12 @@ class GpsEkfLocalizer(Localizer):
         covariance[SPEED:OFFSET, SPEED:OFFSET] = kept
         lever = np.array((found.center_there[1] - mean[Y], mean[X] - found.center_there[0], 1.0))  # of the turn
         covariance[:3, :3] = found.turn_variance * np.outer(lever, lever)
-        shared = self._params.gps0_correlated_share * found.position_variance
-        for axis, shared_axis in ((X, GPS_X), (Y, GPS_Y)):
+        for i, (axis, shared_axis) in enumerate(((X, GPS_X), (Y, GPS_Y))):
             covariance[axis, axis] += found.position_variance
-            covariance[shared_axis, shared_axis] = shared
-            covariance[axis, shared_axis] = covariance[shared_axis, axis] = -shared
+            covariance[shared_axis, shared_axis] = found.shared_variance
+            covariance[:3, shared_axis] = -lever * found.shared_with_turn[i]
+            covariance[axis, shared_axis] -= found.shared_with_position
+            covariance[shared_axis, :3] = covariance[:3, shared_axis]
         self._align_offset(state, found, lever)
         state.fix_stamp = state.accepted_stamp = fix_stamp
         self._history = History(self._params.history_length, state)
@@ -229,6 +233,8 @@ class GpsEkfLocalizer(Localizer):
         state.mean[OFFSET] = normalize_angle(offset - found.turn)
         covariance[OFFSET, OFFSET] = found.turn_variance + std**2
         covariance[OFFSET, :3] = covariance[:3, OFFSET] = -found.turn_variance * lever
+        for shared_axis, shared in zip((GPS_X, GPS_Y), found.shared_with_turn, strict=True):
+            covariance[OFFSET, shared_axis] = covariance[shared_axis, OFFSET] = shared
 
     def _belief_at(self, stamp: float) -> Belief:
         state = self.state

@@ -73,7 +73,8 @@ class FilterState:
     rate_density: float = 0.0  # [rad2/s] power spectral density of its noise
     acceleration: float = 0.0  # [m/s2] measured last
     acceleration_stamp: float = -math.inf  # [s] of it
-    wheel_speed: float = math.nan  # [m/s] measured last
+    level: float = 1.0  # [-] share of the way that is horizontal: cosine of the pitch measured last
+    wheel_speed: float = math.nan  # [m/s] measured last, of it the horizontal share
     wheel_stamp: float = -math.inf  # [s] of it
     slip: float = 0.0  # [m/s] by which the wheels sped up more than the accelerometer felt, of late
     fix_stamp: float = -math.inf  # [s] of the last fix
@@ -95,6 +96,7 @@ class FilterState:
             self.rate_density,
             self.acceleration,
             self.acceleration_stamp,
+            self.level,
             self.wheel_speed,
             self.wheel_stamp,
             self.slip,
@@ -169,7 +171,7 @@ class GpsEkfFilter:
     def take_odometry(self, state: FilterState, message: Odometry) -> None:
         """Wheels: the speed, less trusted while they slip; the yaw rate where there is no gyro."""
         params = self.params
-        rate, speed = message.twist.angular_z, message.twist.linear_x
+        rate, speed = message.twist.angular_z, state.level * message.twist.linear_x
         rate_std = message.yaw_rate_std or params.odom0_yaw_rate_std
         has_gyro = bool(state.gyro) and message.stamp - state.rate_stamp <= params.sensor_timeout
         if not has_gyro and message.stamp - state.wheel_stamp <= params.sensor_timeout:
@@ -222,7 +224,8 @@ class GpsEkfFilter:
     def take_imu(self, state: FilterState, message: Imu, with_yaw: bool) -> None:
         """Inertial unit: turns and pushes the state; its absolute orientation, if wanted, corrects it."""
         params = self.params
-        rate, acceleration = message.angular_velocity_z, message.linear_acceleration_x
+        state.level = math.cos(message.pitch)
+        rate, acceleration = message.angular_velocity_z, state.level * message.linear_acceleration_x
         if state.gyro and message.stamp - state.rate_stamp <= params.sensor_timeout:
             state.yaw_rate = 0.5 * (state.yaw_rate + rate)  # of the time since the last message
             state.acceleration = 0.5 * (state.acceleration + acceleration)

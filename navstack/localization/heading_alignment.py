@@ -17,10 +17,13 @@ class Alignment(NamedTuple):
     """How the dead-reckoned way lies in the map."""
 
     turn: float  # [rad] from the dead-reckoned frame to the map
-    center_here: FloatArray  # (2,) [m] mean of the dead-reckoned positions
-    center_there: FloatArray  # (2,) [m] mean of the fixes, map frame
+    center_here: FloatArray  # (2,) [m] weighted mean of the dead-reckoned positions
+    center_there: FloatArray  # (2,) [m] of the fixes, map frame
     turn_variance: float  # [rad2]
-    position_variance: float  # [m2] per axis, of a fix
+    position_variance: float  # [m2] per axis, of the mean
+    shared_variance: float  # [m2] per axis, of the error that the last fix shares with the next ones
+    shared_with_position: float  # [m2] covariance per axis of that error and the mean's
+    shared_with_turn: FloatArray  # (2,) [m rad] of it and the turn's
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """A dead-reckoned position in the map frame, [m]."""
@@ -30,53 +33,71 @@ class Alignment(NamedTuple):
 
 
 class HeadingAlignment:
-    """Fits the dead-reckoned way to the fixes: rotation and translation of least squares (Umeyama 1991, without scale).
+    """Fits the dead-reckoned way to the fixes: rotation and translation of generalized least squares, without scale.
 
-    The rotation's variance is taken as that of two fixes at the greatest distance: errors of fixes that follow each
-    other are alike, so that more of them do not help much.
+    Umeyama (1991) with weights: a share of a fix's error is one first-order Gauss-Markov process, as in the filter. So
+    fixes that follow each other soon tell a direction well, and those of a robot at rest count as one, but for
+    what is white in them.
     """
 
-    def __init__(self) -> None:
-        self._here: list[tuple[float, float]] = []
-        self._there: list[tuple[float, float]] = []
-        self._variances: list[float] = []
+    def __init__(self, correlated_share: float, correlation_time: float) -> None:
+        """Of a fix's variance the share [-] that is correlated, below 1, and for how long [s]."""
+        self._share, self._time = correlated_share, correlation_time
+        self._rows: list[tuple[float, float, float, float, float, float]] = []
 
     def add(self, reckoned: Pose2D, fix: GpsFix, variance: float) -> None:
         """Note a fix, its variance [m2] per axis, and the dead-reckoned pose of its time."""
-        self._here.append((reckoned.x, reckoned.y))
-        self._there.append((fix.x, fix.y))
-        self._variances.append(variance)
-        if len(self._here) > MOST_FIXES:
-            del self._here[1::2], self._there[1::2], self._variances[1::2]
+        self._rows.append((fix.stamp, variance, reckoned.x, reckoned.y, fix.x, fix.y))
+        if len(self._rows) > MOST_FIXES:
+            del self._rows[1::2]
 
     def solve(self, largest_std: float) -> Alignment | None:
         """The alignment, or None as long as the heading's standard deviation is above ``largest_std`` [rad].
 
         A fix that is farther off the fitted way than ``FARTHEST_OFF`` standard deviations is left out.
         """
-        here, there, variances = np.array(self._here), np.array(self._there), np.array(self._variances)
-        while len(here) >= FEWEST_FIXES:
-            found = _fit(here, there, float(variances.mean()))
+        rows = np.array(self._rows)
+        while len(rows) >= FEWEST_FIXES:
+            found = self._fit(rows)
             if found is None or found.turn_variance > largest_std**2:
                 return None
-            places = np.array([found.place(*point) for point in here])
-            off = ((places - there) ** 2).sum(axis=1) / variances
+            places = np.array([found.place(*point) for point in rows[:, 2:4]])
+            off = ((places - rows[:, 4:]) ** 2).sum(axis=1) / rows[:, 1]
             worst = int(off.argmax())
             if off[worst] <= FARTHEST_OFF**2:
                 return found
-            here, there, variances = (np.delete(each, worst, axis=0) for each in (here, there, variances))
+            rows = np.delete(rows, worst, axis=0)
         return None
 
-
-def _fit(here: FloatArray, there: FloatArray, variance: float) -> Alignment | None:
-    """The rigid transform of least squares; None: the way is too short."""
-    center_here, center_there = here.mean(axis=0), there.mean(axis=0)
-    a, b = here - center_here, there - center_there
-    reach = _longest(here)
-    if reach < SHORTEST_WAY:
-        return None
-    turn = math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
-    return Alignment(turn, center_here, center_there, 2.0 * variance / reach**2, variance)
+    def _fit(self, rows: FloatArray) -> Alignment | None:
+        """The rigid transform of ``rows`` (N, 6), as :meth:`add` notes them; None: the way is too short."""
+        stamps, variances, here, there = rows[:, 0], rows[:, 1], rows[:, 2:4], rows[:, 4:]
+        if _longest(here) < SHORTEST_WAY:
+            return None
+        alike = self._share * np.exp(-np.abs(stamps[:, None] - stamps) / self._time)
+        deviations = np.sqrt(variances)
+        weights = np.linalg.inv((alike + (1.0 - self._share) * np.eye(len(rows))) * np.outer(deviations, deviations))
+        shares = weights.sum(axis=0) / weights.sum()  # of each fix in the mean
+        center_here, center_there = shares @ here, shares @ there
+        a, b = here - center_here, there - center_there
+        products = a.T @ weights @ b
+        turn = math.atan2(products[0, 1] - products[1, 0], products[0, 0] + products[1, 1])
+        information = float(np.trace(a.T @ weights @ a))
+        cos, sin = math.cos(turn), math.sin(turn)
+        sideways = np.column_stack((-sin * a[:, 0] - cos * a[:, 1], cos * a[:, 0] - sin * a[:, 1]))
+        now, last_variance = self._rows[-1][:2]
+        shared_variance = self._share * last_variance
+        shared = self._share * np.exp(-(now - stamps) / self._time) * deviations * math.sqrt(last_variance)
+        return Alignment(
+            turn,
+            center_here,
+            center_there,
+            1.0 / information,
+            1.0 / float(weights.sum()),
+            shared_variance,
+            float(shares @ shared),
+            sideways.T @ weights @ shared / information,
+        )
 
 
 def _longest(points: FloatArray) -> float:

@@ -131,6 +131,17 @@ def test_health(drive):
     assert localizer.update(Observation(fix.stamp + 6.0)).health is not Health.LOST
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.2, math.pi / 2.0, 2.5])
+@pytest.mark.parametrize(("std", "health"), [(0.9, Health.TRACKING), (1.1, Health.DEGRADED), (3.1, Health.LOST)])
+def test_health_is_that_of_the_worst_direction(angle, std, health):
+    localizer = started()
+    localizer.update(Observation(0.0, gps=GpsFix(0.0, 0.0, 0.0, 0.1)))
+    turned_ = np.array(((math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))))
+    covariance = np.eye(3)
+    covariance[:2, :2] = turned_ @ np.diag((std**2, 0.05**2)) @ turned_.T
+    assert localizer._health(localizer.state, covariance) is health
+
+
 def test_a_slipping_wheel_counts_less():
     """One wheel spins for 2 s: the wheels say 1 m/s more and a turn, the gyro and the accelerometer do not."""
 

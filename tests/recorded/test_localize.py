@@ -18,7 +18,8 @@ from harness.recorded.trajectory import Trajectory, read_tum, write_tum
 from navstack.localization.amcl import AmclLocalizer
 from navstack.types import Pose2D
 
-from .writing import FROM, START, Entry, fix, imu, odometry, sidewalk_drive, transforms, write
+from . import hill
+from .writing import DATUM, FROM, START, Entry, fix, imu, odometry, sidewalk_drive, transforms, write
 
 DATA = os.environ.get("NAVSTACK_DATA")
 HUSKY_MOUNTING = ("--static-tf", "base_link imu_link 0 -0.3 0.52 1.570796327 0 -1.570796327")
@@ -154,6 +155,16 @@ def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
         entries += [entry, imu(START + t, 0.0, 0.0)]
     bag = write(tmp_path / "straight", entries, "ros1")
     assert replay(bag, "odom_imu")["final"][0] == pytest.approx(9.98, abs=0.15)
+
+
+@pytest.mark.parametrize("localizer", ["odom_imu", "gps-ekf"])
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.2])
+def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(tmp_path, slope, localizer):
+    """Up and down again, with bends on the slope: the end to 1 % of the way."""
+    entries, (x, y, way) = hill.drive(slope)
+    datum = ("--datum", ",".join(map(str, DATUM))) if localizer == "gps-ekf" else ()
+    end = replay(write(tmp_path / "hill", entries, "mcap"), localizer, *datum)["final"]
+    assert math.hypot(end[0] - x, end[1] - y) <= 0.01 * way
 
 
 @pytest.mark.parametrize("stuck", [0.0, 1_600_000_000.0])

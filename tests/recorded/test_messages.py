@@ -80,7 +80,7 @@ def test_a_scan_that_tells_nothing_is_left_out(changes):
 def test_the_heading_is_that_of_the_base_however_the_unit_is_mounted():
     mounting = Transform(from_angles(math.pi / 2, 0.0, -math.pi / 2), np.zeros(3))
     base = from_angles(0.0, 0.0, 1.2)
-    x, y, z, w = _quaternion(base @ mounting.rotation)
+    x, y, z, w = writing.quaternion_of(base @ mounting.rotation)
     entry = writing.imu(0.0, 0.0, 0.0)
     rates, forces = mounting.rotation.T @ (0.0, 0.0, 0.3), mounting.rotation.T @ (0.5, -0.2, 9.81)
     entry.fields |= {
@@ -196,6 +196,36 @@ def test_an_unknown_covariance_is_no_deviation():
     assert messages.gps_fix(ros(entry), 0.0, (1.0, 2.0), np.zeros(3), 0.0).position_std == 0.0
 
 
+@pytest.mark.parametrize("mounting", [IDENTITY, Transform(from_angles(0.3, -0.2, 1.0), np.zeros(3))])
+def test_a_unit_on_a_slope_is_without_gravity_and_turns_about_the_vertical(mounting):
+    base = from_angles(0.08, -0.15, 0.6)  # rolled, and uphill
+    up, along = base[2], np.array((0.4, -0.3, 0.1))
+    turning = np.linalg.solve(base, (0.0, 0.0, 0.5))  # about the vertical, in the base's axes
+    for gravity in (9.81, 0.0):  # some drivers take it away themselves
+        entry = writing.imu(0.0, 0.0, 0.0)
+        entry.fields["orientation"] = dict(zip("xyzw", writing.quaternion_of(base @ mounting.rotation), strict=True))
+        force, rate = mounting.rotation.T @ (along + gravity * up), mounting.rotation.T @ turning
+        entry.fields["linear_acceleration"] = dict(zip("xyz", force, strict=True))
+        entry.fields["angular_velocity"] = dict(zip("xyz", rate, strict=True))
+        imu = messages.imu(ros(entry), 0.0, mounting)
+        assert (imu.linear_acceleration_x, imu.linear_acceleration_y) == pytest.approx(along[:2], abs=1e-3)
+        assert imu.angular_velocity_z == pytest.approx(0.5) and imu.yaw == pytest.approx(0.6)
+        assert imu.pitch == pytest.approx(-0.15)
+    entry.fields["orientation_covariance"] = np.array([-1.0, *[0.0] * 8])
+    entry.fields["angular_velocity"] = {"z": 0.5}
+    imu = messages.imu(ros(entry), 0.0, IDENTITY)
+    assert (imu.angular_velocity_z, imu.pitch) == (0.5, 0.0)
+
+
+def test_an_orientation_in_other_axes_tells_no_slope():
+    """North, east, down: a level base that seems to lie on its back."""
+    entry = writing.imu(0.0, 0.0, 0.4)
+    turned = writing.quaternion_of(from_angles(math.pi - 0.1, 0.05, 1.0))
+    entry.fields["orientation"] = dict(zip("xyzw", turned, strict=True))
+    imu = messages.imu(ros(entry), 0.0, IDENTITY)
+    assert (imu.angular_velocity_z, imu.linear_acceleration_x, imu.pitch) == (0.4, 0.0, 0.0)
+
+
 def test_an_unknown_mounting_is_said_once_and_gravity_tells_a_wrong_one():
     said: list[str] = []
     mountings = Mountings()
@@ -245,10 +275,3 @@ def test_an_unset_stamp_is_replaced_even_where_it_could_be_one():
     assert clock.take("/b", 6.0, 3.0) == pytest.approx(5.95)  # stands still
     assert clock.take("/b", 6.1, 6.0) == 6.0
     assert clock.replaced == {"/a": 1, "/b": 1}
-
-
-def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
-    """x, y, z, w of a rotation whose trace is not -1."""
-    w = math.sqrt(1.0 + np.trace(rotation)) / 2.0
-    x, y, z = (rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
-    return x / (4 * w), y / (4 * w), z / (4 * w), w

@@ -118,6 +118,13 @@ def quaternion(yaw: float) -> dict[str, float]:
     return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2.0), "w": math.cos(yaw / 2.0)}
 
 
+def quaternion_of(rotation: np.ndarray) -> tuple[float, float, float, float]:
+    """x, y, z, w of a rotation whose trace is not -1."""
+    w = math.sqrt(1.0 + np.trace(rotation)) / 2.0
+    x, y, z = (rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1])
+    return x / (4 * w), y / (4 * w), z / (4 * w), w
+
+
 def pose(at: Pose2D) -> dict[str, Any]:
     """The fields of a geometry_msgs/Pose."""
     return {"position": {"x": at.x, "y": at.y, "z": 0.0}, "orientation": quaternion(at.yaw)}
