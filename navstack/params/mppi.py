@@ -29,7 +29,8 @@ CRITICS = (
     *("PathAngleCritic", "PathFollowCritic", "PreferForwardCritic", "TwirlingCritic", "VelocityDeadbandCritic"),
     "ExpectedContactCritic",
 )
-MOTION_MODELS = ("DiffDrive", "Ackermann")  # those that run here
+OMNI = "Omni"  # drives sideways
+MOTION_MODELS = ("DiffDrive", "Ackermann", OMNI)
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
 
 # Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow, the robot
@@ -48,6 +49,7 @@ _RANGES = {
     "vy_max": (0.0, 100.0),
     "wz_max": (1e-3, 100.0),
     "ax_max": _ACCELERATIONS,
+    "ay_max": _ACCELERATIONS,
     "az_max": _ACCELERATIONS,
     "temperature": (1e-6, 1e6),
     "gamma": (0.0, 1e3),
@@ -90,7 +92,7 @@ class MppiParams:
     """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
 
     critics: tuple[str, ...] = ()  # at least one; with none, as Nav2 allows, nothing is preferred to anything
-    motion_model: str = "DiffDrive"  # or Ackermann
+    motion_model: str = "DiffDrive"  # or Ackermann, Omni
     batch_size: int = 1000  # trajectories compared
     time_steps: int = 56  # poses of a trajectory
     model_dt: float = 0.05  # [s] between poses; not less than a control period
@@ -104,6 +106,8 @@ class MppiParams:
     wz_max: float = 1.9  # [rad/s]
     ax_max: float = 3.0  # [m/s2] speeding up
     ax_min: float = -3.0  # [m/s2] slowing down; a positive value is taken as a negative one
+    ay_max: float = 3.0  # [m/s2] to the left
+    ay_min: float = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
     az_max: float = 3.5  # [rad/s2]
     temperature: float = 0.3  # [-] small: the cheapest trajectory alone counts; large: all count alike
     gamma: float = 0.015  # [-] how much a sample's distance from the last sequence costs
@@ -136,9 +140,12 @@ class MppiParams:
     def __post_init__(self) -> None:
         check_ranges(self, _RANGES)
         least, most = _ACCELERATIONS
-        self._require("ax_min", least <= abs(self.ax_min) <= most, f"{least:g} to {most:g}, either sign")
+        for name in ("ax_min", "ay_min"):
+            self._require(name, least <= abs(getattr(self, name)) <= most, f"{least:g} to {most:g}, either sign")
+        least, _ = _RANGES["vx_std"]
+        self._require("vy_std", self.motion_model != OMNI or self.vy_std >= least, f"{least:g} or more with {OMNI}")
         self._require("vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
-        self._require("motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)} here")
+        self._require("motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)}")
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(

@@ -21,21 +21,35 @@ class Twin:
         self.params, self.footprint, self.tolerance = params, footprint, xy_goal_tolerance
         self.inscribed, self.circumscribed = footprint_radii(footprint)
 
-    def roll_out(self, noise_v, noise_w, sequence_v, sequence_w, pose, twist):
-        """Noise (B, T) and sequences (T,) to controls and trajectories (B, T)."""
+    @property
+    def limits(self):
+        """Of v, w and vy: least, most, most negative and most positive change per step."""
         p, dt = self.params, self.params.model_dt
-        self.cv, self.cw = sequence_v + noise_v.astype(float), sequence_w + noise_w.astype(float)
-        v, w = np.empty_like(self.cv), np.empty_like(self.cw)
-        v[:, 0], w[:, 0] = twist.linear_x, twist.angular_z
-        for t in range(1, v.shape[1]):
-            self.cv[:, t - 1] = self.cv[:, t - 1].clip(v[:, t - 1] + p.ax_min * dt, v[:, t - 1] + p.ax_max * dt)
-            self.cw[:, t - 1] = self.cw[:, t - 1].clip(w[:, t - 1] - p.az_max * dt, w[:, t - 1] + p.az_max * dt)
-            v[:, t], w[:, t] = self.cv[:, t - 1], self.cw[:, t - 1]
-        self.v, self.w = v, w
-        self.yaw = pose.yaw + np.cumsum(w * dt, axis=1)
-        before = np.hstack((np.full((len(v), 1), pose.yaw), self.yaw[:, :-1]))
-        self.x = pose.x + np.cumsum(v * np.cos(before) * dt, axis=1)
-        self.y = pose.y + np.cumsum(v * np.sin(before) * dt, axis=1)
+        return (
+            (p.vx_min, p.vx_max, p.ax_min * dt, p.ax_max * dt),
+            (-p.wz_max, p.wz_max, -p.az_max * dt, p.az_max * dt),
+            (-p.vy_max, p.vy_max, p.ay_min * dt, p.ay_max * dt),
+        )
+
+    def roll_out(self, noise, sequences, pose, twist):
+        """Noise (A, B, T) and sequences (A, T), of v, w and perhaps vy, to controls and trajectories (B, T)."""
+        dt = self.params.model_dt
+        self.controls = sequences[:, None, :] + noise.astype(float)
+        driven = np.zeros((3, *noise.shape[1:]))
+        measured = (twist.linear_x, twist.angular_z, twist.linear_y)
+        for control, speed, start, (_, _, fall, rise) in zip(
+            self.controls, driven, measured, self.limits, strict=False
+        ):
+            speed[:, 0] = start
+            for t in range(1, speed.shape[1]):
+                last = speed[:, t - 1]
+                speed[:, t] = control[:, t - 1] = control[:, t - 1].clip(last + fall, last + rise)
+        self.v, self.w, self.vy = driven
+        self.yaw = pose.yaw + np.cumsum(self.w * dt, axis=1)
+        before = np.hstack((np.full((len(self.v), 1), pose.yaw), self.yaw[:, :-1]))
+        cosine, sine = np.cos(before), np.sin(before)
+        self.x = pose.x + np.cumsum((self.v * cosine - self.vy * sine) * dt, axis=1)
+        self.y = pose.y + np.cumsum((self.v * sine + self.vy * cosine) * dt, axis=1)
 
     def look(self, path, goal, pose, costmap):
         """Take in the path near the robot (N, 3), the goal and the costmap."""
@@ -92,7 +106,8 @@ class Twin:
     def _ConstraintCritic(self, own):  # noqa: N802 - as the critic is called
         p = self.params
         most, least = math.hypot(p.vx_max, p.vy_max), math.hypot(p.vx_min, p.vy_max) * (1.0 if p.vx_min > 0.0 else -1.0)
-        beyond = np.maximum(self.v - most, 0.0) + np.maximum(least - self.v, 0.0)
+        speed = np.copysign(np.sqrt(self.v**2 + self.vy**2), self.v)
+        beyond = np.maximum(speed - most, 0.0) + np.maximum(least - speed, 0.0)
         if p.motion_model == "Ackermann":
             with np.errstate(divide="ignore"):
                 beyond += np.maximum(p.AckermannConstraints.min_turning_r - abs(self.v) / abs(self.w), 0.0)
@@ -190,22 +205,26 @@ class Twin:
         return None if self.to_goal < self.tolerance else abs(self.w).mean(axis=1)
 
     def _VelocityDeadbandCritic(self, own):  # noqa: N802
-        v, _, w = (abs(each) for each in own.deadband_velocities)
+        v, vy, w = (abs(each) for each in own.deadband_velocities)
         below = np.maximum(v - abs(self.v), 0.0) + np.maximum(w - abs(self.w), 0.0)
+        if self.params.motion_model == "Omni":
+            below += np.maximum(vy - abs(self.vy), 0.0)
         return (below * self.params.model_dt).sum(axis=1)
 
-    def update(self, costs, sequence_v, sequence_w):
-        """The new sequences (T,), within the limits."""
-        p, dt = self.params, self.params.model_dt
-        costs = costs + p.gamma / p.vx_std**2 * ((self.cv - sequence_v) * sequence_v).sum(axis=1)
-        costs = costs + p.gamma / p.wz_std**2 * ((self.cw - sequence_w) * sequence_w).sum(axis=1)
+    def update(self, costs, sequences):
+        """The new sequences (A, T), within the limits."""
+        p = self.params
+        for control, sequence, std in zip(self.controls, sequences, (p.vx_std, p.wz_std, p.vy_std), strict=False):
+            costs = costs + p.gamma / std**2 * ((control - sequence) * sequence).sum(axis=1)
         shares = np.exp(-(costs - costs.min()) / p.temperature)
         shares /= shares.sum()
-        v, w = (shares @ self.cv).clip(p.vx_min, p.vx_max), (shares @ self.cw).clip(-p.wz_max, p.wz_max)
-        for t in range(1, len(v)):
-            v[t] = min(v[t - 1] + p.ax_max * dt, max(v[t], v[t - 1] + p.ax_min * dt))
-            w[t] = min(w[t - 1] + p.az_max * dt, max(w[t], w[t - 1] - p.az_max * dt))
-        return v, w
+        updated = []
+        for control, (least, most, fall, rise) in zip(self.controls, self.limits, strict=False):
+            new = (shares @ control).clip(least, most)
+            for t in range(1, len(new)):
+                new[t] = min(new[t - 1] + rise, max(new[t], new[t - 1] + fall))
+            updated.append(new)
+        return updated
 
 
 def smoothed(sequence, history):

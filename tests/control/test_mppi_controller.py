@@ -130,10 +130,10 @@ def test_limits_are_held_wherever_it_stands(seed: int) -> None:
         twist = Twist2D(*rng.uniform((-0.3, 0.0, -0.8), (1.0, 0.0, 0.8)))
         command = controller.compute_velocity(RobotState(pose, twist, cycle / FREQUENCY), straight(), FREE)
         assert -0.3 <= command.linear_x <= 1.0 and abs(command.angular_z) <= 0.8 + 1e-6
-        sequences._limit(sequences._v, sequences._w)
-        changes = np.diff(sequences._v) * FREQUENCY
+        sequences._limit(sequences._sequences)
+        changes, turns = np.diff(sequences._sequences) * FREQUENCY
         assert changes.min() >= -2.0 - 1e-4 and changes.max() <= 1.5 + 1e-4
-        assert abs(np.diff(sequences._w) * FREQUENCY).max() <= 2.0 + 1e-4
+        assert abs(turns).max() <= 2.0 + 1e-4
 
 
 def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoothed(monkeypatch) -> None:
@@ -142,7 +142,7 @@ def test_a_sequence_that_the_optimizer_leaves_keeps_the_limits_before_it_is_smoo
     conclude = controller._optimizer._conclude
 
     def spy(colliding):
-        kept.append((controller._optimizer._v.copy(), controller._optimizer._w.copy()))
+        kept.append(controller._optimizer._sequences.copy())
         return conclude(colliding)
 
     monkeypatch.setattr(controller._optimizer, "_conclude", spy)
@@ -172,9 +172,26 @@ def test_a_second_attempt_may_succeed(monkeypatch) -> None:
     optimizer = controller._optimizer
     answers = [{"CostCritic": 600}, {"CostCritic": 3}]
     monkeypatch.setattr(optimizer, "_optimize", lambda scene: answers.pop(0))
-    optimizer._v[:] = 1.0
+    optimizer._sequences[0] = 1.0
     command = controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(), FREE)
     assert command == Twist2D() and not answers  # the sequence was forgotten before the second one
+
+
+def test_an_omnidirectional_robot_slides_to_a_path_beside_it() -> None:
+    params = replace(PARAMS, motion_model="Omni", vy_max=0.6, vy_std=0.3, ay_max=1.5, ay_min=1.5)
+    x, y, yaw, twist = 0.0, 0.6, 0.0, Twist2D()
+    controller, commands = make(params), []
+    for cycle in range(round(4.0 * FREQUENCY)):
+        state = RobotState(Pose2D(x, y, yaw), twist, cycle / FREQUENCY)
+        twist = controller.compute_velocity(state, straight(), FREE)
+        commands.append((twist.linear_x, twist.linear_y, twist.angular_z))
+        x += (twist.linear_x * math.cos(yaw) - twist.linear_y * math.sin(yaw)) / FREQUENCY
+        y += (twist.linear_x * math.sin(yaw) + twist.linear_y * math.cos(yaw)) / FREQUENCY
+        yaw += twist.angular_z / FREQUENCY
+    sideways = np.array(commands)[:, 1]
+    assert abs(y) < 0.1 and x > 2.0
+    assert sideways.min() < -0.1 and abs(sideways).max() <= 0.6
+    assert make().compute_velocity(state, straight(), FREE).linear_y == 0.0
 
 
 def test_same_generator_same_commands() -> None:
@@ -192,23 +209,23 @@ def test_noise_is_kept_until_the_next_reset_unless_it_is_to_be_new() -> None:
     assert controller._optimizer._noise is noise
     controller.reset()
     controller.compute_velocity(state, straight(), FREE)
-    assert not np.array_equal(controller._optimizer._noise.v, noise.v)
-    assert noise.v.std() == pytest.approx(0.4, rel=0.02) and noise.w.std() == pytest.approx(0.4, rel=0.02)
+    assert not np.array_equal(controller._optimizer._noise.values, noise.values)
+    assert noise.values.std(axis=(1, 2)) == pytest.approx(0.4, rel=0.02)
 
     controller = make(replace(PARAMS, regenerate_noises=True))
     controller.compute_velocity(state, straight(), FREE)
     noise = controller._optimizer._noise
     controller.compute_velocity(replace(state, stamp=0.05), straight(), FREE)
-    assert not np.array_equal(controller._optimizer._noise.v, noise.v)
+    assert not np.array_equal(controller._optimizer._noise.values, noise.values)
 
 
 def test_the_sequence_is_forgotten_after_a_pause() -> None:
     controller = make()
     drive(controller, straight(), 1.0)
-    kept = controller._optimizer._v.copy()
+    kept = controller._optimizer._sequences[0].copy()
     assert kept.max() > 0.3
     controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 10.0), straight(), FREE)
-    assert controller._optimizer._v.max() < 0.5 * kept.max()
+    assert controller._optimizer._sequences[0].max() < 0.5 * kept.max()
 
 
 def test_one_value_is_used_per_cycle_where_the_model_step_is_a_control_period() -> None:
@@ -217,9 +234,9 @@ def test_one_value_is_used_per_cycle_where_the_model_step_is_a_control_period() 
         controller = make(frequency=frequency)
         command = controller.compute_velocity(state, straight(), FREE)
         solution = controller._cycle.solution
-        assert command.linear_x == pytest.approx(solution.sequence_v[index])
-        kept = solution.sequence_v[index:]
-        np.testing.assert_array_equal(controller._optimizer._v[: len(kept)], kept)
+        assert command.linear_x == pytest.approx(solution.sequences[0, index])
+        kept = solution.sequences[0, index:]
+        np.testing.assert_array_equal(controller._optimizer._sequences[0][: len(kept)], kept)
     with pytest.raises(ParameterError, match="shorter than a control period"):
         make(frequency=10.0)
 
@@ -252,9 +269,9 @@ def test_a_decision_tells_what_the_chosen_sequence_costs() -> None:
     assert told.total == pytest.approx(sum(value for value in weighted.values() if value is not None))
     raw = {score.critic: score.raw for score in told.scores}
     assert weighted["PathFollowCritic"] == pytest.approx(5.0 * raw["PathFollowCritic"])
-    sequence = controller._optimizer._v.copy()
+    sequence = controller._optimizer._sequences[0].copy()
     assert controller.decision == told  # asking changes nothing
-    np.testing.assert_array_equal(controller._optimizer._v, sequence)
+    np.testing.assert_array_equal(controller._optimizer._sequences[0], sequence)
 
 
 def test_plans_that_cannot_be_followed() -> None:
@@ -333,7 +350,8 @@ def test_a_nav2_file_gives_its_parameters_and_nav2s_defaults(tmp_path: FilePath)
         ("cost_weight: 14.0", "cost_weigth: 14.0", "did you mean 'cost_weight'"),
         ('"PathAlignCritic"]', '"PathAlineCritic"]', "PathAlignCritic"),
         ('"PathAlignCritic"]', '"PathAlignLegacyCritic"]', "not available here"),
-        ("vx_max: 0.8", "motion_model: Omni", "motion_model Omni must be one of DiffDrive, Ackermann"),
+        ("vx_max: 0.8", "motion_model: Tracks", "motion_model Tracks must be one of DiffDrive, Ackermann, Omni"),
+        ("vx_max: 0.8", "motion_model: Omni\n      vy_std: 0.0", "vy_std 0.0 must be 0.001 or more with Omni"),
         ("vx_max: 0.8", "batch_size: 1000000", "at most 4,000,000"),
         ("vx_max: 0.8", "vx_std: 0.0", "vx_std 0.0 must be 0.001 to 1000"),
         ("cost_weight: 14.0", "trajectory_point_step: 0", "trajectory_point_step 0"),

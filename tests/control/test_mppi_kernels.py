@@ -20,8 +20,14 @@ from navstack.control.mppi.scene import Scene
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams
-from navstack.params.mppi import CRITICS, AckermannParams, LocalCosts, MppiParams
-from navstack.params.mppi_critics import CostParams, ObstaclesParams, PathAlignParams, PathAngleParams
+from navstack.params.mppi import CRITICS, OMNI, AckermannParams, LocalCosts, MppiParams
+from navstack.params.mppi_critics import (
+    CostParams,
+    ObstaclesParams,
+    PathAlignParams,
+    PathAngleParams,
+    VelocityDeadbandParams,
+)
 from navstack.types import Pose2D, RobotState, Twist2D
 
 _spec = importlib.util.spec_from_file_location("mppi_twin", FilePath(__file__).with_name("mppi_twin.py"))
@@ -85,27 +91,31 @@ def both(params, grid, place, seed=0):
     """Kernels' rollouts and scene, and the twin, after the same samples."""
     pose, twist = POSES[place]
     rng = np.random.default_rng(seed)
-    sequence_v = np.linspace(twist.linear_x, 1.0, params.time_steps).astype(FLOAT)
-    sequence_w = (0.3 * np.sin(np.arange(params.time_steps) / 9.0)).astype(FLOAT)
-    noise = [rng.standard_normal((params.time_steps, params.batch_size), dtype=FLOAT) * FLOAT(s) for s in (0.5, 0.4)]
+    steps = np.arange(params.time_steps)
+    axes = 3 if params.motion_model == OMNI else 2
+    sequences = np.array(
+        (np.linspace(twist.linear_x, 1.0, len(steps)), 0.3 * np.sin(steps / 9.0), 0.2 * np.cos(steps / 7.0))
+    ).astype(FLOAT)[:axes]
+    noise = rng.standard_normal((axes, len(steps), params.batch_size), dtype=FLOAT)
+    noise *= np.array((0.5, 0.4, 0.3), dtype=FLOAT)[:axes, None, None]
     path = bent_path()
     goal = Pose2D(*path[-1])
     scene = Scene(RobotState(pose, twist, 0.0), path, goal, GRIDS[grid], params.local_costs.tracks_unknown)
     critics = build_critics(params, FOOTPRINT, TOLERANCE)
     optimizer = Optimizer(params, critics, 0.05)
     optimizer.seed(rng)
-    rollouts = optimizer._roll_out(
-        optimizer._rollouts, sequence_v, sequence_w, Noise(*noise, float(np.abs(noise[1]).max())), scene
-    )
+    sampled = Noise(noise, float(np.abs(noise[1]).max()))
+    rollouts = optimizer._roll_out(optimizer._rollouts, sequences, sampled, scene)
     twin = mppi_twin.Twin(params, FOOTPRINT, TOLERANCE)
-    twin.roll_out(noise[0].T, noise[1].T, sequence_v.astype(float), sequence_w.astype(float), pose, twist)
+    twin.roll_out(noise.transpose(0, 2, 1), sequences.astype(float), pose, twist)
     twin.look(path, goal, pose, GRIDS[grid])
-    return rollouts, scene, optimizer, twin, (sequence_v, sequence_w)
+    return rollouts, scene, optimizer, twin, sequences
 
 
+@pytest.mark.parametrize("motion_model", ["DiffDrive", OMNI])
 @pytest.mark.parametrize("az_max", [3.5, 400.0], ids=["small turns", "large turns"])
-def test_trajectories_are_the_twins(az_max):
-    params = replace(ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5)
+def test_trajectories_are_the_twins(az_max, motion_model):
+    params = replace(ALL, az_max=az_max, model_dt=0.05 if az_max < 10.0 else 0.5, motion_model=motion_model)
     rollouts, _, _, twin, _ = both(params, "free", "on the path")
     pose = POSES["on the path"][0]
     assert np.abs(twin.w).max() * params.model_dt > (0.0 if az_max < 10.0 else 0.7)
@@ -113,7 +123,9 @@ def test_trajectories_are_the_twins(az_max):
     np.testing.assert_allclose(rollouts.y.T, twin.y - pose.y, atol=2e-5)
     np.testing.assert_allclose(rollouts.yaw.T, twin.yaw, atol=2e-5)
     np.testing.assert_allclose(rollouts.cosine.T, np.cos(twin.yaw), atol=2e-5)
-    np.testing.assert_allclose(rollouts.v[1:].T, twin.cv, atol=1e-6)
+    for controls, expected in zip(rollouts.controls, twin.controls, strict=True):
+        np.testing.assert_allclose(controls[1:].T, expected, atol=1e-6)
+    assert (rollouts.vy is None) == (motion_model != OMNI)
 
 
 @pytest.mark.parametrize("place", POSES)
@@ -162,6 +174,8 @@ def test_the_scenes_try_all_critics():
             "ObstaclesCritic": ObstaclesParams(consider_footprint=True),
         },
         {"motion_model": "Ackermann", "AckermannConstraints": AckermannParams(min_turning_r=0.9)},
+        {"motion_model": OMNI, "vx_max": 0.3, "vy_max": 0.2, "vx_min": -0.1},
+        {"motion_model": OMNI, "VelocityDeadbandCritic": VelocityDeadbandParams(deadband_velocities=(0.3, 0.2, 0.1))},
     ],
     ids=lambda changed: " ".join(changed),
 )
@@ -183,14 +197,13 @@ def test_options_of_critics(changed):
                 np.testing.assert_allclose(found[safe], expected[safe], rtol=1e-3, atol=5e-3, err_msg=critic.name)
 
 
-def test_the_update_is_the_twins():
-    rollouts, _, optimizer, twin, (v, w) = both(ALL, "boxes", "on the path")
+@pytest.mark.parametrize("motion_model", ["DiffDrive", OMNI])
+def test_the_update_is_the_twins(motion_model):
+    rollouts, _, optimizer, twin, sequences = both(replace(ALL, motion_model=motion_model), "boxes", "on the path")
     costs = np.random.default_rng(1).uniform(0.0, 3.0, ALL.batch_size)
-    optimizer._v, optimizer._w = v.copy(), w.copy()
+    optimizer._sequences = sequences.copy()
     optimizer._update(rollouts, costs.astype(FLOAT))
-    expected = twin.update(costs, v.astype(float), w.astype(float))
-    np.testing.assert_allclose(optimizer._v, expected[0], atol=2e-5)
-    np.testing.assert_allclose(optimizer._w, expected[1], atol=2e-5)
+    np.testing.assert_allclose(optimizer._sequences, twin.update(costs, sequences.astype(float)), atol=2e-5)
 
 
 def test_smoothing_is_a_parabola_through_nine_values():
@@ -289,6 +302,15 @@ def test_a_cusp_is_where_the_path_turns_round():
     assert first_cusp(poses, 0) == 4
     assert first_cusp(poses, 4) == 7
     assert first_cusp(poses, 7) == 9
+
+
+def test_a_cusp_is_the_first_bend_by_more_than_a_right_angle():
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        poses = np.column_stack((np.cumsum(rng.normal(0.6, 0.5, (12, 2)), axis=0), np.zeros(12)))
+        steps, begin = np.diff(poses[:, :2], axis=0), int(rng.integers(0, 8))
+        turned = [i for i in range(begin + 1, 11) if steps[i - 1] @ steps[i] < 0.0]
+        assert first_cusp(poses, begin) == (turned[0] + 1 if turned else 12)
 
 
 def test_a_sequence_alone_is_one_trajectory():

@@ -28,7 +28,8 @@ class ConstraintCritic(Critic):
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class."""
         steps = len(rollouts.x)
-        outside = sum_outside(rollouts.v, steps, self._least, self._most)
+        speeds = rollouts.v if rollouts.vy is None else np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
+        outside = sum_outside(speeds, steps, self._least, self._most)
         if self._radius > 0.0:
             outside += sum_too_tight(rollouts.v, rollouts.w, steps, np.float32(self._radius))
         return Scores(outside * self._dt)
@@ -71,6 +72,7 @@ class VelocityDeadbandCritic(Critic):
         own = params.VelocityDeadbandCritic
         super().__init__(name, own.cost_weight, own.cost_power)
         self._v = np.float32(abs(own.deadband_velocities[0]))
+        self._vy = np.float32(abs(own.deadband_velocities[1]))
         self._w = np.float32(abs(own.deadband_velocities[2]))
         self._dt = np.float32(params.model_dt)
 
@@ -78,4 +80,6 @@ class VelocityDeadbandCritic(Critic):
         """See the base class."""
         steps = len(rollouts.x)
         below = sum_below(rollouts.v, steps, self._v) + sum_below(rollouts.w, steps, self._w)
+        if rollouts.vy is not None:
+            below += sum_below(rollouts.vy, steps, self._vy)
         return Scores(below * self._dt)

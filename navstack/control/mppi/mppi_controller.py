@@ -27,10 +27,7 @@ class _Cycle(NamedTuple):
 
 
 class MppiController(Controller):
-    """``nav2_mppi_controller::MPPIController`` of Nav2 Jazzy for robots that do not drive sideways.
-
-    Where it differs from Jazzy: docs/mppi.md.
-    """
+    """``nav2_mppi_controller::MPPIController`` of Nav2 Jazzy. Where it differs from Jazzy: docs/mppi.md."""
 
     def __init__(
         self, params: MppiParams, footprint: FloatArray, controller_frequency: float, xy_goal_tolerance: float = 0.25

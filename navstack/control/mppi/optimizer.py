@@ -8,10 +8,10 @@ import numpy as np
 
 from navstack.control.mppi import control_sequence
 from navstack.control.mppi.critic import Critic
-from navstack.control.mppi.rollouts import Rollouts, add_noise, limit_changes, roll_out
+from navstack.control.mppi.rollouts import Rollouts, add_noise, drift, limit_changes, roll_out
 from navstack.control.mppi.scene import Scene
 from navstack.errors import NoLegalVelocity, ParameterError
-from navstack.params.mppi import MppiParams
+from navstack.params.mppi import OMNI, MppiParams
 from navstack.types import Float32Array, Twist2D
 
 _SAME_PERIOD = 1e-6  # [s] by which model_dt and control period may differ where they are meant to be equal
@@ -22,18 +22,38 @@ _FLOAT = np.float32
 class Solution:
     """What came out of a cycle."""
 
-    sequence_v: Float32Array  # (T,) [m/s] chosen; the command is one of its first two values
-    sequence_w: Float32Array  # (T,) [rad/s]
+    sequences: Float32Array  # (A, T) chosen, of each axis; the command is one of their first two values
     command: Twist2D
     colliding: dict[str, int]  # trajectories of the last update, by the critics that found them in collision
 
 
 class Noise(NamedTuple):
-    """What is added to the sequence."""
+    """What is added to the sequences."""
 
-    v: Float32Array  # (T, B) [m/s]
-    w: Float32Array  # (T, B) [rad/s]
+    values: Float32Array  # (A, T, B) of each axis
     largest_w: float  # [rad/s] absolute
+
+
+class Axis(NamedTuple):
+    """A velocity that is sampled: forward [m/s], turning [rad/s] or sideways [m/s]."""
+
+    std: float  # of the noise
+    least: float
+    most: float
+    fall: float  # [1/s] least change, negative
+    rise: float  # [1/s] most change
+
+
+def axes_of(params: MppiParams) -> tuple[Axis, ...]:
+    """The velocities of a motion model: v, w and, of one that drives sideways, vy."""
+    p = params
+    axes = (
+        Axis(p.vx_std, p.vx_min, p.vx_max, -abs(p.ax_min), p.ax_max),
+        Axis(p.wz_std, -p.wz_max, p.wz_max, -p.az_max, p.az_max),
+    )
+    if p.motion_model != OMNI:
+        return axes
+    return (*axes, Axis(p.vy_std, -p.vy_max, p.vy_max, -abs(p.ay_min), p.ay_max))
 
 
 class Optimizer:
@@ -56,10 +76,10 @@ class Optimizer:
             )
         self._params, self._critics = params, critics
         self._shifts = abs(params.model_dt - period) < _SAME_PERIOD  # one value of the sequence is used per cycle
-        self._rollouts = Rollouts.empty(params.time_steps, params.batch_size)
-        self._single = Rollouts.empty(params.time_steps, 1)
-        silence = np.zeros((params.time_steps, 1), dtype=_FLOAT)
-        self._no_noise = Noise(silence, silence, 0.0)
+        self._axes = axes_of(params)
+        self._rollouts = Rollouts.empty(params.time_steps, params.batch_size, len(self._axes))
+        self._single = Rollouts.empty(params.time_steps, 1, len(self._axes))
+        self._no_noise = Noise(np.zeros((len(self._axes), params.time_steps, 1), dtype=_FLOAT), 0.0)
         self._rng: np.random.Generator | None = None
         self._share = 1.0  # of the largest velocities that a speed limit leaves
         self.reset()
@@ -69,10 +89,9 @@ class Optimizer:
         self._rng = rng
 
     def reset(self) -> None:
-        """Forget the sequence and the noise."""
-        steps = self._params.time_steps
-        self._v, self._w = np.zeros(steps, dtype=_FLOAT), np.zeros(steps, dtype=_FLOAT)
-        self._history = np.zeros((2, control_sequence.HISTORY), dtype=_FLOAT)  # commands of late, v and w
+        """Forget the sequences and the noise."""
+        self._sequences = np.zeros((len(self._axes), self._params.time_steps), dtype=_FLOAT)
+        self._history = np.zeros((len(self._axes), control_sequence.HISTORY), dtype=_FLOAT)  # commands of late
         self._noise: Noise | None = None
 
     def limit_speed(self, limit: float, is_percentage: bool) -> None:
@@ -95,7 +114,7 @@ class Optimizer:
 
     def score_alone(self, solution: Solution, scene: Scene) -> list[tuple[Critic, float | None, float | None]]:
         """Raw and weighted score of the chosen sequence per critic; None: the critic did not count."""
-        rollouts = self._roll_out(self._single, solution.sequence_v, solution.sequence_w, self._no_noise, scene)
+        rollouts = self._roll_out(self._single, solution.sequences, self._no_noise, scene)
         told: list[tuple[Critic, float | None, float | None]] = []
         for critic in self._critics:
             scores = critic.score(rollouts, scene)
@@ -114,7 +133,7 @@ class Optimizer:
         costs = np.zeros(params.batch_size, dtype=_FLOAT)
         for _ in range(params.iteration_count):
             colliding: dict[str, int] = {}
-            rollouts = self._roll_out(self._rollouts, self._v, self._w, self._next_noise(), scene)
+            rollouts = self._roll_out(self._rollouts, self._sequences, self._next_noise(), scene)
             for critic in self._critics:
                 scores = critic.score(rollouts, scene)
                 if scores is None:
@@ -133,61 +152,63 @@ class Optimizer:
         params = self._params
         if self._noise is None or params.regenerate_noises:
             assert self._rng is not None, "an MPPI controller is given its generator before its first cycle"
-            shape = (params.time_steps, params.batch_size)
-            noise_v = self._rng.standard_normal(shape, dtype=_FLOAT) * _FLOAT(params.vx_std)
-            noise_w = self._rng.standard_normal(shape, dtype=_FLOAT) * _FLOAT(params.wz_std)
-            self._noise = Noise(noise_v, noise_w, float(np.abs(noise_w).max()))
+            shape = (len(self._axes), params.time_steps, params.batch_size)
+            values = self._rng.standard_normal(shape, dtype=_FLOAT)
+            for row, axis in zip(values, self._axes, strict=True):
+                row *= _FLOAT(axis.std)
+            self._noise = Noise(values, float(np.abs(values[1]).max()))
         return self._noise
 
-    def _roll_out(self, into: Rollouts, v: Float32Array, w: Float32Array, noise: Noise, scene: Scene) -> Rollouts:
+    def _roll_out(self, into: Rollouts, sequences: Float32Array, noise: Noise, scene: Scene) -> Rollouts:
         """Drive noisy sequences from the measured velocity."""
-        params, dt = self._params, self._params.model_dt
-        add_noise(v, noise.v, into.v)
-        add_noise(w, noise.w, into.w)
-        fall, rise = -abs(params.ax_min) * dt, params.ax_max * dt
-        limit_changes(into.v, _FLOAT(scene.velocity.linear_x), _FLOAT(rise), _FLOAT(fall))
-        change = params.az_max * dt
-        limit_changes(into.w, _FLOAT(scene.velocity.angular_z), _FLOAT(change), _FLOAT(-change))
-        largest = max(abs(scene.velocity.angular_z), float(np.abs(w).max()) + noise.largest_w)
+        dt, now = self._params.model_dt, scene.velocity
+        measured = (now.linear_x, now.angular_z, now.linear_y)
+        for i, axis in enumerate(self._axes):
+            add_noise(sequences[i], noise.values[i], into.controls[i])
+            limit_changes(into.controls[i], _FLOAT(measured[i]), _FLOAT(axis.rise * dt), _FLOAT(axis.fall * dt))
+        largest = max(abs(now.angular_z), float(np.abs(sequences[1]).max()) + noise.largest_w)
         roll_out(
             *(into.v, into.w, _FLOAT(scene.yaw), _FLOAT(dt), _FLOAT(largest * dt)),
             *(into.x, into.y, into.yaw, into.cosine, into.sine),
         )
+        if into.vy is not None:
+            drift(into.vy, _FLOAT(scene.yaw), _FLOAT(dt), into.cosine, into.sine, into.x, into.y)
         return into
 
     def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
         """Make the samples' mean by merit the new sequence, within the limits; False: it cannot be told."""
         params = self._params
-        control_sequence.add_control_costs(rollouts.v, self._v, _FLOAT(params.gamma / params.vx_std**2), costs)
-        control_sequence.add_control_costs(rollouts.w, self._w, _FLOAT(params.gamma / params.wz_std**2), costs)
+        for controls, sequence, axis in zip(rollouts.controls, self._sequences, self._axes, strict=True):
+            control_sequence.add_control_costs(controls, sequence, _FLOAT(params.gamma / axis.std**2), costs)
         if not np.isfinite(costs.min()):  # nan in one of them, or inf in all: limits would make full speed of that
             return False
         shares = control_sequence.softmax(costs, _FLOAT(params.temperature))
-        control_sequence.weighted_mean(rollouts.v, shares, self._v)
-        control_sequence.weighted_mean(rollouts.w, shares, self._w)
-        self._limit(self._v, self._w)
+        for controls, sequence in zip(rollouts.controls, self._sequences, strict=True):
+            control_sequence.weighted_mean(controls, shares, sequence)
+        self._limit(self._sequences)
         return True
 
-    def _limit(self, v: Float32Array, w: Float32Array) -> None:
+    def _limit(self, sequences: Float32Array) -> None:
         params, dt, share = self._params, self._params.model_dt, self._share
-        fall, rise = _FLOAT(-abs(params.ax_min) * dt), _FLOAT(params.ax_max * dt)
-        control_sequence.limit(v, _FLOAT(params.vx_min * share), _FLOAT(params.vx_max * share), fall, rise)
-        turn, change = _FLOAT(params.wz_max * share), _FLOAT(params.az_max * dt)
-        control_sequence.limit(w, -turn, turn, -change, change)
+        for sequence, axis in zip(sequences, self._axes, strict=True):
+            least, most = _FLOAT(axis.least * share), _FLOAT(axis.most * share)
+            control_sequence.limit(sequence, least, most, _FLOAT(axis.fall * dt), _FLOAT(axis.rise * dt))
         if params.motion_model == "Ackermann" and params.AckermannConstraints.min_turning_r > 0.0:
+            v, w = sequences
             control_sequence.limit_curvature(v, w, _FLOAT(params.AckermannConstraints.min_turning_r))
 
     def _conclude(self, colliding: dict[str, int]) -> Solution:
-        """Smooth the sequence, take the command from it and prepare for the next cycle."""
-        for sequence, history in zip((self._v, self._w), self._history, strict=True):
+        """Smooth the sequences, take the command from them and prepare for the next cycle."""
+        for sequence, history in zip(self._sequences, self._history, strict=True):
             control_sequence.smooth(sequence, history)
         at = int(self._shifts)
         self._history[:, :-1] = self._history[:, 1:]
-        self._history[:, -1] = self._v[at], self._w[at]
-        v, w = self._v[at : at + 1].copy(), self._w[at : at + 1].copy()
-        self._limit(v, w)  # smoothing may overshoot
-        solution = Solution(self._v.copy(), self._w.copy(), Twist2D(float(v[0]), 0.0, float(w[0])), colliding)
+        self._history[:, -1] = self._sequences[:, at]
+        command = self._sequences[:, at : at + 1].copy()
+        self._limit(command)  # smoothing may overshoot
+        v, w, *vy = command[:, 0].tolist()
+        solution = Solution(self._sequences.copy(), Twist2D(v, vy[0] if vy else 0.0, w), colliding)
         if self._shifts:
-            control_sequence.shift(self._v)
-            control_sequence.shift(self._w)
+            for sequence in self._sequences:
+                control_sequence.shift(sequence)
         return solution

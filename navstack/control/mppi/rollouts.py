@@ -20,8 +20,7 @@ _SMALL_TURN = np.float32(0.7)  # [rad] in one step, up to which the series below
 class Rollouts:
     """T poses of each of B trajectories; row 0 is reached after one step at the measured velocity."""
 
-    v: Float32Array  # (T + 1, B) [m/s] rows 0..T-1: velocities; rows 1..T: the controls, the last one not limited
-    w: Float32Array  # (T + 1, B) [rad/s] likewise
+    controls: Float32Array  # (A, T + 1, B) v, w and, of a robot that drives sideways, vy: see there
     x: Float32Array  # (T, B) [m] from the robot
     y: Float32Array  # (T, B) [m] from the robot
     yaw: Float32Array  # (T, B) [rad] not normalized
@@ -29,10 +28,27 @@ class Rollouts:
     sine: Float32Array  # (T, B)
 
     @staticmethod
-    def empty(steps: int, count: int) -> "Rollouts":
+    def empty(steps: int, count: int, axes: int = 2) -> "Rollouts":
         """Room for ``count`` trajectories of ``steps`` poses."""
-        controls = (np.zeros((steps + 1, count), dtype=np.float32) for _ in range(2))
-        return Rollouts(*controls, *(np.zeros((steps, count), dtype=np.float32) for _ in range(5)))
+        controls = np.zeros((axes, steps + 1, count), dtype=np.float32)
+        return Rollouts(controls, *(np.zeros((steps, count), dtype=np.float32) for _ in range(5)))
+
+    @property
+    def v(self) -> Float32Array:
+        """(T + 1, B) [m/s] rows 0..T-1: velocities; rows 1..T: the controls, the last one not limited."""
+        v: Float32Array = self.controls[0]
+        return v
+
+    @property
+    def w(self) -> Float32Array:
+        """(T + 1, B) [rad/s] likewise."""
+        w: Float32Array = self.controls[1]
+        return w
+
+    @property
+    def vy(self) -> Float32Array | None:
+        """(T + 1, B) [m/s] likewise, to the left; None: the robot does not drive sideways."""
+        return self.controls[2] if len(self.controls) > 2 else None
 
     @property
     def count(self) -> int:
@@ -101,6 +117,29 @@ def roll_out(
             else:
                 for b in range(begin, min(count, begin + _BLOCK)):
                     cosine[t, b], sine[t, b] = np.float32(math.cos(yaw[t, b])), np.float32(math.sin(yaw[t, b]))
+
+
+@njit(cache=True, ahead="float32[:, ::1], float32, float32, " + ", ".join(4 * ["float32[:, ::1]"]))
+def drift(
+    vy: Float32Array,
+    start_yaw: np.float32,
+    dt: np.float32,
+    cosine: Float32Array,
+    sine: Float32Array,
+    x: Float32Array,
+    y: Float32Array,
+) -> None:
+    """Add what rows 0..T-1 of ``vy`` (T + 1, B) move trajectories (T, B) to the left of their headings."""
+    way_x = np.full(x.shape[1], -vy[0, 0] * np.float32(math.sin(start_yaw)) * dt)
+    way_y = np.full(x.shape[1], vy[0, 0] * np.float32(math.cos(start_yaw)) * dt)
+    for t in range(len(x)):
+        if t > 0:
+            for b in range(x.shape[1]):
+                way_x[b] -= vy[t, b] * sine[t - 1, b] * dt
+                way_y[b] += vy[t, b] * cosine[t - 1, b] * dt
+        for b in range(x.shape[1]):
+            x[t, b] += way_x[b]
+            y[t, b] += way_y[b]
 
 
 @njit(cache=True)
