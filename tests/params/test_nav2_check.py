@@ -1,8 +1,9 @@
 import pytest
 
 from navstack.errors import ParameterError
+from navstack.params.costmap import InflationLayerParams
 from navstack.params.nav2_file.file import load_nav2
-from navstack.params.nav2_file.views import read_costmap
+from navstack.params.nav2_file.views import read_controller, read_costmap
 
 DWB = """
 controller_server:
@@ -89,14 +90,52 @@ def test_unknown_plugins_name_the_nearest_and_the_available(inspect):
 
 
 def test_real_plugins_that_are_not_available_are_named_when_used(inspect):
-    text = DWB.replace("dwb_core::DWBLocalPlanner", "nav2_graceful_controller/GracefulController")
-    text = text.replace("max_vel_x", "v_linear_max")
-    file = inspect(text[: text.index("      critics")])
-    expected = "nav2_graceful_controller::GracefulController is a Nav2 plugin that is not available here; available: "
+    text = DWB + "    goal_checker_plugins: [near]\n    near: {plugin: nav2_controller/AxisGoalChecker}\n"
+    file = inspect(text)
+    expected = "nav2_controller::AxisGoalChecker is a Nav2 plugin that is not available here; available: "
     assert not file.errors
     assert any(expected in warning for warning in file.warnings)
     with pytest.raises(ParameterError, match="is a Nav2 plugin that is not available here"):
-        file.plugin("controller_server", "FollowPath", "controllers")
+        file.plugin("controller_server", "near", "goal_checkers")
+
+
+def test_a_layer_of_range_sensors_adds_nothing_and_legacy_inflation_is_inflation(inspect):
+    layers = """
+      plugins: ["sonar", "puff"]
+      sonar: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: ["/sonar"], phi: 1.2}
+      puff: {plugin: "nav2_costmap_2d::LegacyInflationLayer", inflation_radius: 0.7}
+"""
+    file = inspect(costmap(layers))
+    assert not file.errors and any("adds nothing: no robot here has range sensors" in each for each in file.warnings)
+    params = read_costmap(file, "local_costmap")
+    assert params.layers["sonar"].observation_sources == ()
+    assert params.layers["puff"] == InflationLayerParams(inflation_radius=0.7)
+
+
+def test_a_footprint_that_is_a_list_is_read_as_the_text(inspect):
+    for given in ("[[0.3, 0.2], [0.3, -0.2], [-0.3, 0]]", "[0.3, 0.2, 0.3, -0.2, -0.3, 0.0]"):
+        file = inspect(costmap(f"      footprint: {given}\n"))
+        assert not file.errors and any("a list of numbers, read as the text" in each for each in file.warnings)
+        assert read_costmap(file, "local_costmap").footprint == "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]"
+    assert "is not a text" in only_error(inspect(costmap("      footprint: [[0.3, 0.2], [0.3]]\n")))
+
+
+def test_a_pose_in_one_value_has_no_effect_as_in_nav2(inspect):
+    file = inspect("amcl: {ros__parameters: {initial_pose: [1.0, 2.0, 0.5], max_beams: 60}}", allow_unknown=True)
+    assert not file.errors and any("initial_pose" in each and "has no effect" in each for each in file.warnings)
+
+
+def test_plugins_as_eloquent_lists_them(inspect):
+    text = DWB.replace("controller_plugins:", "controller_plugin_ids:").replace("      plugin: ", "      spare: ")
+    text = text.replace(
+        "    FollowPath:", '    controller_plugin_types: ["dwb_core::DWBLocalPlanner"]\n    FollowPath:'
+    )
+    file = inspect(text, allow_unknown=True)
+    assert not file.errors and any("is of Nav2 Eloquent" in each for each in file.warnings)
+    assert read_controller(file).params.max_vel_x == 1.0
+    layers = '      plugin_names: ["wide"]\n      plugin_types: ["nav2_costmap_2d::InflationLayer"]\n'
+    params = read_costmap(inspect(costmap(layers + "      wide: {inflation_radius: 0.8}\n")), "local_costmap")
+    assert params.layers == {"wide": InflationLayerParams(inflation_radius=0.8)}
 
 
 def test_both_spellings_and_older_packages_of_plugins(inspect):

@@ -170,11 +170,11 @@ def test_a_merged_file_merges_to_itself_where_nav2_chooses_the_critics(inspect):
 
 
 def test_a_layer_that_is_not_available_refuses_the_costmap(inspect):
-    layer = "{plugin: nav2_costmap_2d::RangeSensorLayer, phi: 1.2}"
-    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [sonar], sonar: {layer}}}}}}}")
+    layer = "{plugin: nav2_costmap_2d::AsymmetricInflationLayer, inflation_radius: 1.2}"
+    nav2 = inspect(f"local_costmap: {{local_costmap: {{ros__parameters: {{plugins: [puff], puff: {layer}}}}}}}")
     assert not nav2.errors
     with pytest.raises(
-        ParameterError, match="local_costmap: sonar: .* not available here; available: nav2_costmap_2d::"
+        ParameterError, match="local_costmap: puff: .* not available here; available: nav2_costmap_2d::"
     ):
         read_costmap(nav2, "local_costmap")
 

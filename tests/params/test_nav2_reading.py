@@ -181,6 +181,14 @@ def test_values_are_coerced_as_ros_does(inspect):
     assert "'true' is not true or false" in only_error(inspect(f"{HEAD}      prune_plan: 'true'\n"))
 
 
+@pytest.mark.parametrize(
+    ("given", "is_told"), [("[1.0, 2, 3.0]", True), ("[1, 2, 3]", True), ("[1.0, 2.0, 3.0]", False)]
+)
+def test_one_whole_number_in_a_list_of_decimals_is_told(inspect, given, is_told):
+    nav2 = inspect(f"velocity_smoother: {{ros__parameters: {{max_velocity: {given}}}}}\n")
+    assert [notice.id for notice in nav2.notices].count("whole-number") == is_told
+
+
 def test_merge_keys_between_nodes(inspect):
     nav2 = inspect(
         "local_costmap: {local_costmap: {ros__parameters: &body {robot_radius: 0.4, resolution: 0.1}}}\n"

@@ -1,13 +1,14 @@
 """A parameter file as the lint rules see it: typed views of what stands in it, None for what does not."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, TypeVar
 
 from navstack.errors import ParameterError
 from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
 from navstack.params.dwb import DwbParams
+from navstack.params.graceful import GracefulParams
 from navstack.params.lint.costmap_view import CostmapView, view_costmap
 from navstack.params.mppi import MppiParams
 from navstack.params.nav2_file import views
@@ -15,6 +16,7 @@ from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
 from navstack.params.rotation_shim import RotationShimParams
+from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
 from navstack.types import FloatArray
@@ -28,12 +30,12 @@ SHIM = "nav2_rotation_shim_controller::RotationShimController"
 PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 MPPI = "nav2_mppi_controller::MPPIController"
 
-# The parameters that hold a controller's highest forward speed [m/s], and Nav2's default.
-_SPEEDS = {
-    DWB: ("max_vel_x", 0.0),
-    PURSUIT: ("desired_linear_vel", 0.5),
-    MPPI: ("vx_max", 0.5),
-    "nav2_graceful_controller::GracefulController": ("v_linear_max", 0.5),
+# The parameters that hold a controller's highest forward speed [m/s], and the fields that have Nav2's default.
+_SPEEDS: dict[str, tuple[str, type[Any]]] = {
+    DWB: ("max_vel_x", DwbParams),
+    PURSUIT: ("desired_linear_vel", RppParams),
+    MPPI: ("vx_max", MppiParams),
+    "nav2_graceful_controller::GracefulController": ("v_linear_max", GracefulParams),
 }
 
 T = TypeVar("T")
@@ -152,14 +154,15 @@ class Subject:
             return params.max_vel_x if params.max_speed_xy < 0.0 else min(params.max_vel_x, params.max_speed_xy)
         if self.drive is None or self.drive.type not in _SPEEDS:
             return 0.0
-        key, default = _SPEEDS[self.drive.type]
+        key, kind = _SPEEDS[self.drive.type]
+        default: Any = next(field.default for field in fields(kind) if field.name == key)
         return self.number(CONTROLLER, f"{self.drive.name}.{key}", default)
 
     @property
     def speed_name(self) -> str:
         """The parameter that gives the top speed."""
         drive = self.drive
-        return f"{drive.name}.{_SPEEDS.get(drive.type, ('max_vel_x', 0.0))[0]}" if drive else "FollowPath.max_vel_x"
+        return f"{drive.name}.{_SPEEDS.get(drive.type, _SPEEDS[DWB])[0]}" if drive else "FollowPath.max_vel_x"
 
     @cached_property
     def braking(self) -> float | None:

@@ -10,7 +10,7 @@ from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
 from navstack.params.nav2_file import bindings
 from navstack.params.registry import nodes
-from navstack.params.registry.block import OPEN, Block
+from navstack.params.registry.block import OPEN, Block, parameter_of
 from navstack.params.registry.entry import Entry, Params
 
 
@@ -105,7 +105,11 @@ def node_names() -> Iterable[str]:
 
 def field_names(params: Params | None) -> frozenset[str]:
     """The parameters that a dataclass reads."""
-    return frozenset(field.name for field in dataclasses.fields(params)) if params is not None else frozenset()
+    return (
+        frozenset(parameter_of(field.name) for field in dataclasses.fields(params))
+        if params is not None
+        else frozenset()
+    )
 
 
 def nested_params(params: Params) -> dict[str, Params]:

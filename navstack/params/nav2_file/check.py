@@ -203,7 +203,10 @@ class Checker:
 
     def _unknown_value(self, place: Place, key: str, entry: Entry) -> None:
         """A key that Nav2 does not have here, or the name of a section with a value of its own."""
-        if key in place.block.groups or key in self._critics(place) or key in place.all_listed:
+        if key in place.block.groups and key not in self._critics(place):
+            message = f"{entry.value!r} has no effect: Nav2 reads parameters below '{key}:' and ignores this"
+            self._error(UNKNOWN_KEY, f"{place.prefix}{key}", message, entry.line)
+        elif key in self._critics(place) or key in place.all_listed:
             message = f"{entry.value!r} is not a section of keys; write its parameters below '{key}:', one a line"
             self._error("bad-value", f"{place.prefix}{key}", message, entry.line)
         else:

@@ -16,11 +16,13 @@ from navstack.params.nav2_file import edit
 from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
 from navstack.params.nav2_file.dwb import fallback_scales, unnamed_critics
+from navstack.params.nav2_file.eloquent import convert_plugins
 from navstack.params.nav2_file.filters import filter_notices
 from navstack.params.nav2_file.findings import Findings, Notice, Section, Visit, is_told, names_in
 from navstack.params.nav2_file.monitor import NODE as MONITOR
-from navstack.params.nav2_file.monitor import convert_polygons, monitor_notices
+from navstack.params.nav2_file.monitor import convert_footprint, convert_polygons, monitor_notices
 from navstack.params.nav2_file.nodes import (
+    COSTMAPS,
     default_path,
     entries_of,
     in_file,
@@ -35,6 +37,7 @@ from navstack.params.nav2_file.ros_yaml import Document, Entry, Value, load_docu
 from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
 from navstack.params.registry import nodes
+from navstack.params.registry.block import parameter_of
 from navstack.params.registry.entry import Params
 
 T = TypeVar("T")
@@ -42,6 +45,8 @@ SUBSTITUTES = {  # family -> the plugin that does what is wanted of most of them
     "controllers": "dwb_core::DWBLocalPlanner",
     "planners": "nav2_navfn_planner::NavfnPlanner",
     "layers": "nav2_costmap_2d::ObstacleLayer",
+    "goal_checkers": "nav2_controller::SimpleGoalChecker",
+    "progress_checkers": "nav2_controller::SimpleProgressChecker",
 }
 
 
@@ -221,6 +226,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         if block is None:
             continue
         entries = entries_of(document, node)
+        older = convert_plugins(node, entries)
         findings = Checker(node, catalog).check_node(block, Section.of(entries), node_params(node))
         for old, new in findings.renames.items():
             entry = entries.pop(old)
@@ -228,8 +234,11 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
             if isinstance(value, str) and new.endswith("_plugins"):  # one name became a list
                 value = list(names_in(value))
             entries[new] = replace(entry, value=value)
+        findings.notices += older
         if node == MONITOR:
             findings.notices += convert_polygons(entries)
+        if node in COSTMAPS:
+            findings.notices += convert_footprint(node, entries)
         for prefix in (visit.prefix for visit in findings.visits if visit.params is DwbParams):
             entries |= fallback_scales(entries, prefix)
         parameters[node], found[node] = entries, findings
@@ -264,7 +273,7 @@ def _defaults(params: Params) -> Iterator[tuple[str, Value]]:
         if isinstance(default, tuple):
             default = list(default)
         if isinstance(default, bool | int | float | str | list):
-            yield field.name, default
+            yield parameter_of(field.name), default
 
 
 def _nested(values: Mapping[str, Value]) -> dict[str, Any]:

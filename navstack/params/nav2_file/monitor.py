@@ -1,4 +1,4 @@
-"""The collision monitor of a file: polygons in an older form, sources that run as something simpler or not at all."""
+"""Polygons in other forms than Nav2's texts, and the collision monitor's sources that run as something simpler."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,6 +8,7 @@ from navstack.params.nav2_file.findings import Notice, names_in
 from navstack.params.nav2_file.ros_yaml import Entry, Value
 
 NODE = "collision_monitor"
+TRIANGLE = 3  # vertices that a footprint has at least
 
 
 def monitor_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
@@ -34,7 +35,7 @@ def convert_polygons(entries: dict[str, Entry]) -> list[Notice]:
     notices = []
     for name in names_in(listed.value) if listed else ():
         entry = entries.get(f"{name}.points")
-        pairs = _pairs(entry.value) if entry is not None else []
+        pairs = _pairs(entry.value, FEWEST_VERTICES) if entry is not None else []
         if entry is not None and pairs:
             entries[f"{name}.points"] = replace(entry, value=str(pairs))
             message = "a list of numbers, as up to Nav2 Iron; read as today's text, which newer releases insist on"
@@ -42,10 +43,23 @@ def convert_polygons(entries: dict[str, Entry]) -> list[Notice]:
     return notices
 
 
-def _pairs(value: Value) -> list[list[float]]:
-    """The vertices of ``[x, y, x, y, ...]``; none if it is something else."""
+def convert_footprint(node: str, entries: dict[str, Entry]) -> list[Notice]:
+    """Turn a costmap's footprint that is a list into a text; tells so."""
+    entry = entries.get("footprint")
+    pairs = _pairs(entry.value, TRIANGLE) if entry is not None else []
+    if entry is None or not pairs:
+        return []
+    entries["footprint"] = replace(entry, value=str(pairs))
+    message = "a list of numbers, read as the text that Nav2 insists on"
+    return [Notice("older-form", f"{node}: footprint", message, f'footprint: "{pairs}"', entry.line)]
+
+
+def _pairs(value: Value, fewest: int) -> list[list[float]]:
+    """At least so many vertices of ``[x, y, x, y, ...]`` or ``[[x, y], ...]``; none if it is something else."""
     numbers = value if isinstance(value, list) else []
-    if len(numbers) < 2 * FEWEST_VERTICES or len(numbers) % 2:
+    if numbers and all(isinstance(pair, list) and len(pair) == 2 for pair in numbers):
+        numbers = [number for pair in numbers if isinstance(pair, list) for number in pair]
+    if len(numbers) < 2 * fewest or len(numbers) % 2:
         return []
     if any(isinstance(number, bool) or not isinstance(number, int | float) for number in numbers):
         return []

@@ -6,6 +6,7 @@ import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
+from keyword import iskeyword
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
@@ -13,6 +14,7 @@ from navstack.params.costmap import CHOICES, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import Entry, Value, is_placeholder
+from navstack.params.registry.block import parameter_of
 from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
 
 T = TypeVar("T")
@@ -38,7 +40,7 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
         elif f"{prefix}{name}" in entries and not _is_left_open(kind, entries[f"{prefix}{name}"]):
             values[name] = _field_value(name, kind, entries[f"{prefix}{name}"], prefix)
     try:
-        return cls(**values)
+        return cls(**{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()})
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
 
@@ -136,11 +138,12 @@ class _OutOfRangeError(ParameterError):
 
 
 def _read_fields(cls: type[Any], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Names and kinds of the fields that come from the file."""
+    """Parameters that come from the file, and their kinds."""
     hints = _hints(cls)
     for field in dataclasses.fields(cls):
-        if field.name not in given and get_origin(hints[field.name]) not in (dict, Mapping):
-            yield field.name, hints[field.name]
+        name = parameter_of(field.name)
+        if name not in given and get_origin(hints[name]) not in (dict, Mapping):
+            yield name, hints[name]
 
 
 def _field_value(name: str, kind: Any, entry: Entry, prefix: str) -> Any:
@@ -163,7 +166,8 @@ def _lacks_point(kind: Any, value: Value) -> bool:
 
 
 def _hints(cls: type[Any]) -> dict[str, Any]:
-    return typing.get_type_hints(cls)
+    """Kinds by parameter."""
+    return {parameter_of(field): kind for field, kind in typing.get_type_hints(cls).items()}
 
 
 def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
