@@ -345,6 +345,10 @@ def test_nearest_free_cell_is_nearest():
     costs[4, 10], costs[10, 15] = 0, 0
     assert nearest_free_cell(costs, blocked, 10, 10, 8.0) == (15, 10)
     assert nearest_free_cell(costs, blocked, 10, 10, 4.9) == (-1, -1)
+    for column, row in ((0, 0), (costs.shape[1] - 1, costs.shape[0] - 1), (0, 9), (9, 0)):
+        corner = np.full_like(costs, 254)
+        corner[row, column] = 0
+        assert nearest_free_cell(corner, blocked, 9, 9, 40.0) == (column, row)
 
 
 def test_shortcut_straightens_a_zigzag():

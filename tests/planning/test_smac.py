@@ -25,7 +25,7 @@ from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled
 from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
 from navstack.planning.smac.motions import HEADINGS, IN_PLACE, LEFT, RIGHT, STRAIGHT, arcs, lattice, read_lattice
-from navstack.planning.smac.pose_kernels import Ground, Penalties, make_field, step_cost, way_to_goal
+from navstack.planning.smac.pose_kernels import Goal, Ground, Penalties, make_field, step_cost, way_to_goal
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
 from navstack.planning.smac.smac_2d import Smac2D
 from navstack.types import Pose2D
@@ -88,9 +88,9 @@ def test_the_grid_search_finds_the_cheapest_way(allow_unknown):
 
 
 @njit()
-def ask(ground, goal, coarse, places):
+def ask(ground, goal, places):
     """The heuristic at places (n, 2), one after the other, of a robot near the first cell."""
-    field, waiting = make_field(ground, np.array((2.5, 3.5, 0.0)), goal, coarse)
+    field, waiting = make_field(ground, np.array((2.5, 3.5, 0.0)), goal)
     return [way_to_goal(ground, field, waiting, 2.0, x, y) for x, y in places]
 
 
@@ -98,16 +98,16 @@ def ask(ground, goal, coarse, places):
 def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     costs = make_costs(np.random.default_rng(3))
     costs[costs == 255] = 254
-    goal = np.array((30.5, 20.5, 0.0))
+    goal = Goal(np.array((30.5, 20.5, 0.0)), 0, 3.0, 10**6, 10, coarse, 0.0, 1.0)
     costs[18:23, 28:33] = 0
     low = costs.reshape(20, 2, 25, 2).min(axis=(1, 3)) if coarse == 2 else costs
-    square = (int(goal[0]) // coarse, int(goal[1]) // coarse)
+    square = (int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse)
     expected = ways_from(low, square, 2.0, True).reshape(low.shape)
     blocked = np.zeros(256, dtype=np.bool_)
     ground = Ground(costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8))
     places = np.random.default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
     right = [coarse * expected[int(y) // coarse, int(x) // coarse] for x, y in places]
-    np.testing.assert_allclose(ask(ground, goal, coarse, places), right, rtol=1e-4)
+    np.testing.assert_allclose(ask(ground, goal, places), right, rtol=1e-4)
     assert np.isfinite(right).sum() > 20
 
 
@@ -245,6 +245,17 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
         SmacHybrid(SmacHybridParams(tolerance=0.0)).plan(start, goal, costmap)
     poses = Smac2D(Smac2DParams(tolerance=0.5)).plan(start, goal, costmap).poses
     assert 0.0 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
+    for kind, params in ((SmacHybrid, SmacHybridParams), (SmacLattice, SmacLatticeParams)):
+        poses = kind(params(tolerance=0.5)).plan(start, goal, costmap).poses
+        assert 0.3 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
+        with pytest.raises(NoPathFoundError):
+            kind(params(tolerance=0.2)).plan(start, goal, costmap)  # the obstacle reaches farther
+
+
+def test_a_goal_without_a_heading_is_looked_at_along_the_map():
+    start = Pose2D(3.05, 1.05, 0.0)
+    assert Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, math.nan), street()).poses[-1, 2] == 0.0
+    assert Smac2D(Smac2DParams()).plan(start, Pose2D(9.05, -0.95, 2.0), street()).poses[-1, 2] == 2.0
 
 
 def test_a_search_ends_after_max_iterations():

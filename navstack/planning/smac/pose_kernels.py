@@ -93,21 +93,27 @@ class Field(NamedTuple):
     rows: int
     towards_x: int  # the robot's square
     towards_y: int
+    goal_x: int  # the goal's square
+    goal_y: int
+    buried: float  # [squares] about an occupied goal that the way may lead through what is occupied; free: less than 0
     ways: Float32Array  # (rows * columns,) [squares]
     is_known: BoolArray  # (rows * columns,)
 
 
 @njit(cache=True)
-def make_field(
-    ground: Ground, start: FloatArray, goal: FloatArray, coarse: int
-) -> tuple[Field, list[tuple[float, int]]]:
-    """A field in which only the goal's square (of the pose ``goal`` [cells]) is waiting."""
+def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, list[tuple[float, int]]]:
+    """A field in which only the goal's square is waiting."""
+    coarse = goal.coarse
     columns, rows = (ground.costs.shape[1] + coarse - 1) // coarse, (ground.costs.shape[0] + coarse - 1) // coarse
     ways = np.full(columns * rows, np.inf, dtype=np.float32)
-    target = int(goal[1]) // coarse * columns + int(goal[0]) // coarse
+    goal_x, goal_y = int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse
+    target = goal_y * columns + goal_x
     ways[target] = 0.0
     is_known = np.zeros(columns * rows, dtype=np.bool_)
-    field = Field(coarse, columns, rows, int(start[0]) // coarse, int(start[1]) // coarse, ways, is_known)
+    is_buried = is_closed(lowest_cost(ground.costs, goal_x, goal_y, coarse), ground.allow_unknown)
+    buried = goal.tolerance / coarse if is_buried else -1.0
+    towards_x, towards_y = int(start[0]) // coarse, int(start[1]) // coarse
+    field = Field(coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known)
     return field, [(0.0, target)]
 
 
@@ -136,7 +142,9 @@ def way_to_goal(
                 continue
             cost = lowest_cost(ground.costs, u, v, field.coarse)
             if is_closed(cost, ground.allow_unknown):
-                continue
+                if math.hypot(u - field.goal_x, v - field.goal_y) > field.buried:
+                    continue
+                cost = 0  # nobody drives there: the way tells how far from the goal the robot is
             length = math.sqrt(2.0) if k >= 4 else 1.0
             way = field.ways[n] + length * (1.0 + cost_penalty * min(float(cost), FULL_COST) / FULL_COST)
             if way < field.ways[m]:
@@ -342,7 +350,7 @@ def search_poses(
 ) -> Found:
     """A* from a pose (3,) [cells, cells, rad] with the number of its heading, over motions, to a goal."""
     bins, each = motions.ends.shape
-    field, waiting = make_field(ground, start, goal.pose, goal.coarse)
+    field, waiting = make_field(ground, start, goal)
     nodes, count, nothing = make_nodes(1 << 12), 1, np.empty((0, 3))
     nodes.places[0], nodes.headings[0], nodes.parents[0] = start[:2], heading, -1
     nodes.by[0], nodes.travelled[0] = -1, 0.0
