@@ -88,6 +88,30 @@ def walk_outline(
     return worst
 
 
+@njit(cache=True)
+def is_occupied(
+    costs: ByteArray,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    yaw: float,
+) -> bool:
+    """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
+
+    As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under the outline hides
+    a lethal one as :func:`outline_cost` says.
+    """
+    height, width = costs.shape
+    fx, fy = (x - origin_x) / resolution, (y - origin_y) / resolution
+    if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
+        return False
+    cost = outline_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw)
+    return bool(cost >= LETHAL_OBSTACLE and cost != NO_INFORMATION)
+
+
 def footprint_cost(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> int:
     """The greatest cost under the outline of ``footprint`` (V, 2) in [m] at ``pose``; see :func:`outline_cost`."""
     origin_x, origin_y, resolution = costmap.origin_x, costmap.origin_y, costmap.resolution

@@ -2,9 +2,10 @@
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import replace
 
 from navstack.geometry import shortest_angular_distance
-from navstack.params.checkers import SimpleGoalCheckerParams, StoppedGoalCheckerParams
+from navstack.params.checkers import PositionGoalCheckerParams, SimpleGoalCheckerParams, StoppedGoalCheckerParams
 from navstack.types import Pose2D, Twist2D
 
 
@@ -45,6 +46,20 @@ class SimpleGoalChecker(GoalChecker):
         if self._params.symmetric_yaw_tolerance:
             away = min(away, math.pi - away)
         return away <= self._params.yaw_goal_tolerance
+
+
+class PositionGoalChecker(SimpleGoalChecker):
+    """Position within its tolerance, whatever the heading (``position_goal_checker.cpp``)."""
+
+    def __init__(self, params: PositionGoalCheckerParams) -> None:
+        super().__init__(SimpleGoalCheckerParams(params.xy_goal_tolerance, math.pi, params.stateful))
+
+
+class SymmetricGoalChecker(SimpleGoalChecker):
+    """As :class:`SimpleGoalChecker`, the opposite heading being as good (``symmetric_goal_checker.cpp``)."""
+
+    def __init__(self, params: SimpleGoalCheckerParams) -> None:
+        super().__init__(replace(params, symmetric_yaw_tolerance=True))
 
 
 class StoppedGoalChecker(SimpleGoalChecker):

@@ -14,6 +14,14 @@ class SimpleGoalCheckerParams:
 
 
 @dataclass(frozen=True, slots=True)
+class PositionGoalCheckerParams:
+    """``position_goal_checker.cpp`` of Nav2 Rolling."""
+
+    xy_goal_tolerance: float = 0.25  # [m]
+    stateful: bool = True  # as above
+
+
+@dataclass(frozen=True, slots=True)
 class StoppedGoalCheckerParams(SimpleGoalCheckerParams):
     """``stopped_goal_checker.cpp``."""
 

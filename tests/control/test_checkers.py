@@ -5,11 +5,17 @@ import pytest
 
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
-from navstack.control.goal_checker import SimpleGoalChecker, StoppedGoalChecker
+from navstack.control.goal_checker import (
+    PositionGoalChecker,
+    SimpleGoalChecker,
+    StoppedGoalChecker,
+    SymmetricGoalChecker,
+)
 from navstack.control.progress_checker import PoseProgressChecker, SimpleProgressChecker
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
+    PositionGoalCheckerParams,
     SimpleGoalCheckerParams,
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
@@ -44,6 +50,16 @@ def test_the_stopped_checker_wants_the_robot_to_stand() -> None:
     assert not checker.is_goal_reached(GOAL, GOAL, Twist2D(0.2, 0.2, 0.0))
     assert not checker.is_goal_reached(GOAL, GOAL, Twist2D(0.0, 0.0, -0.3))
     assert checker.is_goal_reached(GOAL, GOAL, Twist2D(0.2, 0.0, 0.25))
+
+
+def test_the_position_alone_or_either_heading_may_count() -> None:
+    backwards, sideways = Pose2D(1.2, 2.0, 3.1 - math.pi), Pose2D(1.2, 2.0, 1.5)
+    position = PositionGoalChecker(PositionGoalCheckerParams(stateful=False))
+    assert position.is_goal_reached(backwards, GOAL, STANDING) and position.is_goal_reached(sideways, GOAL, STANDING)
+    assert not position.is_goal_reached(Pose2D(1.3, 2.0, 3.1), GOAL, STANDING)
+    either = SymmetricGoalChecker(SimpleGoalCheckerParams())
+    assert either.is_goal_reached(backwards, GOAL, STANDING) and either.is_goal_reached(GOAL, GOAL, STANDING)
+    assert not either.is_goal_reached(sideways, GOAL, STANDING)
 
 
 def test_a_robot_that_circles_within_the_radius_is_stuck_after_the_allowance() -> None:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from navstack.control.dwb import kernels, velocity_samples
+from navstack.control.dwb.velocity_samples import largest_steps
 from navstack.control.footprint_cost import footprint_cost, line_cost
 from navstack.control.mppi.body import outline_worst
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.params.dwb import DwbParams
 from navstack.types import Pose2D
 
 ORIGIN = (-1.0, -0.5)
@@ -109,6 +111,23 @@ def test_a_large_turn_per_step_is_exact_too() -> None:
         sine, cosine = kernels.sine_cosine(angle)
         assert sine == pytest.approx(math.sin(angle), abs=1e-16)
         assert cosine == pytest.approx(math.cos(angle), abs=2.3e-16)
+
+
+@pytest.mark.parametrize("by_time", [False, True])
+def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
+    rng = np.random.default_rng(9)
+    for _ in range(30):
+        low, high = -rng.uniform(0.0, 3.0, 2), rng.uniform(0.0, 2.0, 2)
+        params = DwbParams(
+            critics=("PathDist",), min_vel_x=low[0], max_vel_x=high[0], min_vel_y=low[1], max_vel_y=high[1],
+            max_vel_theta=float(rng.uniform(0.2, 3.0)), linear_granularity=0.1, angular_granularity=0.05, sim_time=1.7,
+            discretize_by_time=by_time, time_granularity=0.3,
+        )  # fmt: skip
+        corners = [(x, y, params.max_vel_theta) for x in (low[0], high[0]) for y in (low[1], high[1])]
+        steps = [math.hypot(x, y) * 1.7 / 0.1 for x, y, _ in corners] + [params.max_vel_theta * 1.7 / 0.05]
+        most = 1.7 / 0.3 if by_time else max(steps)
+        assert largest_steps(params) - math.ceil(most) in (0, 1)
+        assert largest_steps(params) >= most
 
 
 def test_step_counts_follow_the_command() -> None:

@@ -24,7 +24,7 @@ from navstack.control.expected_cost.clearance import (
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
 from navstack.control.expected_cost.motion_cost import TERMS, price_all, price_one
-from navstack.control.expected_cost.people import Spread, predict
+from navstack.control.expected_cost.people import Spread, predict, turn
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.expected_cost import DeliveryPrices
@@ -188,6 +188,19 @@ def test_who_passes_a_corner_may_turn_round_it() -> None:
     assert found.motion[2, -1, 0] < found.motion[1, -1, 0]
     speeds = np.hypot(*np.diff(found.motion[2, :, :2], axis=0).T) / PARAMS.step
     assert speeds == pytest.approx(np.full(len(speeds), 1.2))
+
+
+def test_who_turns_walks_on_from_there_at_the_same_pace() -> None:
+    walker, motion = np.array((1.0, 2.0, 0.6, 0.8, 0.3, 0.0, 0.0)), np.arange(32.0).reshape(8, 4)
+    before = motion.copy()
+    turn(walker, 3, math.pi / 2.0, 0.5, motion)
+    np.testing.assert_array_equal(motion[:3], before[:3])
+    ahead = 0.5 * np.arange(1, 6)
+    np.testing.assert_allclose(motion[3:, 0], before[2, 0] - 0.8 * ahead)
+    np.testing.assert_allclose(motion[3:, 1], before[2, 1] + 0.6 * ahead)
+    np.testing.assert_allclose(motion[3:, 2:], np.tile((-0.8, 0.6), (5, 1)))
+    turn(walker, 0, 0.0, 0.5, motion)
+    np.testing.assert_allclose(motion[0], (1.3, 2.4, 0.6, 0.8))
 
 
 def drive(controller, begin, people, seconds, goal=GOAL, world=None):

@@ -69,6 +69,7 @@ def drive(
         seen = around if isinstance(around, Surroundings) else around(time, state[0])
         believed = RobotState(Pose2D(*state[:3]), Twist2D(state[3], 0.0, state[4]), time)
         command = controller.compute_velocity(believed, plan, seen)
+        assert command.linear_y == 0.0
         after = np.array((command.linear_x, command.angular_z, *controller._motion[2:]))
         way, turn = 0.5 * PERIOD * (state[3:5] + after[:2]) + PERIOD**2 / 12.0 * (state[5:] - after[2:])
         yaw = state[2] + 0.5 * turn

@@ -7,11 +7,11 @@ import pytest
 from shapely import Polygon, affinity, box, union_all
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, guarded, stop_is_safe, stopped
+from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, _duration, guarded, stop_is_safe, stopped
 from navstack.control.mpc.distance_field import distance_table
 from navstack.control.mpc.people import FIELDS
 from navstack.control.mpc.stages import Field
-from navstack.control.mpc.stop_profile import stop_distance
+from navstack.control.mpc.stop_profile import stop_distance, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import FloatArray
 
@@ -45,6 +45,25 @@ def move(state: FloatArray, motion: FloatArray) -> None:
 def body(state: FloatArray) -> Polygon:
     turned = affinity.rotate(Polygon(FOOTPRINT), state[2], (0, 0), use_radians=True)
     return affinity.translate(turned, state[0], state[1])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_stop_along_the_curve_keeps_the_yaw_limits(seed: int) -> None:
+    """Its duration is that of the speed; none where the yaw would have to be pushed or jerked too hard on the way."""
+    rng, found = np.random.default_rng(seed), {True: 0, False: 0}
+    for _ in range(100):
+        state = np.array((0.0, 0.0, 0.0, rng.uniform(0.2, 2.0), rng.uniform(-1.3, 1.3), 0.0, rng.uniform(-2.5, 2.5)))
+        whole = stop_time(state[3], state[5], LIMITS[at.MAX_DECELERATION], LIMITS[at.MAX_JERK])
+        times = np.linspace(0.0, whole, 401)
+        paths = [stopped(*state[3:], KEEP_CURVE, LIMITS, float(time)) for time in times]
+        pushes, jerks = np.array([path[3] for path in paths]), np.diff([path[3] for path in paths]) / np.diff(times)
+        pushed = abs(pushes[1:-1]).max() / LIMITS[at.MAX_YAW_ACCELERATION]
+        jerked = abs(jerks).max() / LIMITS[at.MAX_YAW_JERK]
+        if not 0.97 < max(pushed, jerked) < 1.03:  # too close to call by looking
+            is_kept = max(pushed, jerked) < 1.0
+            assert math.isnan(_duration(state, KEEP_CURVE, LIMITS)) != is_kept
+            found[is_kept] += 1
+    assert min(found.values()) >= 10
 
 
 def test_a_blind_driver_touches_nothing() -> None:

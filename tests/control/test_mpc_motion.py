@@ -15,7 +15,7 @@ from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.stage_layout import Sizes
-from navstack.control.mpc.stages import Clearances, fill_people
+from navstack.control.mpc.stages import Clearances, fill_people, is_far
 from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
 from navstack.costmap.inflation import Inflation
 from navstack.geometry import cover
@@ -180,6 +180,20 @@ def test_people_cost_where_they_will_be_beside_the_line() -> None:
                 assert stage[place : place + 3] == pytest.approx((*expected, distance), abs=1e-12)
             assert stage[at.BASE + 3 * 2 + 3 * 2 :].tolist() == [0.0, 0.0, -1.0]  # nobody
     assert sides == {(-1.0, False), (1.0, False), (1.0, True)}
+
+
+def test_who_is_far_is_out_of_reach_however_the_robot_is_turned() -> None:
+    rng, place = np.random.default_rng(7), 5
+    shared = np.concatenate((np.zeros(at.CIRCLES), (-0.516, -0.2335, 0.049)))
+    found = {True: 0, False: 0}
+    for _ in range(400):
+        state, stage = rng.uniform(-2.0, 2.0, 7), rng.uniform(-2.0, 2.0, 12)
+        stage[place + 2] = rng.uniform(-0.2, 2.0)
+        away = math.hypot(state[0] - stage[place], state[1] - stage[place + 1])
+        expected = stage[place + 2] <= 0.0 or away - 0.516 > stage[place + 2]
+        assert is_far(state, stage, place, shared) == expected
+        found[bool(expected)] += 1
+    assert min(found.values()) > 50
 
 
 def test_the_line_follows_the_plan_and_slows_in_curves() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.control.footprint_cost import footprint_cost
+from navstack.control.path_window import in_base_frame, window_bounds
 from navstack.control.rpp.arc_check import ArcCheck
 from navstack.control.rpp.lookahead import (
     arc_curvature,
@@ -17,7 +18,6 @@ from navstack.control.rpp.lookahead import (
     lookahead_point_on_circle,
     path_length,
 )
-from navstack.control.rpp.path_window import in_base_frame, window_bounds
 from navstack.control.rpp.regulation import speed_in_curve, speed_near_obstacle, speed_on_approach
 from navstack.control.rpp.rpp_controller import RegulatedPurePursuitController
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap

@@ -12,9 +12,9 @@ STANDING = Twist2D()
 
 def test_scaling_keeps_the_direction_of_the_change() -> None:
     params = VelocitySmootherParams(scale_velocities=True, max_velocity=(3.0, 0.0, 2.0), max_accel=(1.0, 0.0, 100.0))
-    sent = VelocitySmoother(params).smooth(Twist2D(1.0, 0.0, 2.0), STANDING, 0.0)
+    sent = VelocitySmoother(params).smooth(Twist2D(1.6, 0.0, 1.2), STANDING, 0.0)
     assert sent.linear_x == pytest.approx(1.0 / 20.0)
-    assert sent.angular_z == pytest.approx(2.0 / 20.0)
+    assert sent.angular_z == pytest.approx(1.2 / 1.6 / 20.0)
 
 
 def test_a_changed_sign_brakes_with_the_deceleration() -> None:

@@ -2,8 +2,8 @@
 
 import math
 
-from navstack.control.footprint_cost import outline_cost
-from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.control.footprint_cost import is_occupied
+from navstack.costmap.costmap import Costmap
 from navstack.jit import njit
 from navstack.params.rpp import RppParams
 from navstack.types import ByteArray, FloatArray, Pose2D, Twist2D
@@ -98,27 +98,3 @@ def arc_collides(
         if is_occupied(costs, origin_x, origin_y, resolution, footprint, x, y, yaw):
             return True
     return False
-
-
-@njit(cache=True)
-def is_occupied(
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-) -> bool:
-    """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
-
-    As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under the outline hides
-    a lethal one as :func:`~navstack.control.footprint_cost.outline_cost` says.
-    """
-    height, width = costs.shape
-    fx, fy = (x - origin_x) / resolution, (y - origin_y) / resolution
-    if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
-        return False
-    cost = outline_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw)
-    return bool(cost >= LETHAL_OBSTACLE and cost != NO_INFORMATION)

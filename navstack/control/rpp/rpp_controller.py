@@ -4,6 +4,7 @@ import math
 
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import CriticScore, DecisionRecord
+from navstack.control.path_window import PathWindow
 from navstack.control.rpp.arc_check import ArcCheck
 from navstack.control.rpp.dynamic_window import best_velocity, reachable, regulated
 from navstack.control.rpp.lookahead import (
@@ -12,7 +13,6 @@ from navstack.control.rpp.lookahead import (
     lookahead_point,
     lookahead_point_on_circle,
 )
-from navstack.control.rpp.path_window import PathWindow
 from navstack.control.rpp.regulation import speed_in_curve, speed_near_obstacle, speed_on_approach
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ControlError, NoLegalVelocity

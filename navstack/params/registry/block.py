@@ -45,6 +45,11 @@ def keys(text: str, *more: frozenset[str]) -> Block:
     return Block(words(text).union(*more))
 
 
+def parameter_of(field: str) -> str:
+    """The parameter that a field of a dataclass holds: a keyword of Python has an underscore after it there."""
+    return field.rstrip("_")
+
+
 def of_fields(params: type[Any], *more: str) -> Block:
     """A block of the fields of a dataclass, for what is this program's own."""
     return Block(frozenset(field.name for field in dataclasses.fields(params)).union(more))

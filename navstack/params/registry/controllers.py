@@ -3,6 +3,7 @@
 from navstack.params.dwb import DwbParams
 from navstack.params.expected_contact import DwbContactParams, MppiContactParams
 from navstack.params.expected_cost import ExpectedCostParams
+from navstack.params.graceful import GracefulParams
 from navstack.params.mpc import MpcParams
 from navstack.params.mppi import MppiParams
 from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, words
@@ -111,12 +112,16 @@ _RPP = Block(
     newer={"max_linear_vel": "desired_linear_vel"},
 )
 
-_GRACEFUL = keys(
-    """plugin transform_tolerance motion_target_dist min_lookahead max_lookahead max_robot_pose_search_dist
-    k_phi k_delta beta lambda v_linear_min v_linear_max v_angular_max v_angular_min_in_place slowdown_radius
-    initial_rotation initial_rotation_min_angle initial_rotation_tolerance initial_rotation_threshold final_rotation
-    prefer_final_rotation rotation_scaling_factor allow_backward in_place_collision_resolution
-    in_place_collision_tolerance use_collision_detection"""
+_GRACEFUL = Block(
+    words(
+        """plugin transform_tolerance min_lookahead max_lookahead max_robot_pose_search_dist
+        k_phi k_delta beta lambda v_linear_min v_linear_max v_angular_max v_angular_min_in_place slowdown_radius
+        initial_rotation initial_rotation_tolerance initial_rotation_threshold final_rotation
+        prefer_final_rotation rotation_scaling_factor allow_backward in_place_collision_resolution
+        in_place_collision_tolerance use_collision_detection footprint_scaling_factor footprint_scaling_linear_vel
+        footprint_scaling_step obstacle_cost_margin final_rotation_search_step"""
+    ),
+    renamed={"motion_target_dist": "max_lookahead", "initial_rotation_min_angle": "initial_rotation_tolerance"},
 )
 
 _COST = "enabled cost_weight cost_power"
@@ -230,7 +235,7 @@ CONTROLLERS: Family = {
         "navstack.control.rpp.rpp_controller:RegulatedPurePursuitController",
         RppParams,
         _CONTROL,
-        ("navstack.control.rpp.path_window", "navstack.control.rpp.lookahead", "navstack.control.rpp.arc_check"),
+        ("navstack.control.path_window", "navstack.control.rpp.lookahead", "navstack.control.rpp.arc_check"),
     ),
     "nav2_mppi_controller::MPPIController": Entry(
         _MPPI,
@@ -272,5 +277,11 @@ CONTROLLERS: Family = {
             "navstack.perception.scan_clusters",
         ),
     ),
-    "nav2_graceful_controller::GracefulController": Entry(_GRACEFUL),
+    "nav2_graceful_controller::GracefulController": Entry(
+        _GRACEFUL,
+        "navstack.control.graceful.graceful_controller:GracefulController",
+        GracefulParams,
+        _CONTROL,
+        ("navstack.control.path_window", "navstack.control.graceful.control_law"),
+    ),
 }

@@ -75,14 +75,18 @@ LAYERS: Family = {
         kernels=_INFLATION,
     ),
     "nav2_costmap_2d::LegacyInflationLayer": Entry(
-        keys("plugin enabled inflation_radius cost_scaling_factor inflate_unknown inflate_around_unknown")
+        keys("plugin enabled inflation_radius cost_scaling_factor inflate_unknown inflate_around_unknown"),
+        params=InflationLayerParams,
+        kernels=_INFLATION,
     ),
     "nav2_costmap_2d::AsymmetricInflationLayer": Entry(OPEN),
     "nav2_costmap_2d::RangeSensorLayer": Entry(
         keys(
             """plugin enabled topics phi inflate_cone no_readings_timeout clear_threshold mark_threshold
         clear_on_max_reading input_sensor_type"""
-        )
+        ),
+        params=ObstacleLayerParams,  # without sources
+        note="adds nothing: no robot here has range sensors",
     ),
     "nav2_costmap_2d::DenoiseLayer": Entry(
         keys("plugin enabled minimal_group_size group_connectivity_type"), params=DenoiseLayerParams

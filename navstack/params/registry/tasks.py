@@ -3,6 +3,7 @@
 from navstack.params.behaviors import DriveParams
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
+    PositionGoalCheckerParams,
     SimpleGoalCheckerParams,
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
@@ -24,9 +25,15 @@ GOAL_CHECKERS: Family = {
         "navstack.control.goal_checker:StoppedGoalChecker",
         StoppedGoalCheckerParams,
     ),
-    "nav2_controller::PositionGoalChecker": Entry(keys("plugin xy_goal_tolerance stateful path_length_tolerance")),
+    "nav2_controller::PositionGoalChecker": Entry(
+        keys("plugin xy_goal_tolerance stateful path_length_tolerance"),
+        "navstack.control.goal_checker:PositionGoalChecker",
+        PositionGoalCheckerParams,
+    ),
     "nav2_controller::SymmetricGoalChecker": Entry(
-        keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance")
+        keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance"),
+        "navstack.control.goal_checker:SymmetricGoalChecker",
+        SimpleGoalCheckerParams,
     ),
     "nav2_controller::AxisGoalChecker": Entry(
         keys("plugin along_path_tolerance cross_track_tolerance path_length_tolerance is_overshoot_valid")

@@ -40,7 +40,7 @@ class PathWindow:
         """
         if len(plan) - self._begin < self._fewest_poses:
             raise InvalidPathError(
-                f"the plan has {len(plan) - self._begin} poses left; regulated pure pursuit needs {self._fewest_poses}"
+                f"the plan has {len(plan) - self._begin} poses left; this controller needs {self._fewest_poses}"
             )
         search = costmap.size_x * costmap.resolution / 2.0 if self._search_distance is None else self._search_distance
         extent = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0

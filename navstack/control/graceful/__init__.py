@@ -1,0 +1,1 @@
+"""The graceful controller: a smooth control law to a pose on the path."""

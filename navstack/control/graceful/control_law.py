@@ -1,0 +1,137 @@
+"""The pose-following control law of Park and Kuipers (ICRA 2011), and where it leads (``smooth_control_law.cpp``)."""
+
+import math
+from typing import NamedTuple
+
+from navstack.control.footprint_cost import is_occupied
+from navstack.jit import njit
+from navstack.types import ByteArray, FloatArray
+
+
+class Law(NamedTuple):
+    """Gains and limits; see ``GracefulParams``."""
+
+    k_phi: float
+    k_delta: float
+    beta: float
+    lambda_: float
+    slowest: float  # [m/s]
+    fastest: float  # [m/s]
+    fastest_turn: float  # [rad/s]
+    slowdown_radius: float  # [m]
+    turn_gain: float  # [-] of turns on the spot
+    slowest_turn: float  # [rad/s] on the spot
+    turn_tolerance: float  # [rad] within which a turn on the spot ends
+
+
+class Grid(NamedTuple):
+    """The local costmap, the robot on it and its footprint."""
+
+    costs: ByteArray  # (rows, columns)
+    origin: tuple[float, float]  # [m]
+    resolution: float  # [m]
+    footprint: FloatArray  # (V, 2) [m], base frame
+    pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
+
+
+@njit(cache=True)
+def _normalized(angle: float) -> float:
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@njit(cache=True)
+def velocity_to(
+    target: tuple[float, float, float], pose: tuple[float, float, float], backward: bool, law: Law
+) -> tuple[float, float]:
+    """Speed [m/s] and turn rate [rad/s] at a pose towards a target pose, both (x, y, yaw) in the same frame.
+
+    Equations 13 and 15 of the paper, on the distance and the angles of both headings to the line of sight.
+    """
+    dx, dy = target[0] - pose[0], target[1] - pose[1]
+    distance = math.hypot(dx, dy)
+    sight = math.atan2(dy, dx) - (math.pi if backward else 0.0)
+    phi, delta = _normalized(target[2] - sight), _normalized(pose[2] - sight)
+    wanted = math.atan(-law.k_phi * phi)  # [rad] of the steering
+    feedback = (1.0 + law.k_phi / (1.0 + (law.k_phi * phi) ** 2)) * math.sin(delta)
+    curvature = -(law.k_delta * (delta - wanted) + feedback) / distance if distance > 0.0 else 0.0
+    if backward:
+        curvature = -curvature
+    speed = law.fastest / (1.0 + law.beta * abs(curvature) ** law.lambda_)
+    if law.slowdown_radius > 0.0:
+        speed = min(speed, law.fastest * distance / law.slowdown_radius)
+    speed = min(max(speed, law.slowest), law.fastest)
+    if backward:
+        speed = -speed
+    turn = min(max(curvature * speed, -law.fastest_turn), law.fastest_turn)
+    return (turn / curvature if curvature != 0.0 else speed), turn
+
+
+@njit(cache=True)
+def turn_on_the_spot(angle: float, law: Law) -> float:
+    """The rate in [rad/s] of a turn by ``angle`` [rad]."""
+    rate = law.turn_gain * angle * law.fastest_turn
+    return math.copysign(max(abs(rate), law.slowest_turn), rate)
+
+
+@njit(cache=True)
+def is_blocked(x: float, y: float, yaw: float, grid: Grid) -> bool:
+    """Whether the footprint meets an obstacle at a pose in the base frame."""
+    cosine, sine = math.cos(grid.pose[2]), math.sin(grid.pose[2])
+    map_x = grid.pose[0] + cosine * x - sine * y
+    map_y = grid.pose[1] + sine * x + cosine * y
+    return is_occupied(
+        grid.costs, grid.origin[0], grid.origin[1], grid.resolution, grid.footprint, map_x, map_y, grid.pose[2] + yaw
+    )
+
+
+_GRID = "NamedTuple((uint8[:, ::1], UniTuple(float64, 2), float64, float64[:, ::1], UniTuple(float64, 3)), Grid)"
+
+
+@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GRID}")
+def drive_to(
+    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, grid: Grid
+) -> tuple[bool, float, float]:
+    """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
+
+    Args:
+        target: where to, in [m] and [rad].
+        backward: whether in reverse.
+        turns_first: whether the robot first turns on the spot until it looks at the target.
+        looks: whether obstacles stop it.
+        law: gains and limits.
+        grid: where obstacles are.
+
+    Returns:
+        Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
+    """
+    step = grid.resolution / law.fastest  # [s]
+    bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
+    steps = max(int(3.0 * distance / grid.resolution), 1)
+    x = y = yaw = speed = turn = 0.0
+    for i in range(steps):
+        if turns_first:
+            if i == 0:
+                turn = turn_on_the_spot(bearing - yaw, law)
+            turns_first = abs(bearing - yaw) >= law.turn_tolerance
+            yaw += turn * step  # upstream, too, goes on with the first rate
+        else:
+            v, w = velocity_to(target, (x, y, yaw), backward, law)
+            if i == 0:
+                speed, turn = v, w
+            x += v * step * math.cos(yaw)
+            y += v * step * math.sin(yaw)
+            yaw += w * step
+        if looks and is_blocked(x, y, yaw, grid):
+            return False, speed, turn
+        if math.hypot(target[0] - x, target[1] - y) <= grid.resolution:
+            break
+    return True, speed, turn
+
+
+@njit(cache=True, ahead=f"float64, int64, {_GRID}")
+def can_turn(angle: float, looks: int, grid: Grid) -> bool:
+    """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
+    for i in range(1, looks + 1):
+        if is_blocked(0.0, 0.0, angle * i / looks, grid):
+            return False
+    return True

@@ -1,0 +1,164 @@
+"""The graceful controller, after nav2_graceful_controller (Jazzy); Park and Kuipers, ICRA 2011."""
+
+import math
+
+import numpy as np
+
+from navstack.control.controller import Controller, Surroundings
+from navstack.control.decision import CriticScore, DecisionRecord
+from navstack.control.graceful.control_law import Grid, Law, can_turn, drive_to, turn_on_the_spot
+from navstack.control.path_window import PathWindow
+from navstack.costmap.costmap import Costmap
+from navstack.errors import NoLegalVelocity
+from navstack.geometry import normalize_angle
+from navstack.params.graceful import GracefulParams
+from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+
+COLLISION_AHEAD = "collision ahead"  # the only thing that rejects a target
+SAME_YAW = 1e-6  # [rad]
+
+
+class GracefulController(Controller):
+    """Drives to the farthest pose on the path that a smooth control law reaches without meeting an obstacle."""
+
+    def __init__(
+        self,
+        params: GracefulParams,
+        footprint: FloatArray,
+        controller_frequency: float,
+        xy_goal_tolerance: float = 0.25,
+    ) -> None:
+        """Make the controller.
+
+        Args:
+            params: its parameters.
+            footprint: padded polygon (V, 2) in [m], base frame.
+            controller_frequency: control cycles per second, in [Hz]; nothing here depends on it.
+            xy_goal_tolerance: of the goal checker in [m], within which the robot turns to the goal's yaw.
+        """
+        self._params = params
+        self._footprint = footprint
+        self._xy_goal_tolerance = xy_goal_tolerance
+        self._window = PathWindow(params.max_robot_pose_search_dist, fewest_poses=1)
+        self._law = _law(params, 1.0)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything about the previous goal."""
+        self._plan: Path | None = None
+        self._at_goal = False
+        self._turns_first = True
+        self._decision: DecisionRecord | None = None
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        """See the base class."""
+        return self._decision
+
+    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
+        """Limit the speed to ``limit`` [m/s], or [%] of the largest; 0 lifts the limit. Turns slow down alike."""
+        share = 1.0 if limit == 0.0 else limit / 100.0 if is_percentage else limit / self._params.v_linear_max
+        self._law = _law(self._params, share)
+
+    def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
+        """The command towards a pose on the path, or a turn on the spot.
+
+        Raises:
+            InvalidPathError: the plan is empty or nowhere near the robot.
+            NoLegalVelocity: the way to each pose on the path leads into an obstacle.
+        """
+        if plan is not self._plan:
+            self._plan, self._at_goal, self._turns_first = plan, False, True
+            self._window.reset()
+        path = self._window.seen_from(state.pose, plan, surroundings.costmap)
+        add_orientations(path)
+        lengths = np.hypot(*np.diff(path[:, :2], axis=0).T)
+        grid = _grid(surroundings.costmap, self._footprint, state.pose)
+        command, tried = self._turn_at_goal(path, float(lengths.sum()), grid), 0
+        if command is None:
+            command, tried = self._drive(path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), grid)
+        rejected = max(tried - 1, 0) if command is not None else tried
+        check = CriticScore(COLLISION_AHEAD, None, None, rejected)
+        self._decision = DecisionRecord(
+            state.stamp, "GracefulController", command or Twist2D(), max(tried, 1), rejected, scores=(check,)
+        )
+        if command is None:
+            raise NoLegalVelocity({COLLISION_AHEAD: rejected})
+        return command
+
+    def _turn_at_goal(self, path: FloatArray, rest: float, grid: Grid) -> Twist2D | None:
+        """The turn to the goal's yaw; None: the robot is not at the goal, or cannot turn there."""
+        self._at_goal = self._at_goal or rest < self._xy_goal_tolerance
+        if not self._at_goal:
+            return None
+        angle = float(path[-1, 2])
+        looks = max(int(abs(angle) / self._params.in_place_collision_resolution), 1)
+        if self._params.use_collision_detection and not can_turn(angle, looks, grid):
+            return None
+        return Twist2D(angular_z=turn_on_the_spot(angle, self._law))
+
+    def _drive(self, path: FloatArray, distances: FloatArray, grid: Grid) -> tuple[Twist2D | None, int]:
+        """The command to the farthest pose (N, 3) in reach, ``distances`` (N,) [m] along the path, and the poses tried.
+
+        None: there is an obstacle on the way to each, or no pose is far enough away.
+        """
+        params, tried = self._params, 0
+        ends = distances[-1] - distances[0] < params.max_lookahead
+        for i in range(len(path) - 1, -1, -1):
+            if distances[i] > params.max_lookahead:
+                continue
+            if not ends and distances[i] < params.min_lookahead:
+                break
+            x, y, yaw = path[i].tolist()
+            bearing = math.atan2(y, x)
+            if ends and params.prefer_final_rotation:
+                yaw = bearing  # no sweeping turns at the end
+            backward = params.may_reverse and x < 0.0
+            if backward:
+                yaw = normalize_angle(yaw + math.pi)
+            if abs(bearing) < params.initial_rotation_tolerance:
+                self._turns_first = False
+            tried += 1
+            turns_first = self._turns_first and params.initial_rotation
+            is_free, speed, turn = drive_to(
+                (x, y, yaw), backward, turns_first, params.use_collision_detection, self._law, grid
+            )
+            if is_free:
+                return Twist2D(speed, 0.0, turn), tried
+        return None, tried
+
+
+def add_orientations(path: FloatArray) -> None:
+    """Point each pose (N, 3) at the next one, in place, where all between the first and the last have the same yaw."""
+    turns = np.array([normalize_angle(path[1, 2] - yaw) for yaw in path[2:-1, 2]]) if len(path) > 2 else None
+    if turns is None or (turns > SAME_YAW).any():  # as upstream: a turn the other way does not count
+        return
+    steps = np.diff(path[:, :2], axis=0)
+    path[:-1, 2] = np.arctan2(steps[:, 1], steps[:, 0])
+
+
+def _law(params: GracefulParams, share: float) -> Law:
+    """The control law at a share of the largest velocities; the least speed stays."""
+    return Law(
+        params.k_phi,
+        params.k_delta,
+        params.beta,
+        params.lambda_,
+        params.v_linear_min,
+        max(share * params.v_linear_max, params.v_linear_min),
+        share * params.v_angular_max,
+        params.slowdown_radius,
+        params.rotation_scaling_factor,
+        params.v_angular_min_in_place,
+        params.initial_rotation_tolerance,
+    )
+
+
+def _grid(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> Grid:
+    return Grid(
+        costmap.data,
+        (costmap.origin_x, costmap.origin_y),
+        costmap.resolution,
+        footprint,
+        (pose.x, pose.y, pose.yaw),
+    )
