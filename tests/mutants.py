@@ -3,10 +3,10 @@
 Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/mutants.jsonl] PATH...
 
 A mutant is one changed operator, comparison, constant or function name somewhere below the given paths. The sample is
-drawn evenly from all of them. Each mutant is tested in a copy of the tree by the NEAREST test files: those with the
-shortest chain of imports to its module, then those in the folder that is called like its own, until one fails. Tests
-marked slow are left out. Compiled kernels of unchanged files are kept. Taking much longer than unchanged code counts as
-failing.
+drawn evenly from all of them. Each mutant is tested in a copy of the tree by the NEAREST test files, until one fails:
+those with the shortest chain of imports to its module, those in the folder that is called like its own, Nav2's
+recordings, and deliveries of the published study. Tests marked slow are left out. Compiled kernels of unchanged files
+are kept. Taking much longer than unchanged code counts as failing.
 
 Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
 annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.
@@ -42,6 +42,11 @@ PACKAGES = ("navstack", "harness")
 LIBRARIES = ("numba", "scipy.optimize", "scipy.stats", "scipy.ndimage", "pyarrow.parquet", "ruamel.yaml", "rich.table")
 FARTHEST = 2  # imports between a test and what it tests
 NEAREST = 8  # files of tests that judge a mutant
+WHOLE = (
+    Path("tests/params/test_defaults.py"),
+    Path("tests/parity/test_cases.py"),
+    Path("tests/study/test_published_rows.py"),
+)  # judge all
 PASSING = (0, 5)  # exit codes of pytest: passed; nothing to run here
 LONGEST = 120.0  # [s] of unchanged code: slower files of tests judge nothing
 PATIENCE, COMPILING = 3.0, 60.0  # a mutant may take so many times as long as unchanged code, and so many seconds [s]
@@ -80,7 +85,8 @@ def nearest_tests(file: Path) -> tuple[Path, ...]:
         if file in distances(test) or set(test.parts[1:-1]) & set(file.parts[1:-1]):
             alike = len(words & set(test.stem.split("_")))
             ranked.append((distances(test).get(file, FARTHEST + 1), -alike, (ROOT / test).stat().st_size, test))
-    return tuple(test for *_, test in sorted(ranked)[:NEAREST])
+    nearest = [test for *_, test in sorted(ranked)[:NEAREST]]
+    return (*nearest, *(test for test in WHOLE if test not in nearest))
 
 
 def copy_tree(source: Path, target: Path) -> None:

@@ -122,7 +122,8 @@ def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "stack", ["paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf"]
+    "stack",
+    ["paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "graceful-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf"],
 )
 def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str) -> None:
     command = [sys.executable, "-c", DRIVE, stack]
