@@ -86,14 +86,14 @@ def prices(count: int) -> Prepared:
     motions = np.concatenate(
         (library.few(PARAMS.max_speed), library.many(PARAMS.max_speed, PARAMS.max_reverse_speed, PARAMS.max_yaw_rate))
     )
-    costs = np.empty(len(motions))
-    best = price_all(motions, scene, math.inf, costs)
+    costs, risks = np.empty(len(motions)), np.empty(len(motions))
+    best = price_all(motions, scene, math.inf, costs, risks)
     expected = twin_expected_cost.terms(motions, scene).sum(axis=1)
     given_up = np.isinf(costs)
     require_agreement("expected cost: motions that were not given up", costs[~given_up], expected[~given_up], 1e-5)
     require_agreement("expected cost: the least", costs[best], expected.min(), 1e-5)
     return Prepared(
-        lambda: price_all(motions, scene, math.inf, costs), lambda: twin_expected_cost.terms(motions, scene)
+        lambda: price_all(motions, scene, math.inf, costs, risks), lambda: twin_expected_cost.terms(motions, scene)
     )
 
 

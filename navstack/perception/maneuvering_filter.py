@@ -75,9 +75,7 @@ class ManeuveringFilter:
         """Take in one measured place (2,) [m] for each of ``bodies`` (K,)."""
         if not len(bodies):
             return
-        likelihoods = np.array([model.likelihoods(bodies, places, variances) for model in self._models])
-        for model in self._models:
-            model.update(bodies, places, variances)
+        likelihoods = np.array([model.update(bodies, places, variances) for model in self._models])
         weights = self._weights[:, bodies] * np.maximum(likelihoods, 1e-300)
         self._weights[:, bodies] = weights / weights.sum(axis=0)
 

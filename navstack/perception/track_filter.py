@@ -3,9 +3,12 @@
 import math
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
 
 from navstack.types import BoolArray, FloatArray, IntArray
+
+
+_UNIT = np.eye(2)
+_WHOLE = np.eye(4)
 
 
 class TrackFilter:
@@ -38,7 +41,7 @@ class TrackFilter:
     def distances(self, places: FloatArray, variances: FloatArray) -> FloatArray:
         """Squared Mahalanobis distances (N, M) of measured places (M, 2) [m] with variances (M,) [m2] per axis."""
         ways = places[None, :, :] - self.states[:, None, :2]
-        spread = self.covariances[:, None, :2, :2] + variances[None, :, None, None] * np.eye(2)
+        spread = self.covariances[:, None, :2, :2] + variances[None, :, None, None] * _UNIT
         a, b, c = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
         x, y = ways[..., 0], ways[..., 1]
         squared: FloatArray = (c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b)
@@ -49,25 +52,27 @@ class TrackFilter:
         step, noise = motion_of(duration, self._acceleration_variance)
         return self.states[bodies] @ step.T, step @ self.covariances[bodies] @ step.T + noise
 
-    def likelihoods(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> FloatArray:
-        """Densities (K,) [1/m2] of one measured place (2,) for each of ``bodies`` (K,)."""
-        off = places - self.states[bodies, :2]
-        spread = self.covariances[bodies, :2, :2] + variances[:, None, None] * np.eye(2)
-        squared = (off[:, None, :] @ np.linalg.inv(spread) @ off[:, :, None])[:, 0, 0]
-        density: FloatArray = np.exp(-0.5 * squared) / (2.0 * math.pi * np.sqrt(np.linalg.det(spread)))
-        return density
+    def update(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> FloatArray:
+        """Take in one measured place (2,) [m] for each of ``bodies`` (K,).
 
-    def update(self, bodies: IntArray, places: FloatArray, variances: FloatArray) -> None:
-        """Take in one measured place (2,) [m] for each of ``bodies`` (K,)."""
+        Returns:
+            How dense [1/m2] the places expected before were at the measured ones (K,).
+        """
         if not len(bodies):
-            return
+            return np.empty(0)
         covariances = self.covariances[bodies]
-        noise = variances[:, None, None] * np.eye(2)
-        gains = covariances[:, :, :2] @ np.linalg.inv(covariances[:, :2, :2] + noise)
-        self.states[bodies] += (gains @ (places - self.states[bodies, :2])[:, :, None])[:, :, 0]
-        rest = np.broadcast_to(np.eye(4), covariances.shape).copy()
+        noise = variances[:, None, None] * _UNIT
+        spread = covariances[:, :2, :2] + noise
+        inverse = np.linalg.inv(spread)
+        off = places - self.states[bodies, :2]
+        squared = (off[:, None, :] @ inverse @ off[:, :, None])[:, 0, 0]
+        gains = covariances[:, :, :2] @ inverse
+        self.states[bodies] += (gains @ off[:, :, None])[:, :, 0]
+        rest = np.broadcast_to(_WHOLE, covariances.shape).copy()
         rest[:, :, :2] -= gains
         self.covariances[bodies] = rest @ covariances @ _transposed(rest) + gains @ noise @ _transposed(gains)
+        density: FloatArray = np.exp(-0.5 * squared) / (2.0 * math.pi * np.sqrt(np.linalg.det(spread)))
+        return density
 
     def add(self, places: FloatArray, variances: FloatArray) -> None:
         """Begin to follow bodies at places (K, 2) [m]; they may move anywhere."""
@@ -84,17 +89,23 @@ class TrackFilter:
 
 
 def motion_of(duration: float, acceleration_variance: float) -> tuple[FloatArray, FloatArray]:
-    """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the covariance (4, 4) that this adds."""
-    step = np.eye(4)
+    """The matrix (4, 4) that moves x, y, vx, vy on by ``duration`` [s], and the covariance (4, 4) that this adds.
+
+    The covariance is that of ``filterpy.common.Q_discrete_white_noise``: constant acceleration within the step.
+    """
+    step, noise = _WHOLE.copy(), np.zeros((4, 4))
     step[0, 2] = step[1, 3] = duration
-    noise = Q_discrete_white_noise(2, duration, acceleration_variance, block_size=2, order_by_dim=False)
+    noise[0, 0] = noise[1, 1] = 0.25 * duration**4 * acceleration_variance
+    noise[0, 2] = noise[1, 3] = noise[2, 0] = noise[3, 1] = 0.5 * duration**3 * acceleration_variance
+    noise[2, 2] = noise[3, 3] = duration**2 * acceleration_variance
     return step, noise
 
 
 def turned(states: FloatArray, covariances: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
     """States (N, 4) and covariances (N, 4, 4) in a frame in which all is turned by ``angle`` [rad] about the origin."""
     cos, sin = math.cos(angle), math.sin(angle)
-    rotation = np.kron(np.eye(2), np.array(((cos, -sin), (sin, cos))))
+    rotation = np.zeros((4, 4))
+    rotation[:2, :2] = rotation[2:, 2:] = (cos, -sin), (sin, cos)
     return states @ rotation.T, rotation @ covariances @ rotation.T
 
 

@@ -66,9 +66,11 @@ def test_every_term_of_every_kind_of_motion_equals_a_slow_twin(seed) -> None:
 def test_giving_motions_up_early_does_not_change_which_is_best(seed) -> None:
     rng = np.random.default_rng(seed)
     scene, motions = scene_of(rng, 5), library.many(2.0, 2.0, 1.8)
-    costs, found, states = np.empty(len(motions)), np.empty(len(TERMS)), np.empty((PARAMS.steps, 7))
-    best = price_all(motions, scene, math.inf, costs)
-    whole = np.array([price_one(motion, scene, found, states) for motion in motions])
+    costs, risks, states = np.empty(len(motions)), np.empty(len(motions)), np.empty((PARAMS.steps, 7))
+    best = price_all(motions, scene, math.inf, costs, risks)
+    found = np.empty((len(motions), len(TERMS)))
+    whole = np.array([price_one(motion, scene, each, states) for motion, each in zip(motions, found, strict=True)])
+    assert risks[costs == whole] == pytest.approx(found[costs == whole, :4].sum(axis=1), abs=1e-12)
     assert best == int(whole.argmin())
     assert costs[best] == whole[best]
     assert (np.isinf(costs) | (costs == whole)).all() and np.isinf(costs).any()

@@ -158,6 +158,11 @@ def squared_distances(marked: BoolArray, most: int) -> Float32Array:
     parabolas = np.empty(width)
     for row in range(height):  # lower envelope of the columns' parabolas along each row
         parabolas[:] = squared[row]
+        is_even = True
+        for q in range(1, width):
+            is_even &= parabolas[q] == parabolas[0]
+        if is_even:  # of equal parabolas each is the lowest above its own root
+            continue
         count = 0
         roots[0], borders[0], borders[1] = 0, -np.inf, np.inf
         for q in range(1, width):

@@ -233,20 +233,19 @@ class ExpectedCostController(Controller):
         if self._last is not None and elapsed < _STALE:
             last = library.later(self._last, elapsed)[None]
         motions = np.concatenate((last, self._few))
-        costs = np.empty(len(motions))
-        best = price_all(motions, scene, math.inf, costs)
+        costs, risks = np.empty(len(motions)), np.empty(len(motions))
+        best = price_all(motions, scene, math.inf, costs, risks)
+        to_switch = self._switch_usd(float(risks[0]))
         kept = costs[0] if len(last) else math.inf
         just_waits = not self._params.evades_at_rest and abs(scene.start[3]) < _STANDS
-        if just_waits or self._risk(motions[best], scene) <= self._params.alarm_usd:
+        if just_waits or risks[best] <= self._params.alarm_usd:
             motions, costs = self._vary(motions, costs, 1, _FEW_VARIATIONS, scene)
         else:
             more = np.concatenate((self._varied(last, _VARIATIONS), self._many))
-            further = np.empty(len(more))
-            price_all(more, scene, costs[best], further)
-            motions, costs = np.concatenate((motions, more)), np.concatenate((costs, further))
+            motions, costs = self._price_more(motions, costs, more, float(costs[best]), scene)
             motions, costs = self._vary(motions, costs, _REFINED, _REFINEMENTS, scene)
         chosen = int(np.argmin(costs))
-        if len(last) and costs[chosen] > kept - self._switch_usd(last[0], scene):
+        if len(last) and costs[chosen] > kept - to_switch:
             chosen = 0
         return motions, motions[chosen]
 
@@ -255,28 +254,27 @@ class ExpectedCostController(Controller):
     ) -> tuple[FloatArray, FloatArray]:
         """Compare variations of the best motions, too; returns all motions and their costs."""
         order = np.argsort(costs, kind="stable")[:best]
-        new = self._varied(motions[order], count)
-        priced = np.empty(len(new))
-        price_all(new, scene, costs[order[0]], priced)
-        return np.concatenate((motions, new)), np.concatenate((costs, priced))
+        return self._price_more(motions, costs, self._varied(motions[order], count), float(costs[order[0]]), scene)
 
-    def _switch_usd(self, last: FloatArray, scene: Scene) -> float:
-        """By how much [USD] another motion must be cheaper than the one that is under way.
+    def _price_more(
+        self, motions: FloatArray, costs: FloatArray, more: FloatArray, bound: float, scene: Scene
+    ) -> tuple[FloatArray, FloatArray]:
+        """Price more motions, which have to cost less than ``bound`` [USD]; returns all motions and their costs."""
+        priced, risks = np.empty(len(more)), np.empty(len(more))
+        price_all(more, scene, bound, priced, risks)
+        return np.concatenate((motions, more)), np.concatenate((costs, priced))
+
+    def _switch_usd(self, risk: float) -> float:
+        """By how much [USD] another motion must be cheaper than the one that is under way, which has this risk [USD].
 
         The best of many motions looks better than it is, since prices carry the noise of tracks: a robot that follows
         every such gain hesitates between two ways until neither is left.
         """
-        return self._params.switch_usd + self._params.switch_share * self._risk(last, scene)
+        return self._params.switch_usd + self._params.switch_share * risk
 
     def _varied(self, motions: FloatArray, count: int) -> FloatArray:
         limits = self._limits
         return library.varied(motions, count, limits.max_speed, limits.max_reverse_speed, self._rng)
-
-    def _risk(self, motion: FloatArray, scene: Scene) -> float:
-        """What people and walls make of a motion's cost [USD]."""
-        terms = np.empty(len(TERMS))
-        price_one(motion, scene, terms, np.empty((self._params.steps, 7)))
-        return float(terms[:4].sum())
 
     @property
     def decision(self) -> DecisionRecord | None:

@@ -305,8 +305,8 @@ def follow(motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, st
     return risk_of(states, scene, terms[SHAKE] + terms[DELAY], bound, terms)
 
 
-@njit(cache=True, ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1]")
-def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray) -> int:
+@njit(cache=True, ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
+def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray) -> int:
     """Price motions (M, FIELDS) one after the other; returns the best one's number, the first among equals; -1: none.
 
     Args:
@@ -314,10 +314,12 @@ def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray
         scene: what they are held against.
         bound: [USD] which the best has to go below.
         costs: (M,) output [USD]; infinite: given up as no better than the best so far.
+        risks: (M,) output [USD] what people and walls make of each cost, of those that are not given up.
     """
     terms, states, best = np.empty(len(TERMS)), np.empty((len(scene.care), 7)), -1
     for i in range(len(motions)):
         costs[i] = follow(motions[i], scene, bound, terms, states)
+        risks[i] = terms[CONTACT] + terms[SQUEEZE] + terms[WALL] + terms[INSIDE]
         if costs[i] < bound:
             bound, best = costs[i], i
     return best
