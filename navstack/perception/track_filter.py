@@ -6,7 +6,6 @@ import numpy as np
 
 from navstack.types import BoolArray, FloatArray, IntArray
 
-
 _UNIT = np.eye(2)
 _WHOLE = np.eye(4)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
 from scipy.linalg import expm
 
@@ -55,6 +56,12 @@ def test_it_equals_filterpys() -> None:
         theirs.update(place)
         assert ours.states[0] == pytest.approx(theirs.x, abs=1e-9)
         assert ours.covariances[0] == pytest.approx(theirs.P, abs=1e-9)
+
+
+def test_the_noise_of_a_step_is_filterpys() -> None:
+    for duration in (0.0, 0.1, 0.37):
+        expected = Q_discrete_white_noise(2, duration, STRAIGHT**2, block_size=2, order_by_dim=False)
+        assert np.array_equal(motion_of(duration, STRAIGHT**2)[1], expected)
 
 
 def test_bodies_do_not_mix() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 FAR = 3.0  # [m] of clearance where nothing is near, and beyond what the scans show
 OFF_MAP = -1.0  # [m] of clearance off the map: nobody knows what is there
@@ -156,30 +156,35 @@ def squared_distances(marked: BoolArray, most: int) -> Float32Array:
             squared[row, column] = least * least
     roots, borders = np.empty(width, dtype=np.int64), np.empty(width + 1)
     parabolas = np.empty(width)
-    for row in range(height):  # lower envelope of the columns' parabolas along each row
+    for row in range(height):
         parabolas[:] = squared[row]
-        is_even = True
-        for q in range(1, width):
-            is_even &= parabolas[q] == parabolas[0]
-        if is_even:  # of equal parabolas each is the lowest above its own root
-            continue
-        count = 0
-        roots[0], borders[0], borders[1] = 0, -np.inf, np.inf
-        for q in range(1, width):
-            while True:
-                v = roots[count]
-                border = (parabolas[q] + q * q - parabolas[v] - v * v) / (2.0 * (q - v))
-                if border > borders[count]:
-                    break
-                count -= 1
-            count += 1
-            roots[count], borders[count], borders[count + 1] = q, border, np.inf
-        count = 0
-        for q in range(width):
-            while borders[count + 1] < q:
-                count += 1
-            squared[row, q] = (q - roots[count]) ** 2 + parabolas[roots[count]]
+        if not (parabolas == parabolas[0]).all():  # of equal parabolas each is the lowest above its own root
+            lower_envelope(parabolas, roots, borders, squared[row])
     return squared
+
+
+@njit(cache=True)
+def lower_envelope(parabolas: FloatArray, roots: IntArray, borders: FloatArray, lowest: Float32Array) -> None:
+    """The lowest of unit parabolas, one above each cell (W,), at each cell: ``lowest`` (W,).
+
+    ``roots`` (W,) and ``borders`` (W + 1,) are room to work in.
+    """
+    count = 0
+    roots[0], borders[0], borders[1] = 0, -np.inf, np.inf
+    for q in range(1, len(parabolas)):
+        while True:
+            v = roots[count]
+            border = (parabolas[q] + q * q - parabolas[v] - v * v) / (2.0 * (q - v))
+            if border > borders[count]:
+                break
+            count -= 1
+        count += 1
+        roots[count], borders[count], borders[count + 1] = q, border, np.inf
+    count = 0
+    for q in range(len(parabolas)):
+        while borders[count + 1] < q:
+            count += 1
+        lowest[q] = (q - roots[count]) ** 2 + parabolas[roots[count]]
 
 
 @njit(cache=True, inline="always")
