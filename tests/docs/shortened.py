@@ -65,6 +65,14 @@ NOT_EXECUTED = {
         "minutes to hours of processor time; its --help is executed",
         "tests/docs/test_commands.py::test_the_program_knows_every_option",
     ),
+    r"navbench tune --stack (nav2-stock .* dwb_sampling|mpc-gps-ekf|nav2-gps) .*": Reason(
+        "the like is executed on the same page",
+        "tests/harness/tuning/test_study.py::test_a_killed_study_goes_on_with_two_workers_to_what_one_makes",
+    ),
+    r"navbench (tune --stack my_robot_nav2.yaml .*|ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
+        "the like is executed on a page of its own",
+        "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
+    ),
     r"mpiexec .*": Reason("needs an MPI library", "tests/execution/test_cluster_examples.py::test_mpi_drives_a_study"),
     r"python docs/examples/slurm_study.py --jobs .*": Reason(
         "needs SLURM; what it would submit is executed",

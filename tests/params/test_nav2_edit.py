@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from navstack.errors import ParameterError
-from navstack.params.nav2_file.edit import format_value, set_value
+from navstack.params.nav2_file.edit import format_value, set_value, set_values
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.ros_yaml import parse_document, parse_scalar
 from navstack.params.nav2_file.views import read_costmap, read_dwb, read_velocity_smoother
@@ -117,6 +117,24 @@ def test_a_parameter_can_be_added_to_every_section_of_a_file(path):
             added = f"{section}added_here"
             after = entries_by_node(set_value(text, node, added, 1.5, path.name))
             assert after == {**before, node: {**entries, added: 1.5}}, (node, section)
+
+
+def test_many_changes_at_once_are_those_made_one_after_the_other():
+    controller, new = ("controller_server",), ("new_node",)
+    changes = [
+        (controller, "controller_frequency", 12.5),
+        (("velocity_smoother",), "max_velocity", [1.25, 0.0, 0.75]),
+        (controller, "FollowPath.added_here", 3),
+        (new, "a", 1),
+        (controller, "goal_checker.stateful", False),
+        (new, "b", "text"),
+    ]
+    text = TUNED.read_text()
+    expected = text
+    for change in changes:
+        expected = set_value(expected, *change, "f")
+    assert set_values(text, changes, "f") == expected
+    assert len(changed_lines(text, expected)) >= len(changes)
 
 
 def test_a_line_added_behind_a_block_list_stays_in_its_section():

@@ -1,6 +1,7 @@
 """Changing single values in the text of a parameter file; everything else stays as it is, comments included."""
 
 import math
+from collections.abc import Sequence
 
 from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
@@ -18,22 +19,31 @@ from navstack.params.nav2_file.yaml_text import compose_text
 
 
 def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
-    """The text with one parameter of the node at ``path`` set: replaced where it stands, else added.
+    """:func:`set_values` with one change."""
+    return set_values(text, [(path, name, value)], where)
+
+
+def set_values(text: str, changes: Sequence[tuple[tuple[str, ...], str, Value]], where: str) -> str:
+    """The text with parameters set: replaced where they stand, else added.
 
     Args:
         text: a parameter file.
-        path: namespaces and name of the node, as nested in the file.
-        name: dotted name of the parameter.
-        value: its new value; a whole number stays a decimal where the file has one, and of a list what is between its
-            entries stays, where there are as many as before.
+        changes: of each parameter namespaces and name of its node, as nested in the file, its own dotted name, and the
+            new value; a whole number stays a decimal where the file has one, and of a list what is between its entries
+            stays, where there are as many as before.
         where: begins error messages.
 
     Raises:
-        ParameterError: the value stands elsewhere, behind a YAML alias, or such an alias refers to it.
+        ParameterError: a value stands elsewhere, behind a YAML alias, or such an alias refers to it.
     """
     document = parse_document(text, where)
-    node = next((node for node in reversed(document.nodes) if node.path == path), None)
-    if node is not None and name in node.entries:
+    replaced: dict[int, tuple[int, str]] = {}  # by where the old text begins: its end, and the new text
+    absent = []
+    for path, name, value in changes:
+        node = _node_at(document, path)
+        if node is None or name not in node.entries:
+            absent.append((path, name, value))
+            continue
         entry = node.entries[name]
         if entry.start < entry.name_end:
             raise ParameterError(
@@ -43,13 +53,28 @@ def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: 
             advice = "which ROS refuses; write its value out to change it"
             raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
         kept = _kept_decimal(value, entry.value)
-        return text[: entry.start] + _replaced(text[entry.start : entry.end], kept, entry.value) + text[entry.end :]
-    line = f"{name}: {format_value(value)}"
+        replaced[entry.start] = entry.end, _replaced(text[entry.start : entry.end], kept, entry.value)
+    for start in sorted(replaced, reverse=True):
+        end, new = replaced[start]
+        text = text[:start] + new + text[end:]
+    for change in absent:
+        text = _added(text, *change, where)
+    return text
+
+
+def _node_at(document: Document, path: tuple[str, ...]) -> NodeText | None:
+    return next((node for node in reversed(document.nodes) if node.path == path), None)
+
+
+def _added(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
+    """The text with a parameter that it does not have yet."""
+    document = parse_document(text, where)
+    node = _node_at(document, path)
     if node is not None and node.mapping is not None and node.mapping.value:
         return _inserted(document, node, name, value)
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
     separator = "" if not text or text.endswith("\n") else "\n"
-    added = f"{separator}\n{indented}{'  ' * (len(path) + 1)}{line}\n"
+    added = f"{separator}\n{indented}{'  ' * (len(path) + 1)}{name}: {format_value(value)}\n"
     return text + added.replace("\n", _line_end(text))
 
 

@@ -156,15 +156,15 @@ class Nav2File:
         Raises:
             ParameterError: a name without a node, or one that is unknown to Nav2.
         """
-        text = self.document.text
+        found = []
         for name, value in changes.items():
             node, _, dotted = name.partition(".")
             if not dotted:
                 raise ParameterError(f"'{name}' is not node.parameter, e.g. controller_server.FollowPath.max_vel_x")
             if not isinstance(value, list):
                 dotted = self.renames.get(node, {}).get(dotted, dotted)
-            owner = self._owner_of(node, dotted)
-            text = edit.set_value(text, owner, dotted, value, str(self.path))
+            found.append((self._owner_of(node, dotted), dotted, value))
+        text = edit.set_values(self.document.text, found, str(self.path))
         return parse_nav2(text, self.path, self.catalog, allow_unknown)
 
     def dump(self, path: Path) -> None:
