@@ -42,6 +42,14 @@ def test_values_are_their_formulas() -> None:
     assert value("margin@sla>=0.99") == pytest.approx(MARGINS.mean() - 1000.0 * (0.99 - share))
 
 
+def test_a_lower_bound_needs_two_deliveries() -> None:
+    """Student's t of one degree of freedom is 6.3138 at 95 % one-sided."""
+    bound = parse_objectives("lower_bound")[0]
+    rows = [{**ROWS[0], MARGIN: 3.0}, {**ROWS[0], MARGIN: 1.0}]
+    assert bound.value(rows[:1], 1) == 3.0
+    assert bound.value(rows, 2) == pytest.approx(2.0 - 6.3138 * np.sqrt(2.0) / np.sqrt(2.0), abs=1e-3)
+
+
 def test_scores_have_the_objective_as_their_mean() -> None:
     for name in ("margin", "cvar", "duration_s", "sla"):
         objective = parse_objectives(name)[0]
