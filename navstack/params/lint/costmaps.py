@@ -3,16 +3,22 @@
 from collections.abc import Iterator
 
 from navstack.params.lint.costmap_view import SENSOR_LAYERS, STATIC
-from navstack.params.lint.rule import Finding, Rule, above, below, whole_above
+from navstack.params.lint.rule import Finding, RuleGroup, above, below, whole_above
 from navstack.params.lint.subject import CONTROLLER, Subject
 
 SMALLER = 0.8  # a footprint this much smaller than another one matters
 NO_FOOTPRINT = ("", "[]")
 COSTMAP_UPDATE_TIMEOUT = 0.3  # [s] the controller server's default
 
+RULES = RuleGroup("Costmaps and frames")
 
+
+@RULES.error
 def unreadable_footprint(subject: Subject) -> Iterator[Finding]:
-    """A text that is no polygon."""
+    """Nav2 cannot read the footprint.
+
+    Why: Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into everything.
+    """
     for view in subject.costmaps:
         if view.footprint_error:
             yield Finding(
@@ -23,8 +29,12 @@ def unreadable_footprint(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def no_footprint(subject: Subject) -> Iterator[Finding]:
-    """Neither footprint nor radius."""
+    """A costmap has neither footprint nor robot_radius.
+
+    Why: the robot is taken for a circle of 0.1 m and touches what it passes.
+    """
     for view in subject.costmaps:
         has_radius = subject.value(view.node, "robot_radius") is not None
         if not has_radius and view.params.footprint.strip() in NO_FOOTPRINT:
@@ -36,8 +46,12 @@ def no_footprint(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def two_shapes(subject: Subject) -> Iterator[Finding]:
-    """Footprint and radius at once."""
+    """A costmap has both footprint and robot_radius.
+
+    Why: the footprint wins silently; who changes the radius later changes nothing.
+    """
     for view in subject.costmaps:
         radius = subject.number(view.node, "robot_radius", 0.0)
         if radius > 0.0 and not view.footprint_error and view.params.footprint.strip() not in NO_FOOTPRINT:
@@ -49,8 +63,12 @@ def two_shapes(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def planner_robot_is_smaller(subject: Subject) -> Iterator[Finding]:
-    """The planner's robot is smaller than the controller's."""
+    """The planner's robot is smaller than the controller's.
+
+    Why: paths lead through gaps that the controller refuses: the robot stands in front of them and recovers in vain.
+    """
     if subject.local is None or subject.world is None:
         return
     local, world = subject.local, subject.world
@@ -64,8 +82,12 @@ def planner_robot_is_smaller(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def fixed_local_window(subject: Subject) -> Iterator[Finding]:
-    """A local costmap that stays where it is."""
+    """The local costmap does not move with the robot.
+
+    Why: the robot leaves it after a few metres and stops, since every trajectory is off the map.
+    """
     local = subject.local
     if local is not None and not local.params.rolling_window and not local.has(STATIC):
         yield Finding(
@@ -76,8 +98,12 @@ def fixed_local_window(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def world_without_map(subject: Subject) -> Iterator[Finding]:
-    """A global costmap of nowhere."""
+    """The global costmap has neither a map nor a rolling window.
+
+    Why: goals and robot lie outside the costmap, so no plan is found.
+    """
     world = subject.world
     if world is not None and not world.params.rolling_window and not world.has(STATIC):
         yield Finding(
@@ -89,8 +115,13 @@ def world_without_map(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def local_in_map_frame(subject: Subject) -> Iterator[Finding]:
-    """A rolling local costmap in the frame that jumps."""
+    """The local costmap lives in the map frame.
+
+    Why: every correction of the localization shifts the robot against what it has marked: obstacles smear, and free
+    ground is blocked.
+    """
     local = subject.local
     if local is None or not local.params.rolling_window or not local.has(*SENSOR_LAYERS):
         return
@@ -100,8 +131,12 @@ def local_in_map_frame(subject: Subject) -> Iterator[Finding]:
         yield Finding(local.node, "global_frame", f"map{given}", "global_frame: odom")
 
 
+@RULES.warning
 def large_cells(subject: Subject) -> Iterator[Finding]:
-    """Cells larger than the robot."""
+    """A cell is larger than the robot's inscribed radius.
+
+    Why: one marked cell is wider than the robot: doors close and the footprint check is a matter of luck.
+    """
     for view in subject.costmaps:
         if view.params.resolution > view.inscribed:
             yield Finding(
@@ -112,8 +147,12 @@ def large_cells(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def sees_too_late(subject: Subject) -> Iterator[Finding]:
-    """Obstacles that are seen when it is too late to brake."""
+    """Obstacles enter the local costmap when it is too late to brake.
+
+    Why: at top speed the robot hits what stands in its way although it brakes at once.
+    """
     local = subject.local
     ranges = [source.obstacle_max_range for _, source in local.sources() if source.marking] if local else []
     if local is None or not ranges or subject.braking is None or subject.top_speed <= 0.0 or subject.server is None:
@@ -134,8 +173,13 @@ def sees_too_late(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def late_costmap(subject: Subject) -> Iterator[Finding]:
-    """An update of the local costmap that comes after the controller server has given up waiting for it."""
+    """The controller server gives up before a cleared local costmap is updated.
+
+    Why: after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the
+    navigation, for no recovery of the default tree answers it.
+    """
     if subject.local is None or subject.server is None:
         return
     timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
@@ -152,8 +196,12 @@ def late_costmap(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def unknown_is_free(subject: Subject) -> Iterator[Finding]:
-    """A planner that must not enter unknown space, on a costmap that has none."""
+    """The planner must avoid unknown space, but its costmap has none.
+
+    Why: without track_unknown_space unknown cells are free: paths lead through unmapped ground all the same.
+    """
     world = subject.world
     if world is None or world.params.track_unknown_space:
         return
@@ -167,8 +215,13 @@ def unknown_is_free(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def frames_disagree(subject: Subject) -> Iterator[Finding]:
-    """Nodes that mean different frames by the robot or by the world."""
+    """Nodes disagree about a frame.
+
+    Why: the parts of Nav2 mean different points by the robot's position: goals are missed and recoveries look in the
+    wrong place (base_link and base_footprint may be mixed: they differ in height only).
+    """
     groups = (
         ("robot_base_frame", ("bt_navigator", "global_costmap", "local_costmap", "behavior_server")),
         ("global_frame", ("bt_navigator", "global_costmap")),
@@ -180,83 +233,3 @@ def frames_disagree(subject: Subject) -> Iterator[Finding]:
             node, frame = list(given.items())[-1]
             others = ", ".join(f"{other} {name}" for other, name in given.items() if name != frame)
             yield Finding(node, key, f"{frame}, but {others}", f"{key}: {next(iter(given.values()))} everywhere")
-
-
-RULES = (
-    Rule(
-        "unreadable-footprint",
-        "Nav2 cannot read the footprint",
-        "Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into everything",
-        unreadable_footprint,
-        is_error=True,
-    ),
-    Rule(
-        "no-footprint",
-        "A costmap has neither footprint nor robot_radius",
-        "the robot is taken for a circle of 0.1 m and touches what it passes",
-        no_footprint,
-    ),
-    Rule(
-        "two-shapes",
-        "A costmap has both footprint and robot_radius",
-        "the footprint wins silently; who changes the radius later changes nothing",
-        two_shapes,
-    ),
-    Rule(
-        "planner-robot-is-smaller",
-        "The planner's robot is smaller than the controller's",
-        "paths lead through gaps that the controller refuses: the robot stands in front of them and recovers in vain",
-        planner_robot_is_smaller,
-    ),
-    Rule(
-        "fixed-local-window",
-        "The local costmap does not move with the robot",
-        "the robot leaves it after a few metres and stops, since every trajectory is off the map",
-        fixed_local_window,
-    ),
-    Rule(
-        "world-without-map",
-        "The global costmap has neither a map nor a rolling window",
-        "goals and robot lie outside the costmap, so no plan is found",
-        world_without_map,
-    ),
-    Rule(
-        "local-in-map-frame",
-        "The local costmap lives in the map frame",
-        "every correction of the localization shifts the robot against what it has marked: obstacles smear, and free "
-        "ground is blocked",
-        local_in_map_frame,
-    ),
-    Rule(
-        "large-cells",
-        "A cell is larger than the robot's inscribed radius",
-        "one marked cell is wider than the robot: doors close and the footprint check is a matter of luck",
-        large_cells,
-    ),
-    Rule(
-        "sees-too-late",
-        "Obstacles enter the local costmap when it is too late to brake",
-        "at top speed the robot hits what stands in its way although it brakes at once",
-        sees_too_late,
-    ),
-    Rule(
-        "late-costmap",
-        "The controller server gives up before a cleared local costmap is updated",
-        "after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the "
-        "navigation, for no recovery of the default tree answers it",
-        late_costmap,
-    ),
-    Rule(
-        "unknown-is-free",
-        "The planner must avoid unknown space, but its costmap has none",
-        "without track_unknown_space unknown cells are free: paths lead through unmapped ground all the same",
-        unknown_is_free,
-    ),
-    Rule(
-        "frames-disagree",
-        "Nodes disagree about a frame",
-        "the parts of Nav2 mean different points by the robot's position: goals are missed and recoveries look in the "
-        "wrong place (base_link and base_footprint may be mixed: they differ in height only)",
-        frames_disagree,
-    ),
-)

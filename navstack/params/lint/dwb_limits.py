@@ -3,14 +3,20 @@
 from collections.abc import Iterator
 
 from navstack.params.dwb import DwbParams
-from navstack.params.lint.rule import Finding, Rule, above, decimal
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
 from navstack.params.lint.subject import CONTROLLER, Subject
 
 FEW_SAMPLES = 2  # Nav2 raises fewer to this: both ends of the range and nothing between
 
+RULES = RuleGroup("DWB: limits and samples")
 
+
+@RULES.warning
 def no_motion(subject: Subject) -> Iterator[Finding]:
-    """Limits that Nav2 leaves at 0."""
+    """DWB's speed limits are 0.
+
+    Why: DWB has no velocity to choose but standing still.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -31,8 +37,12 @@ def no_motion(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.error
 def crossed_limits(subject: Subject) -> Iterator[Finding]:
-    """A lower limit above its upper one."""
+    """A lower limit of DWB lies above its upper one.
+
+    Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at one end only.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -49,8 +59,12 @@ def crossed_limits(subject: Subject) -> Iterator[Finding]:
             yield Finding(CONTROLLER, f"{name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more")
 
 
+@RULES.error
 def wrong_sign(subject: Subject) -> Iterator[Finding]:
-    """Accelerations are positive and decelerations negative in Nav2."""
+    """An acceleration of DWB is negative, or a deceleration positive.
+
+    Why: the range of reachable velocities comes out upside down and nothing is sampled in it.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -61,8 +75,12 @@ def wrong_sign(subject: Subject) -> Iterator[Finding]:
                 yield Finding(CONTROLLER, f"{name}.{key}", f"{key} is {value:g}", f"{key}: {decimal(-value)}")
 
 
+@RULES.warning
 def no_acceleration(subject: Subject) -> Iterator[Finding]:
-    """An axis that may move but not change its velocity."""
+    """DWB may move along an axis but not change its velocity.
+
+    Why: only velocities that the robot has already are sampled: from standstill it never starts, and it never brakes.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -78,8 +96,12 @@ def no_acceleration(subject: Subject) -> Iterator[Finding]:
                 )
 
 
+@RULES.warning
 def capped_speed(subject: Subject) -> Iterator[Finding]:
-    """max_speed_xy below max_vel_x."""
+    """max_speed_xy lies below max_vel_x.
+
+    Why: max_speed_xy bounds the speed over ground, so max_vel_x is never reached.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -92,8 +114,13 @@ def capped_speed(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def idle_minimum(subject: Subject) -> Iterator[Finding]:
-    """A least speed that never applies: Nav2 drops a sample only if it is below both of them."""
+    """Only one of min_speed_xy and min_speed_theta is set.
+
+    Why: Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this minimum has no effect,
+    and the drive is asked for turns in its deadband.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -114,8 +141,13 @@ def idle_minimum(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def short_reach(subject: Subject) -> Iterator[Finding]:
-    """Speeds that the standard generator's window of sim_time x acceleration does not span."""
+    """sim_time x acceleration does not span DWB's speeds.
+
+    Why: the samples end where the acceleration leads within sim_time: from standstill the top speed is not among them
+    and the start is hesitant, and from the top speed a stop is not.
+    """
     if subject.dwb is None or subject.dwb[1].trajectory_generator_name.endswith("LimitedAccelGenerator"):
         return
     name, dwb = subject.dwb
@@ -131,8 +163,12 @@ def short_reach(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def few_samples(subject: Subject) -> Iterator[Finding]:
-    """An axis of which only the ends are tried."""
+    """DWB tries an axis only at the ends of its range.
+
+    Why: the robot drives at full speed or not at all and swings from one side to the other.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -145,59 +181,3 @@ def few_samples(subject: Subject) -> Iterator[Finding]:
         if moves and count <= FEW_SAMPLES:
             usual = getattr(DwbParams(), key)
             yield Finding(CONTROLLER, f"{name}.{key}", f"{key} is {count}", f"{key}: {usual} (Nav2's default)")
-
-
-RULES = (
-    Rule(
-        "no-motion",
-        "DWB's speed limits are 0",
-        "DWB has no velocity to choose but standing still",
-        no_motion,
-    ),
-    Rule(
-        "crossed-limits",
-        "A lower limit of DWB lies above its upper one",
-        "no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at one end only",
-        crossed_limits,
-        is_error=True,
-    ),
-    Rule(
-        "wrong-sign",
-        "An acceleration of DWB is negative, or a deceleration positive",
-        "the range of reachable velocities comes out upside down and nothing is sampled in it",
-        wrong_sign,
-        is_error=True,
-    ),
-    Rule(
-        "no-acceleration",
-        "DWB may move along an axis but not change its velocity",
-        "only velocities that the robot has already are sampled: from standstill it never starts, and it never brakes",
-        no_acceleration,
-    ),
-    Rule(
-        "capped-speed",
-        "max_speed_xy lies below max_vel_x",
-        "max_speed_xy bounds the speed over ground, so max_vel_x is never reached",
-        capped_speed,
-    ),
-    Rule(
-        "idle-minimum",
-        "Only one of min_speed_xy and min_speed_theta is set",
-        "Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this minimum has no effect, "
-        "and the drive is asked for turns in its deadband",
-        idle_minimum,
-    ),
-    Rule(
-        "short-reach",
-        "sim_time x acceleration does not span DWB's speeds",
-        "the samples end where the acceleration leads within sim_time: from standstill the top speed is not among them "
-        "and the start is hesitant, and from the top speed a stop is not",
-        short_reach,
-    ),
-    Rule(
-        "few-samples",
-        "DWB tries an axis only at the ends of its range",
-        "the robot drives at full speed or not at all and swings from one side to the other",
-        few_samples,
-    ),
-)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, below, decimal, whole_above
+from navstack.params.lint.rule import Finding, RuleGroup, above, below, decimal, whole_above
 from navstack.params.lint.subject import CONTROLLER, Subject
 
 HIGHEST_SOFT_COST = 252.0  # of a cell that may still be entered
@@ -11,9 +11,16 @@ LONG_RATIO, LONG_MARGIN = 1.5, 0.1  # a footprint is far from round from here on
 OBSTACLE_CRITICS = ("BaseObstacle", "ObstacleFootprint")
 SLACK = 1.05  # a limit is exceeded by more than rounding
 
+RULES = RuleGroup("DWB: trajectories and critics")
 
+
+@RULES.warning
 def beyond_the_plan(subject: Subject) -> Iterator[Finding]:
-    """Trajectories that end beyond the part of the plan that DWB is shown."""
+    """DWB's trajectories are longer than the piece of the plan that it is shown.
+
+    Why: Nav2 cuts the plan at forward_prune_distance along the straight line, and GoalDist and PathDist punish
+    trajectories that end beyond it: the robot never reaches max_vel_x, whatever the limits say.
+    """
     if subject.dwb is None or subject.local is None:
         return
     name, dwb = subject.dwb
@@ -34,8 +41,12 @@ def beyond_the_plan(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def beyond_the_window(subject: Subject) -> Iterator[Finding]:
-    """Trajectories that leave the local costmap."""
+    """DWB's trajectories leave the local costmap.
+
+    Why: a trajectory that leaves the costmap is rejected, so the high speeds are never driven.
+    """
     if subject.dwb is None or subject.local is None or not subject.local.params.rolling_window:
         return
     name, dwb = subject.dwb
@@ -51,8 +62,12 @@ def beyond_the_window(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def short_horizon(subject: Subject) -> Iterator[Finding]:
-    """A horizon in which the robot cannot stop."""
+    """The robot cannot stop within DWB's horizon.
+
+    Why: an obstacle enters the simulated trajectory when it is too late to brake for it.
+    """
     if subject.dwb is None or subject.braking is None or subject.server is None:
         return
     name, dwb = subject.dwb
@@ -67,8 +82,12 @@ def short_horizon(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def coarse_steps(subject: Subject) -> Iterator[Finding]:
-    """Poses of a trajectory so far apart that a wall fits between them."""
+    """DWB's scored poses are farther apart than a wall is thick.
+
+    Why: obstacles are looked up at these poses only: a trajectory can step over a wall and counts as free.
+    """
     if subject.dwb is None or subject.local is None:
         return
     name, dwb = subject.dwb
@@ -87,8 +106,12 @@ def coarse_steps(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def no_obstacle_critic(subject: Subject) -> Iterator[Finding]:
-    """No critic that looks at the costmap."""
+    """No critic of DWB looks at obstacles.
+
+    Why: trajectories through people and walls score as well as free ones; a scale of 0 switches a critic off.
+    """
     if subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -101,8 +124,12 @@ def no_obstacle_critic(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def centre_only(subject: Subject) -> Iterator[Finding]:
-    """BaseObstacle looks at one cell, the base; a long robot reaches far beyond the inscribed circle."""
+    """BaseObstacle is the only obstacle critic of a long or off-centre footprint.
+
+    Why: it looks at the cell under the base only; corners beyond the inscribed circle hit what they swing past.
+    """
     if subject.dwb is None or subject.local is None or _obstacle_critics(subject) != {"BaseObstacle"}:
         return
     inscribed, circumscribed = subject.local.inscribed, subject.local.circumscribed
@@ -116,8 +143,13 @@ def centre_only(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def drowned_obstacles(subject: Subject) -> Iterator[Finding]:
-    """Inflation that weighs less than a cell's deviation from the path."""
+    """The path critics outweigh BaseObstacle.
+
+    Why: the robot cuts through inflated cells rather than leave the path by a cell: inflation has no effect on driving,
+    only contact is avoided.
+    """
     if subject.dwb is None or subject.local is None or _obstacle_critics(subject) != {"BaseObstacle"}:
         return
     name, dwb = subject.dwb
@@ -134,8 +166,12 @@ def drowned_obstacles(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def long_nose(subject: Subject) -> Iterator[Finding]:
-    """An alignment point far ahead of the robot."""
+    """An alignment critic scores a point far ahead of the robot.
+
+    Why: this point is pulled onto the path regardless of obstacles, so that the robot itself swings inside at corners.
+    """
     if subject.dwb is None or subject.local is None:
         return
     name, dwb = subject.dwb
@@ -160,57 +196,3 @@ def _obstacle_critics(subject: Subject) -> set[str]:
     scales = {each.type: each.params.scale for each in dwb.named_critics.values() if "Obstacle" in each.type}
     scales |= {name: getattr(dwb, name).scale for name in OBSTACLE_CRITICS if name in dwb.critics}
     return {name for name, scale in scales.items() if scale > 0.0}
-
-
-RULES = (
-    Rule(
-        "beyond-the-plan",
-        "DWB's trajectories are longer than the piece of the plan that it is shown",
-        "Nav2 cuts the plan at forward_prune_distance along the straight line, and GoalDist and PathDist punish "
-        "trajectories that end beyond it: the robot never reaches max_vel_x, whatever the limits say",
-        beyond_the_plan,
-    ),
-    Rule(
-        "beyond-the-window",
-        "DWB's trajectories leave the local costmap",
-        "a trajectory that leaves the costmap is rejected, so the high speeds are never driven",
-        beyond_the_window,
-    ),
-    Rule(
-        "short-horizon",
-        "The robot cannot stop within DWB's horizon",
-        "an obstacle enters the simulated trajectory when it is too late to brake for it",
-        short_horizon,
-    ),
-    Rule(
-        "coarse-steps",
-        "DWB's scored poses are farther apart than a wall is thick",
-        "obstacles are looked up at these poses only: a trajectory can step over a wall and counts as free",
-        coarse_steps,
-    ),
-    Rule(
-        "no-obstacle-critic",
-        "No critic of DWB looks at obstacles",
-        "trajectories through people and walls score as well as free ones; a scale of 0 switches a critic off",
-        no_obstacle_critic,
-    ),
-    Rule(
-        "centre-only",
-        "BaseObstacle is the only obstacle critic of a long or off-centre footprint",
-        "it looks at the cell under the base only; corners beyond the inscribed circle hit what they swing past",
-        centre_only,
-    ),
-    Rule(
-        "drowned-obstacles",
-        "The path critics outweigh BaseObstacle",
-        "the robot cuts through inflated cells rather than leave the path by a cell: inflation has no effect on "
-        "driving, only contact is avoided",
-        drowned_obstacles,
-    ),
-    Rule(
-        "long-nose",
-        "An alignment critic scores a point far ahead of the robot",
-        "this point is pulled onto the path regardless of obstacles, so that the robot itself swings inside at corners",
-        long_nose,
-    ),
-)

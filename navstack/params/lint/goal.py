@@ -3,16 +3,23 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
 from navstack.params.lint.subject import CONTROLLER, Subject
 
 FAR_GOAL = 0.5  # [m] from here on a goal tolerance is not a matter of precision any more
 MOST_OF_TOP_SPEED = 0.5  # share of the top speed that a progress checker may ask for on average
 SOFTER = 0.8  # a limit this much below another one matters
 
+RULES = RuleGroup("Goal, progress and turning on the spot")
 
+
+@RULES.warning
 def stops_outside(subject: Subject) -> Iterator[Finding]:
-    """RotateToGoal acts farther out than the goal checker is satisfied."""
+    """DWB turns on the spot before the goal checker is satisfied.
+
+    Why: from its own tolerance on RotateToGoal slows down and then allows turns only: the robot stops short of the goal
+    checker's tolerance, turns, and is aborted for lack of progress.
+    """
     if subject.dwb is None or subject.goal_checker is None:
         return
     (name, dwb), (checker_name, checker) = subject.dwb, subject.goal_checker
@@ -26,8 +33,12 @@ def stops_outside(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def far_goal(subject: Subject) -> Iterator[Finding]:
-    """A goal tolerance larger than the robot."""
+    """The goal tolerance is larger than the robot.
+
+    Why: the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's yaw there.
+    """
     if subject.goal_checker is None or subject.local is None:
         return
     name, checker = subject.goal_checker
@@ -45,8 +56,12 @@ def far_goal(subject: Subject) -> Iterator[Finding]:
     )
 
 
+@RULES.warning
 def goal_below_a_cell(subject: Subject) -> Iterator[Finding]:
-    """A goal tolerance finer than the grid on which DWB measures the distance to the goal."""
+    """The goal tolerance is finer than a cell of the local costmap.
+
+    Why: GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until it is aborted.
+    """
     if subject.goal_checker is None or subject.dwb is None or subject.local is None:
         return
     name, checker = subject.goal_checker
@@ -61,8 +76,13 @@ def goal_below_a_cell(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def impatient(subject: Subject) -> Iterator[Finding]:
-    """A failure tolerance shorter than a control period."""
+    """One failed control cycle aborts following.
+
+    Why: a single scan in which every trajectory touches something clears the local costmap, obstacles that are out of
+    sight included, and starts the recoveries.
+    """
     if subject.server is None or subject.drive is None or subject.is_of_foxy:
         return  # Foxy has no such parameter
     tolerance, period = subject.server.failure_tolerance, 1.0 / subject.server.controller_frequency
@@ -76,8 +96,12 @@ def impatient(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def demanding_progress(subject: Subject) -> Iterator[Finding]:
-    """A progress checker that asks for more than half the top speed."""
+    """The progress checker asks for more than half the top speed.
+
+    Why: waiting for a pedestrian or creeping through a door counts as stuck and starts the recoveries.
+    """
     if subject.progress_checker is None or subject.top_speed <= 0.0:
         return
     name, checker = subject.progress_checker
@@ -95,8 +119,12 @@ def demanding_progress(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def turn_counts_as_stuck(subject: Subject) -> Iterator[Finding]:
-    """Half a turn takes longer than the robot may stay in one place."""
+    """Half a turn takes longer than the robot may stay in one place.
+
+    Why: SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is aborted half way.
+    """
     if subject.progress_checker is None or hasattr(subject.progress_checker[1], "required_movement_angle"):
         return
     name, checker = subject.progress_checker
@@ -111,8 +139,12 @@ def turn_counts_as_stuck(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def shim_hands_over_at_once(subject: Subject) -> Iterator[Finding]:
-    """The shim stops turning at a larger error than the one at which it starts."""
+    """The rotation shim disengages at a larger heading error than it engages at.
+
+    Why: in the range between them each turn ends in the cycle after it began; the robot twitches and drives off askew.
+    """
     if subject.shim is None:
         return
     name, shim = subject.shim
@@ -126,8 +158,12 @@ def shim_hands_over_at_once(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def shim_turns_blind(subject: Subject) -> Iterator[Finding]:
-    """The shim does not simulate its turn."""
+    """The rotation shim does not look ahead.
+
+    Why: no step of the turn is simulated, so corners of the robot sweep into whatever stands beside it.
+    """
     if subject.shim is None or subject.server is None:
         return
     name, shim = subject.shim
@@ -140,8 +176,12 @@ def shim_turns_blind(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def shim_turns_too_fast(subject: Subject) -> Iterator[Finding]:
-    """The shim plans with more than the velocity smoother lets through."""
+    """The rotation shim plans with more than the velocity smoother lets through.
+
+    Why: it computes its last moment to brake with its own limits; the smoother brakes later and the turn overshoots.
+    """
     if subject.shim is None or subject.smoother is None:
         return
     (name, shim), smoother = subject.shim, subject.smoother
@@ -168,63 +208,3 @@ def _turning_rate(subject: Subject) -> float:
     if subject.shim is not None:
         return subject.shim[1].rotate_to_heading_angular_vel
     return subject.dwb[1].max_vel_theta if subject.dwb is not None else 0.0
-
-
-RULES = (
-    Rule(
-        "stops-outside",
-        "DWB turns on the spot before the goal checker is satisfied",
-        "from its own tolerance on RotateToGoal slows down and then allows turns only: the robot stops short of the "
-        "goal checker's tolerance, turns, and is aborted for lack of progress",
-        stops_outside,
-    ),
-    Rule(
-        "far-goal",
-        "The goal tolerance is larger than the robot",
-        "the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's yaw there",
-        far_goal,
-    ),
-    Rule(
-        "goal-below-a-cell",
-        "The goal tolerance is finer than a cell of the local costmap",
-        "GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until it is aborted",
-        goal_below_a_cell,
-    ),
-    Rule(
-        "impatient",
-        "One failed control cycle aborts following",
-        "a single scan in which every trajectory touches something clears the local costmap, obstacles that are out of "
-        "sight included, and starts the recoveries",
-        impatient,
-    ),
-    Rule(
-        "demanding-progress",
-        "The progress checker asks for more than half the top speed",
-        "waiting for a pedestrian or creeping through a door counts as stuck and starts the recoveries",
-        demanding_progress,
-    ),
-    Rule(
-        "turn-counts-as-stuck",
-        "Half a turn takes longer than the robot may stay in one place",
-        "SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is aborted half way",
-        turn_counts_as_stuck,
-    ),
-    Rule(
-        "shim-hands-over-at-once",
-        "The rotation shim disengages at a larger heading error than it engages at",
-        "in the range between them each turn ends in the cycle after it began; the robot twitches and drives off askew",
-        shim_hands_over_at_once,
-    ),
-    Rule(
-        "shim-turns-blind",
-        "The rotation shim does not look ahead",
-        "no step of the turn is simulated, so corners of the robot sweep into whatever stands beside it",
-        shim_turns_blind,
-    ),
-    Rule(
-        "shim-turns-too-fast",
-        "The rotation shim plans with more than the velocity smoother lets through",
-        "it computes its last moment to brake with its own limits; the smoother brakes later and the turn overshoots",
-        shim_turns_too_fast,
-    ),
-)

@@ -3,15 +3,21 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal, whole_above
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal, whole_above
 from navstack.params.lint.subject import CONTROLLER, MPPI, Subject
 
 UNEQUAL = 1.1  # ratio of the accelerations' limits from which on they count as unequal
 RARELY_MET = 2.0  # a limit of so many standard deviations of the noise is met rarely
 
+RULES = RuleGroup("MPPI")
 
-def capped_speed(subject: Subject) -> Iterator[Finding]:
-    """The speed at which what PathFollowCritic gains per step equals what the control cost takes."""
+
+@RULES.warning
+def mppi_capped_speed(subject: Subject) -> Iterator[Finding]:
+    """MPPI's vx_std is too small for vx_max.
+
+    Why: the control cost outweighs what PathFollowCritic gains: the robot never gets near vx_max, whatever it says.
+    """
     if subject.mppi is None:
         return
     name, params = subject.mppi
@@ -32,8 +38,13 @@ def capped_speed(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def biased_noise(subject: Subject) -> Iterator[Finding]:
-    """Unequal limits of speeding up and braking, where the noise meets them."""
+@RULES.warning
+def mppi_biased_noise(subject: Subject) -> Iterator[Finding]:
+    """MPPI may brake harder than speed up, or the other way round.
+
+    Why: each sample changes by no more per step, which pulls the samples towards the larger limit: the robot creeps or
+    hurries.
+    """
     if subject.mppi is None:
         return
     name, params = subject.mppi
@@ -47,8 +58,12 @@ def biased_noise(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def mppi_outruns_window(subject: Subject) -> Iterator[Finding]:
-    """MPPI's horizon against the local costmap."""
+    """MPPI's horizon reaches beyond the local costmap.
+
+    Why: the far end of every trajectory counts as unknown space, and obstacles there are not seen.
+    """
     drive = subject.drive
     if drive is None or drive.type != MPPI or subject.local is None:
         return
@@ -66,8 +81,12 @@ def mppi_outruns_window(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.error
 def mppi_steps_too_short(subject: Subject) -> Iterator[Finding]:
-    """MPPI's model step against the control period."""
+    """MPPI's model_dt is shorter than a control period.
+
+    Why: Nav2 refuses to configure the controller.
+    """
     drive = subject.drive
     if drive is None or drive.type != MPPI or subject.server is None:
         return
@@ -82,8 +101,13 @@ def mppi_steps_too_short(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def mppi_no_such_layer(subject: Subject) -> Iterator[Finding]:
-    """The inflation layer that an obstacle critic names, against those of the local costmap."""
+    """A critic of MPPI names an inflation layer that the local costmap does not have.
+
+    Why: costs then tell no distances: CostCritic walks along the outline of every pose, and ObstaclesCritic misjudges
+    them.
+    """
     if subject.mppi is None or subject.local is None:
         return
     name, params = subject.mppi
@@ -97,40 +121,3 @@ def mppi_no_such_layer(subject: Subject) -> Iterator[Finding]:
                 f"'{layer}', but the inflation layers of local_costmap are: {', '.join(layers) or 'none'}",
                 f'inflation_layer_name: "{layers[-1]}"' if layers else "an inflation layer in local_costmap's plugins",
             )
-
-
-RULES = (
-    Rule(
-        "mppi-capped-speed",
-        "MPPI's vx_std is too small for vx_max",
-        "the control cost outweighs what PathFollowCritic gains: the robot never gets near vx_max, whatever it says",
-        capped_speed,
-    ),
-    Rule(
-        "mppi-biased-noise",
-        "MPPI may brake harder than speed up, or the other way round",
-        "each sample changes by no more per step, which pulls the samples towards the larger limit: the robot creeps "
-        "or hurries",
-        biased_noise,
-    ),
-    Rule(
-        "mppi-outruns-window",
-        "MPPI's horizon reaches beyond the local costmap",
-        "the far end of every trajectory counts as unknown space, and obstacles there are not seen",
-        mppi_outruns_window,
-    ),
-    Rule(
-        "mppi-steps-too-short",
-        "MPPI's model_dt is shorter than a control period",
-        "Nav2 refuses to configure the controller",
-        mppi_steps_too_short,
-        is_error=True,
-    ),
-    Rule(
-        "mppi-no-such-layer",
-        "A critic of MPPI names an inflation layer that the local costmap does not have",
-        "costs then tell no distances: CostCritic walks along the outline of every pose, and ObstaclesCritic misjudges "
-        "them",
-        mppi_no_such_layer,
-    ),
-)

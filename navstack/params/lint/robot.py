@@ -5,16 +5,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from navstack.geometry import footprint_radii
-from navstack.params.lint.rule import Finding, Rule, decimal
+from navstack.params.lint.rule import Finding, RuleGroup, decimal
 from navstack.params.lint.subject import CONTROLLER, Subject
 from navstack.types import FloatArray
 
 MORE = 1.01  # a limit is exceeded by more than rounding
 LEAST_GAP = 1e-3  # [m] by which the body sticks out
 
+RULES = RuleGroup("With --robot")
 
+
+@RULES.warning
 def faster_than_robot(subject: Subject) -> Iterator[Finding]:
-    """Speeds beyond the drive."""
+    """The controller asks for more speed than the robot has.
+
+    Why: simulated trajectories are longer and wider than what the robot drives.
+    """
     robot = subject.robot
     if robot is None:
         return
@@ -25,8 +31,12 @@ def faster_than_robot(subject: Subject) -> Iterator[Finding]:
         yield _exceeds(f"{name}.max_vel_theta", dwb.max_vel_theta, robot.max_yaw_rate, "rad/s", robot.name)
 
 
+@RULES.warning
 def harder_than_robot(subject: Subject) -> Iterator[Finding]:
-    """Accelerations beyond the drive."""
+    """DWB counts on accelerations that the robot does not have.
+
+    Why: the robot brakes later and turns wider than the trajectories that were checked.
+    """
     if subject.robot is None or subject.dwb is None:
         return
     (name, dwb), robot = subject.dwb, subject.robot
@@ -42,8 +52,12 @@ def harder_than_robot(subject: Subject) -> Iterator[Finding]:
             yield _exceeds(f"{name}.{key}", sign * wanted, sign * possible, unit, robot.name)
 
 
+@RULES.warning
 def larger_than_footprint(subject: Subject) -> Iterator[Finding]:
-    """A body that sticks out of the footprint."""
+    """The robot is larger than its footprint in the file.
+
+    Why: what sticks out is not checked for collisions.
+    """
     robot = subject.robot
     if robot is None:
         return
@@ -77,25 +91,3 @@ def _exceeds(name: str, wanted: float, possible: float, unit: str, robot: str) -
         f"{wanted:g} {unit}, but {robot} can do {possible:g} {unit}",
         f"{name.rpartition('.')[2]}: {decimal(possible)}",
     )
-
-
-RULES = (
-    Rule(
-        "faster-than-robot",
-        "The controller asks for more speed than the robot has",
-        "simulated trajectories are longer and wider than what the robot drives",
-        faster_than_robot,
-    ),
-    Rule(
-        "harder-than-robot",
-        "DWB counts on accelerations that the robot does not have",
-        "the robot brakes later and turns wider than the trajectories that were checked",
-        harder_than_robot,
-    ),
-    Rule(
-        "larger-than-footprint",
-        "The robot is larger than its footprint in the file",
-        "what sticks out is not checked for collisions",
-        larger_than_footprint,
-    ),
-)

@@ -5,16 +5,22 @@ from collections.abc import Iterator
 
 from navstack.errors import ParameterError
 from navstack.params.collision_monitor import parse_polygon
-from navstack.params.lint.rule import Finding, Rule, above, below
+from navstack.params.lint.rule import Finding, RuleGroup, above, below
 from navstack.params.lint.subject import MONITOR, Subject
 
 LARGEST_INT = 2**31 - 1  # min_points is a C++ int
 MANY_POINTS = 10_000  # in a zone at once: more than any planar lidar has in all
 LONGEST_STALE_DRIVE = 1.5  # [m] on a sensor that has died
 
+RULES = RuleGroup("Collision monitor")
 
-def never_triggers(subject: Subject) -> Iterator[Finding]:
-    """More points than can ever be in a zone."""
+
+@RULES.warning
+def monitor_never_triggers(subject: Subject) -> Iterator[Finding]:
+    """A zone of the collision monitor waits for more points than it can ever see.
+
+    Why: the zone never slows or stops the robot; the monitor only seems to be there.
+    """
     for name in _zones(subject):
         for key, usual in (("min_points", 4), ("max_points", 3)):
             points = subject.number(MONITOR, f"{name}.{key}", 0.0)
@@ -28,16 +34,24 @@ def never_triggers(subject: Subject) -> Iterator[Finding]:
                 )
 
 
-def all_disabled(subject: Subject) -> Iterator[Finding]:
-    """A monitor without a zone that is on."""
+@RULES.warning
+def monitor_all_disabled(subject: Subject) -> Iterator[Finding]:
+    """No zone of the collision monitor is enabled.
+
+    Why: commands pass through it unchanged.
+    """
     if subject.has(MONITOR) and not list(_zones(subject)):
         yield Finding(
             MONITOR, "polygons", "no polygon is both listed and enabled", "enable one, e.g. FootprintApproach"
         )
 
 
+@RULES.warning
 def late_approach(subject: Subject) -> Iterator[Finding]:
-    """An approach zone that asks for more deceleration than there is."""
+    """An approach zone asks for more deceleration than there is.
+
+    Why: the monitor lowers the speed so that time_before_collision remains, but the robot cannot follow and touches.
+    """
     if subject.braking is None:
         return
     for name in _zones(subject, "approach"):
@@ -52,8 +66,12 @@ def late_approach(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def short_stop_zone(subject: Subject) -> Iterator[Finding]:
-    """A stop zone that ends where the robot cannot have stopped yet."""
+    """A stop zone is shorter than the braking distance.
+
+    Why: the robot stops after it has hit what it stops for.
+    """
     if subject.local is None:
         return
     front = float(subject.local.footprint[:, 0].max())
@@ -71,8 +89,12 @@ def short_stop_zone(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def hidden_slow_zone(subject: Subject) -> Iterator[Finding]:
-    """A slowdown or limit zone inside the robot."""
+    """A slowdown or limit zone lies inside the robot.
+
+    Why: nothing is ever in it ahead of the robot, so it never slows down.
+    """
     if subject.local is None:
         return
     front = float(subject.local.footprint[:, 0].max())
@@ -87,8 +109,12 @@ def hidden_slow_zone(subject: Subject) -> Iterator[Finding]:
             )
 
 
+@RULES.warning
 def stale_scan(subject: Subject) -> Iterator[Finding]:
-    """A sensor that may be dead for long before the robot stops."""
+    """A sensor may be silent for long before the collision monitor stops the robot.
+
+    Why: with a dead lidar the robot drives on blindly for this long.
+    """
     if not subject.has(MONITOR) or subject.top_speed <= 0.0:
         return
     shared = subject.number(MONITOR, "source_timeout", 2.0)
@@ -136,43 +162,3 @@ def _reach_ahead(subject: Subject, name: str) -> float | None:
     if isinstance(points, list) and points:  # [x, y, x, y, ...] up to Iron
         return max((float(x) for x in points[::2] if isinstance(x, int | float)), default=None)
     return None
-
-
-RULES = (
-    Rule(
-        "monitor-never-triggers",
-        "A zone of the collision monitor waits for more points than it can ever see",
-        "the zone never slows or stops the robot; the monitor only seems to be there",
-        never_triggers,
-    ),
-    Rule(
-        "monitor-all-disabled",
-        "No zone of the collision monitor is enabled",
-        "commands pass through it unchanged",
-        all_disabled,
-    ),
-    Rule(
-        "late-approach",
-        "An approach zone asks for more deceleration than there is",
-        "the monitor lowers the speed so that time_before_collision remains, but the robot cannot follow and touches",
-        late_approach,
-    ),
-    Rule(
-        "short-stop-zone",
-        "A stop zone is shorter than the braking distance",
-        "the robot stops after it has hit what it stops for",
-        short_stop_zone,
-    ),
-    Rule(
-        "hidden-slow-zone",
-        "A slowdown or limit zone lies inside the robot",
-        "nothing is ever in it ahead of the robot, so it never slows down",
-        hidden_slow_zone,
-    ),
-    Rule(
-        "stale-scan",
-        "A sensor may be silent for long before the collision monitor stops the robot",
-        "with a dead lidar the robot drives on blindly for this long",
-        stale_scan,
-    ),
-)

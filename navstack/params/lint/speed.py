@@ -2,16 +2,22 @@
 
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
 from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, PURSUIT, SMOOTHER, Subject
 
 SOFTER = 0.8  # a limit this much below another one matters
 LARGE_DEADBAND = 0.25  # share of the top speed
 LONGEST_BLIND_DRIVE = 0.25  # [m] between two updates
 
+RULES = RuleGroup("Speed: smoother, recoveries, rates")
 
+
+@RULES.warning
 def smoother_caps(subject: Subject) -> Iterator[Finding]:
-    """A smoother that lets less speed through than the controller counts on."""
+    """The velocity smoother allows less speed than the controller commands.
+
+    Why: the robot is slower than simulated: DWB turns in curves that the robot does not drive, and never learns of it.
+    """
     smoother = subject.smoother
     if smoother is None:
         return
@@ -32,8 +38,12 @@ def smoother_caps(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def smoother_is_softer(subject: Subject) -> Iterator[Finding]:
-    """A smoother that accelerates or brakes more gently than DWB simulates."""
+    """The velocity smoother changes speed more gently than DWB simulates.
+
+    Why: DWB trusts in brakes that it does not have: stops end later and curves wider than the trajectories it checked.
+    """
     if subject.smoother is None or subject.dwb is None:
         return
     name, dwb = subject.dwb
@@ -45,8 +55,12 @@ def smoother_is_softer(subject: Subject) -> Iterator[Finding]:
             yield _limit(subject, key, axis, f"{name}.{dwb_key}", assumed, unit)
 
 
+@RULES.warning
 def smoother_is_slower(subject: Subject) -> Iterator[Finding]:
-    """A smoother that runs less often than the controller."""
+    """The velocity smoother runs less often than the controller.
+
+    Why: it drops commands and adds up to a period of delay, so the controller corrects what it does not see.
+    """
     if subject.smoother is None or subject.server is None:
         return
     ours, theirs = subject.smoother.smoothing_frequency, subject.server.controller_frequency
@@ -59,8 +73,13 @@ def smoother_is_slower(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def large_deadband(subject: Subject) -> Iterator[Finding]:
-    """A deadband that swallows a good part of the commands, or the slowest spin."""
+    """The deadband swallows commands that are needed.
+
+    Why: slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays there until it is
+    aborted.
+    """
     if subject.smoother is None:
         return
     linear, _, angular = subject.smoother.deadband_velocity
@@ -81,8 +100,12 @@ def large_deadband(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def no_way_back(subject: Subject) -> Iterator[Finding]:
-    """A smoother without reverse, although something wants to drive backwards."""
+    """The velocity smoother does not let the robot drive backwards.
+
+    Why: BackUp stands still until its time is up, so a robot that is stuck nose first stays stuck.
+    """
     if subject.smoother is None or subject.smoother.min_velocity[0] < 0.0:
         return
     reverses = subject.dwb is not None and subject.dwb[1].min_vel_x < 0.0
@@ -99,8 +122,12 @@ def no_way_back(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.error
 def crossed_spin(subject: Subject) -> Iterator[Finding]:
-    """The spin's slowest rate above its fastest."""
+    """min_rotational_vel lies above max_rotational_vel.
+
+    Why: the Spin recovery turns at a speed that the file forbids and overshoots.
+    """
     low, high = (subject.number(BEHAVIORS, name, value) for name, value in
                  (("min_rotational_vel", 0.4), ("max_rotational_vel", 1.0)))  # fmt: skip
     if subject.has(BEHAVIORS) and low > high:
@@ -112,8 +139,12 @@ def crossed_spin(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def blind_recoveries(subject: Subject) -> Iterator[Finding]:
-    """Recoveries that do not look where they go."""
+    """Spin and BackUp do not look ahead.
+
+    Why: they turn and drive into whatever stands beside or behind the robot.
+    """
     ahead, frequency = (subject.number(BEHAVIORS, name, value) for name, value in
                         (("simulate_ahead_time", 2.0), ("cycle_frequency", 10.0)))  # fmt: skip
     if subject.has(BEHAVIORS) and frequency > 0.0 and ahead < 1.0 / frequency:
@@ -125,8 +156,12 @@ def blind_recoveries(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def blind_drive(subject: Subject) -> Iterator[Finding]:
-    """A local costmap that is old by the time it is used."""
+    """The local costmap is updated too rarely for the speed.
+
+    Why: a pedestrian who steps out is not in the costmap while the robot drives this far.
+    """
     if subject.local is None or subject.top_speed <= 0.0:
         return
     frequency = subject.local.params.update_frequency
@@ -140,8 +175,12 @@ def blind_drive(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def slow_controller(subject: Subject) -> Iterator[Finding]:
-    """A controller that decides too rarely for its speed."""
+    """The controller decides too rarely for the speed.
+
+    Why: the command is kept while the robot drives this far, whatever appears.
+    """
     if subject.server is None or subject.top_speed <= 0.0:
         return
     frequency = subject.server.controller_frequency
@@ -155,8 +194,12 @@ def slow_controller(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def blind_pursuit(subject: Subject) -> Iterator[Finding]:
-    """Pure pursuit that ignores obstacles, with nobody behind it."""
+    """Pure pursuit without collision detection, and no collision monitor.
+
+    Why: nothing between the planner's last path and the wheels looks at obstacles.
+    """
     drive = subject.drive
     if drive is None or drive.type != PURSUIT or subject.has(MONITOR):
         return
@@ -179,69 +222,3 @@ def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, uni
         f"{value:g} {unit}{given}, but the controller counts on {other} {wanted:g} {unit}",
         f"{key}: [{', '.join(triple)}], or {other}: {decimal(value)}",
     )
-
-
-RULES = (
-    Rule(
-        "smoother-caps",
-        "The velocity smoother allows less speed than the controller commands",
-        "the robot is slower than simulated: DWB turns in curves that the robot does not drive, and never learns of it",
-        smoother_caps,
-    ),
-    Rule(
-        "smoother-is-softer",
-        "The velocity smoother changes speed more gently than DWB simulates",
-        "DWB trusts in brakes that it does not have: stops end later and curves wider than the trajectories it checked",
-        smoother_is_softer,
-    ),
-    Rule(
-        "smoother-is-slower",
-        "The velocity smoother runs less often than the controller",
-        "it drops commands and adds up to a period of delay, so the controller corrects what it does not see",
-        smoother_is_slower,
-    ),
-    Rule(
-        "large-deadband",
-        "The deadband swallows commands that are needed",
-        "slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays there until it is "
-        "aborted",
-        large_deadband,
-    ),
-    Rule(
-        "no-way-back",
-        "The velocity smoother does not let the robot drive backwards",
-        "BackUp stands still until its time is up, so a robot that is stuck nose first stays stuck",
-        no_way_back,
-    ),
-    Rule(
-        "crossed-spin",
-        "min_rotational_vel lies above max_rotational_vel",
-        "the Spin recovery turns at a speed that the file forbids and overshoots",
-        crossed_spin,
-        is_error=True,
-    ),
-    Rule(
-        "blind-recoveries",
-        "Spin and BackUp do not look ahead",
-        "they turn and drive into whatever stands beside or behind the robot",
-        blind_recoveries,
-    ),
-    Rule(
-        "blind-drive",
-        "The local costmap is updated too rarely for the speed",
-        "a pedestrian who steps out is not in the costmap while the robot drives this far",
-        blind_drive,
-    ),
-    Rule(
-        "slow-controller",
-        "The controller decides too rarely for the speed",
-        "the command is kept while the robot drives this far, whatever appears",
-        slow_controller,
-    ),
-    Rule(
-        "blind-pursuit",
-        "Pure pursuit without collision detection, and no collision monitor",
-        "nothing between the planner's last path and the wheels looks at obstacles",
-        blind_pursuit,
-    ),
-)
