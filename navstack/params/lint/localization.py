@@ -10,7 +10,7 @@ FEWEST_BEAMS, FEWEST_PARTICLES = 20, 200
 LONGEST_DRIFT = 0.5  # [m] between two corrections
 SHORTEST_TOLERANCE = 0.1  # [s]
 
-RULES = RuleGroup("AMCL")
+RULES = RuleGroup("AMCL", AMCL)
 
 
 @RULES.warning
@@ -24,7 +24,6 @@ def crossed_particles(subject: Subject) -> Iterator[Finding]:
     if subject.has(AMCL) and low > high:
         is_given = subject.value(AMCL, "min_particles") is not None
         yield Finding(
-            AMCL,
             "min_particles" if is_given else "max_particles",
             f"max_particles is {high:.0f}, but min_particles {low:.0f}{'' if is_given else ' by default'}: Nav2 raises "
             f"max_particles to {low:.0f}",
@@ -40,7 +39,7 @@ def few_particles(subject: Subject) -> Iterator[Finding]:
     """
     high = subject.number(AMCL, "max_particles", 2000.0)
     if subject.has(AMCL) and high < FEWEST_PARTICLES:
-        yield Finding(AMCL, "max_particles", f"{high:.0f}", "max_particles: 2000")
+        yield Finding("max_particles", f"{high:.0f}", "max_particles: 2000")
 
 
 @RULES.warning
@@ -51,7 +50,7 @@ def few_beams(subject: Subject) -> Iterator[Finding]:
     """
     beams = subject.number(AMCL, "max_beams", 60.0)
     if subject.has(AMCL) and beams < FEWEST_BEAMS:
-        yield Finding(AMCL, "max_beams", f"{beams:.0f} of a scan", "max_beams: 60")
+        yield Finding("max_beams", f"{beams:.0f} of a scan", "max_beams: 60")
 
 
 @RULES.warning
@@ -61,7 +60,7 @@ def blind_likelihood(subject: Subject) -> Iterator[Finding]:
     Why: the map has no influence on the particles' weights: the belief is odometry.
     """
     if subject.has(AMCL) and subject.number(AMCL, "z_hit", 0.5) <= 0.0:
-        yield Finding(AMCL, "z_hit", f"{subject.number(AMCL, 'z_hit', 0.5):g}", "z_hit: 0.5, z_rand: 0.5")
+        yield Finding("z_hit", f"{subject.number(AMCL, 'z_hit', 0.5):g}", "z_hit: 0.5, z_rand: 0.5")
 
 
 @RULES.warning
@@ -72,7 +71,7 @@ def rare_corrections(subject: Subject) -> Iterator[Finding]:
     """
     distance = subject.number(AMCL, "update_min_d", 0.25)
     if subject.has(AMCL) and distance > LONGEST_DRIFT:
-        yield Finding(AMCL, "update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25")
+        yield Finding("update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25")
 
 
 @RULES.warning
@@ -83,4 +82,4 @@ def short_lived_transform(subject: Subject) -> Iterator[Finding]:
     """
     tolerance = subject.number(AMCL, "transform_tolerance", 1.0)
     if subject.has(AMCL) and tolerance < SHORTEST_TOLERANCE:
-        yield Finding(AMCL, "transform_tolerance", f"{tolerance:g} s", "transform_tolerance: 1.0")
+        yield Finding("transform_tolerance", f"{tolerance:g} s", "transform_tolerance: 1.0")

@@ -9,7 +9,7 @@ from navstack.params.nav2_file.views import DEFAULT_CONTROLLER, DEFAULT_PLANNER,
 
 TREE_KEY = "default_nav_to_pose_bt_xml"
 
-RULES = RuleGroup("Behavior tree")
+RULES = RuleGroup("Behavior tree", CONTROLLER)
 
 
 @RULES.warning
@@ -27,11 +27,11 @@ def tree_finds_no_plugin(subject: Subject) -> Iterator[Finding]:
         names = subject.names(node, key)
         if names and name not in names:
             yield Finding(
-                node,
                 key,
                 f"{', '.join(names)}, but {DEFAULT_TREES[0]} asks for {name}",
                 f"rename {names[0]} to {name}, in the list and in its section, or name a tree of your own in "
                 f"bt_navigator {TREE_KEY}",
+                node,
             )
 
 
@@ -47,7 +47,6 @@ def ambiguous_checker(subject: Subject) -> Iterator[Finding]:
         names = subject.names(CONTROLLER, f"{kind}_plugins")
         if len(names) > 1:
             yield Finding(
-                CONTROLLER,
                 f"{kind}_plugins",
                 f"{', '.join(names)}, but {DEFAULT_TREES[0]} (Jazzy's) gives FollowPath no {kind}_id",
                 f"{kind}_plugins: [{names[0]}], or a tree of your own with {kind}_id",
