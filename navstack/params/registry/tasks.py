@@ -8,25 +8,22 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.registry.block import OPEN, Block, keys
+from navstack.params.registry.block import OPEN, Block, keys, of_fields
 from navstack.params.registry.entry import Entry, Family
 
 GOAL_CHECKERS: Family = {
     "nav2_controller::SimpleGoalChecker": Entry(
-        keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance symmetric_yaw_tolerance"),
+        of_fields(SimpleGoalCheckerParams, "plugin", "path_length_tolerance"),
         "navstack.control.goal_checker:SimpleGoalChecker",
         SimpleGoalCheckerParams,
     ),
     "nav2_controller::StoppedGoalChecker": Entry(
-        keys(
-            """plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance symmetric_yaw_tolerance
-        trans_stopped_velocity rot_stopped_velocity"""
-        ),
+        of_fields(StoppedGoalCheckerParams, "plugin", "path_length_tolerance"),
         "navstack.control.goal_checker:StoppedGoalChecker",
         StoppedGoalCheckerParams,
     ),
     "nav2_controller::PositionGoalChecker": Entry(
-        keys("plugin xy_goal_tolerance stateful path_length_tolerance"),
+        of_fields(PositionGoalCheckerParams, "plugin", "path_length_tolerance"),
         "navstack.control.goal_checker:PositionGoalChecker",
         PositionGoalCheckerParams,
     ),
@@ -45,12 +42,12 @@ GOAL_CHECKERS: Family = {
 
 PROGRESS_CHECKERS: Family = {
     "nav2_controller::SimpleProgressChecker": Entry(
-        keys("plugin required_movement_radius movement_time_allowance"),
+        of_fields(SimpleProgressCheckerParams, "plugin"),
         "navstack.control.progress_checker:SimpleProgressChecker",
         SimpleProgressCheckerParams,
     ),
     "nav2_controller::PoseProgressChecker": Entry(
-        keys("plugin required_movement_radius required_movement_angle movement_time_allowance"),
+        of_fields(PoseProgressCheckerParams, "plugin"),
         "navstack.control.progress_checker:PoseProgressChecker",
         PoseProgressCheckerParams,
     ),
@@ -64,11 +61,11 @@ PATH_HANDLERS: Family = {
 }
 
 _SPIN = "plugin simulate_ahead_time max_rotational_vel min_rotational_vel rotational_acc_lim"
-_DRIVE = "plugin simulate_ahead_time acceleration_limit deceleration_limit minimum_speed"
+_DRIVE = of_fields(DriveParams, "plugin", "simulate_ahead_time")
 BEHAVIORS: Family = {
     "nav2_behaviors::Spin": Entry(keys(_SPIN), "navstack.behaviors.spin:Spin"),
-    "nav2_behaviors::BackUp": Entry(keys(_DRIVE), "navstack.behaviors.drive:BackUp", DriveParams),
-    "nav2_behaviors::DriveOnHeading": Entry(keys(_DRIVE), "navstack.behaviors.drive:DriveOnHeading", DriveParams),
+    "nav2_behaviors::BackUp": Entry(_DRIVE, "navstack.behaviors.drive:BackUp", DriveParams),
+    "nav2_behaviors::DriveOnHeading": Entry(_DRIVE, "navstack.behaviors.drive:DriveOnHeading", DriveParams),
     "nav2_behaviors::Wait": Entry(keys("plugin"), "navstack.behaviors.wait:Wait"),
     "nav2_behaviors::AssistedTeleop": Entry(keys("plugin projection_time simulation_time_step cmd_vel_teleop")),
 }
@@ -100,6 +97,7 @@ DOCKS: Family = {
 }
 DOCK_INSTANCE = keys("type frame pose id")
 
+_ORIENTATION = keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
 EDGE_SCORERS: Family = {
     "nav2_route::CostmapScorer": Entry(
         keys(
@@ -111,15 +109,9 @@ EDGE_SCORERS: Family = {
     "nav2_route::TimeScorer": Entry(keys("plugin weight speed_tag time_tag max_vel")),
     "nav2_route::PenaltyScorer": Entry(keys("plugin weight penalty_tag")),
     "nav2_route::SemanticScorer": Entry(Block(is_open=True)),
-    "nav2_route::StartPoseOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
-    "nav2_route::GoalPoseOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
-    "nav2_route::GoalOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
+    "nav2_route::StartPoseOrientationScorer": Entry(_ORIENTATION),
+    "nav2_route::GoalPoseOrientationScorer": Entry(_ORIENTATION),
+    "nav2_route::GoalOrientationScorer": Entry(_ORIENTATION),
     "nav2_route::DynamicEdgesScorer": Entry(keys("plugin")),
 }
 ROUTE_OPERATIONS: Family = {
