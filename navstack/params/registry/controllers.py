@@ -1,10 +1,11 @@
 """Controller plugins and their critics."""
 
-from navstack.params import dwb, mppi
+from navstack.params import dwb, mppi_critics
 from navstack.params.expected_contact import DwbContactParams, MppiContactParams
 from navstack.params.expected_cost import ExpectedCostParams
 from navstack.params.graceful import GracefulParams
 from navstack.params.mpc import MpcParams
+from navstack.params.mppi import MppiParams
 from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, parameters, words
 from navstack.params.registry.entry import Entry, Family, Params
 from navstack.params.rotation_shim import RotationShimParams
@@ -86,30 +87,34 @@ def _mppi_critic(
 
 
 MPPI_CRITICS: Family = {
-    "ConstraintCritic": _mppi_critic("motion_critics:ConstraintCritic", mppi.ConstraintParams),
-    "GoalCritic": _mppi_critic("path_critics:GoalCritic", mppi.GoalParams),
-    "GoalAngleCritic": _mppi_critic("path_critics:GoalAngleCritic", mppi.GoalAngleParams, "symmetric_yaw_tolerance"),
+    "ConstraintCritic": _mppi_critic("motion_critics:ConstraintCritic", mppi_critics.ConstraintParams),
+    "GoalCritic": _mppi_critic("path_critics:GoalCritic", mppi_critics.GoalParams),
+    "GoalAngleCritic": _mppi_critic(
+        "path_critics:GoalAngleCritic", mppi_critics.GoalAngleParams, "symmetric_yaw_tolerance"
+    ),
     "ObstaclesCritic": _mppi_critic(
         "obstacle_critics:ObstaclesCritic",
-        mppi.ObstaclesParams,
+        mppi_critics.ObstaclesParams,
         *("cost_scaling_factor", "inflation_radius"),
         needs=("footprint",),
     ),
-    "CostCritic": _mppi_critic("obstacle_critics:CostCritic", mppi.CostParams, needs=("footprint",)),
+    "CostCritic": _mppi_critic("obstacle_critics:CostCritic", mppi_critics.CostParams, needs=("footprint",)),
     "PathAlignCritic": _mppi_critic(
-        "path_critics:PathAlignCritic", mppi.PathAlignParams, "score_arc_length", "visualize"
+        "path_critics:PathAlignCritic", mppi_critics.PathAlignParams, "score_arc_length", "visualize"
     ),
-    "PathAlignLegacyCritic": Entry(of_fields(mppi.PathAlignParams)),
-    "PathAngleCritic": _mppi_critic("path_critics:PathAngleCritic", mppi.PathAngleParams, "forward_preference"),
-    "PathFollowCritic": _mppi_critic("path_critics:PathFollowCritic", mppi.PathFollowParams),
-    "PreferForwardCritic": _mppi_critic("motion_critics:PreferForwardCritic", mppi.PreferForwardParams),
+    "PathAlignLegacyCritic": Entry(of_fields(mppi_critics.PathAlignParams)),
+    "PathAngleCritic": _mppi_critic("path_critics:PathAngleCritic", mppi_critics.PathAngleParams, "forward_preference"),
+    "PathFollowCritic": _mppi_critic("path_critics:PathFollowCritic", mppi_critics.PathFollowParams),
+    "PreferForwardCritic": _mppi_critic("motion_critics:PreferForwardCritic", mppi_critics.PreferForwardParams),
     "TwirlingCritic": _mppi_critic(
         "motion_critics:TwirlingCritic",
-        mppi.TwirlingParams,
+        mppi_critics.TwirlingParams,
         *("twirling_cost_power", "twirling_cost_weight"),
         needs=("xy_goal_tolerance",),
     ),
-    "VelocityDeadbandCritic": _mppi_critic("motion_critics:VelocityDeadbandCritic", mppi.VelocityDeadbandParams),
+    "VelocityDeadbandCritic": _mppi_critic(
+        "motion_critics:VelocityDeadbandCritic", mppi_critics.VelocityDeadbandParams
+    ),
     "PathHugCritic": Entry(OPEN),
     "ExpectedContactCritic": _mppi_critic(
         "contact_critic:ExpectedContactCritic", MppiContactParams, needs=("footprint",), kernels=_CONTACT
@@ -118,7 +123,7 @@ MPPI_CRITICS: Family = {
 
 _MOTION_MODEL = keys("plugin min_turning_r")
 _MPPI = Block(
-    parameters(mppi.MppiParams)
+    parameters(MppiParams)
     | words(
         """plugin visualize critic_index_to_visualize publish_critics_stats publish_optimal_trajectory open_loop
         transform_tolerance advanced controller_frequency"""
@@ -162,7 +167,7 @@ CONTROLLERS: Family = {
     "nav2_mppi_controller::MPPIController": Entry(
         _MPPI,
         "navstack.control.mppi.mppi_controller:MppiController",
-        mppi.MppiParams,
+        MppiParams,
         _CONTROL,
         (
             "navstack.control.mppi.obstacle_kernels",
