@@ -86,7 +86,6 @@ class Scoring:
         if given is None:
             return None
         robot = (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z)
-        grid = (costmap.origin_x, costmap.origin_y, costmap.resolution)
         index, total = best_command(
             np.array(robot, dtype=np.float64),
             self._generator.sampling,
@@ -94,7 +93,7 @@ class Scoring:
             given,
             scene.plan,
             (scene.goal.x, scene.goal.y),
-            Surface(costmap.data, grid, scene.footprint),
+            Surface(costmap.data, costmap.grid, scene.footprint),
             self._guess,
             self._command,
         )

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from navstack.control.footprint_cost import is_occupied
+from navstack.costmap.costmap import Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray
 
@@ -24,12 +25,11 @@ class Law(NamedTuple):
     turn_tolerance: float  # [rad] within which a turn on the spot ends
 
 
-class Grid(NamedTuple):
+class Ground(NamedTuple):
     """The local costmap, the robot on it and its footprint."""
 
     costs: ByteArray  # (rows, columns)
-    origin: tuple[float, float]  # [m]
-    resolution: float  # [m]
+    grid: Grid
     footprint: FloatArray  # (V, 2) [m], base frame
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
@@ -74,22 +74,20 @@ def turn_on_the_spot(angle: float, law: Law) -> float:
 
 
 @njit(cache=True)
-def is_blocked(x: float, y: float, yaw: float, grid: Grid) -> bool:
+def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     """Whether the footprint meets an obstacle at a pose in the base frame."""
-    cosine, sine = math.cos(grid.pose[2]), math.sin(grid.pose[2])
-    map_x = grid.pose[0] + cosine * x - sine * y
-    map_y = grid.pose[1] + sine * x + cosine * y
-    return is_occupied(
-        grid.costs, grid.origin[0], grid.origin[1], grid.resolution, grid.footprint, map_x, map_y, grid.pose[2] + yaw
-    )
+    cosine, sine = math.cos(ground.pose[2]), math.sin(ground.pose[2])
+    map_x = ground.pose[0] + cosine * x - sine * y
+    map_y = ground.pose[1] + sine * x + cosine * y
+    return is_occupied(ground.costs, ground.grid, ground.footprint, map_x, map_y, ground.pose[2] + yaw)
 
 
-_GRID = "NamedTuple((uint8[:, ::1], UniTuple(float64, 2), float64, float64[:, ::1], UniTuple(float64, 3)), Grid)"
+_GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
 
 
-@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GRID}")
+@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
 def drive_to(
-    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, grid: Grid
+    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, ground: Ground
 ) -> tuple[bool, float, float]:
     """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
 
@@ -99,14 +97,14 @@ def drive_to(
         turns_first: whether the robot first turns on the spot until it looks at the target.
         looks: whether obstacles stop it.
         law: gains and limits.
-        grid: where obstacles are.
+        ground: where obstacles are.
 
     Returns:
         Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
     """
-    step = grid.resolution / law.fastest  # [s]
+    step = ground.grid[2] / law.fastest  # [s]
     bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
-    steps = max(int(3.0 * distance / grid.resolution), 1)
+    steps = max(int(3.0 * distance / ground.grid[2]), 1)
     x = y = yaw = speed = turn = 0.0
     for i in range(steps):
         if turns_first:
@@ -121,17 +119,17 @@ def drive_to(
             x += v * step * math.cos(yaw)
             y += v * step * math.sin(yaw)
             yaw += w * step
-        if looks and is_blocked(x, y, yaw, grid):
+        if looks and is_blocked(x, y, yaw, ground):
             return False, speed, turn
-        if math.hypot(target[0] - x, target[1] - y) <= grid.resolution:
+        if math.hypot(target[0] - x, target[1] - y) <= ground.grid[2]:
             break
     return True, speed, turn
 
 
-@njit(cache=True, ahead=f"float64, int64, {_GRID}")
-def can_turn(angle: float, looks: int, grid: Grid) -> bool:
+@njit(cache=True, ahead=f"float64, int64, {_GROUND}")
+def can_turn(angle: float, looks: int, ground: Ground) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):
-        if is_blocked(0.0, 0.0, angle * i / looks, grid):
+        if is_blocked(0.0, 0.0, angle * i / looks, ground):
             return False
     return True

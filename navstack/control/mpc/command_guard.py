@@ -199,8 +199,7 @@ def _reach(footprint: FloatArray) -> float:
 @njit(cache=True)
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
-    origin_x, origin_y, resolution = field.grid
-    worst = walk_outline(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw, False)
+    worst = walk_outline(field.costs, field.grid, footprint, x, y, yaw, False)
     return bool(worst == LETHAL_OBSTACLE)
 
 
