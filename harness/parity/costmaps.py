@@ -170,14 +170,9 @@ def _distances(grid: ByteArray, around_unknown: bool) -> FloatArray:
 
 
 def _params(case: Case, steps: int) -> InflationLayerParams:
-    facts = case.facts
-    return InflationLayerParams(
-        inflation_radius=facts["inflation_radius"],
-        cost_scaling_factor=facts["cost_scaling_factor"],
-        inflate_unknown=facts.get("inflate_unknown", False),
-        inflate_around_unknown=facts.get("inflate_around_unknown", False),
-        distance_steps=steps,
-    )
+    names = ("inflation_radius", "cost_scaling_factor", "inflate_unknown", "inflate_around_unknown")
+    given = {name: case.facts[name] for name in names if name in case.facts}
+    return InflationLayerParams(**given, distance_steps=steps)
 
 
 def _inflated(grid: ByteArray, params: InflationLayerParams, case: Case, inscribed: float) -> ByteArray:

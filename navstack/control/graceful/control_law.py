@@ -16,13 +16,13 @@ class Law(NamedTuple):
     k_delta: float
     beta: float
     lambda_: float
-    slowest: float  # [m/s]
-    fastest: float  # [m/s]
-    fastest_turn: float  # [rad/s]
+    v_linear_min: float  # [m/s]
+    v_linear_max: float  # [m/s]
+    v_angular_max: float  # [rad/s]
     slowdown_radius: float  # [m]
-    turn_gain: float  # [-] of turns on the spot
-    slowest_turn: float  # [rad/s] on the spot
-    turn_tolerance: float  # [rad] within which a turn on the spot ends
+    rotation_scaling_factor: float  # [-] of turns on the spot
+    v_angular_min_in_place: float  # [rad/s] on the spot
+    initial_rotation_tolerance: float  # [rad] within which a turn on the spot ends
 
 
 class Ground(NamedTuple):
@@ -56,21 +56,21 @@ def velocity_to(
     curvature = -(law.k_delta * (delta - wanted) + feedback) / distance if distance > 0.0 else 0.0
     if backward:
         curvature = -curvature
-    speed = law.fastest / (1.0 + law.beta * abs(curvature) ** law.lambda_)
+    speed = law.v_linear_max / (1.0 + law.beta * abs(curvature) ** law.lambda_)
     if law.slowdown_radius > 0.0:
-        speed = min(speed, law.fastest * distance / law.slowdown_radius)
-    speed = min(max(speed, law.slowest), law.fastest)
+        speed = min(speed, law.v_linear_max * distance / law.slowdown_radius)
+    speed = min(max(speed, law.v_linear_min), law.v_linear_max)
     if backward:
         speed = -speed
-    turn = min(max(curvature * speed, -law.fastest_turn), law.fastest_turn)
+    turn = min(max(curvature * speed, -law.v_angular_max), law.v_angular_max)
     return (turn / curvature if curvature != 0.0 else speed), turn
 
 
 @njit(cache=True)
 def turn_on_the_spot(angle: float, law: Law) -> float:
     """The rate in [rad/s] of a turn by ``angle`` [rad]."""
-    rate = law.turn_gain * angle * law.fastest_turn
-    return math.copysign(max(abs(rate), law.slowest_turn), rate)
+    rate = law.rotation_scaling_factor * angle * law.v_angular_max
+    return math.copysign(max(abs(rate), law.v_angular_min_in_place), rate)
 
 
 @njit(cache=True)
@@ -102,7 +102,7 @@ def drive_to(
     Returns:
         Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
     """
-    step = ground.grid[2] / law.fastest  # [s]
+    step = ground.grid[2] / law.v_linear_max  # [s]
     bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
     steps = max(int(3.0 * distance / ground.grid[2]), 1)
     x = y = yaw = speed = turn = 0.0
@@ -110,7 +110,7 @@ def drive_to(
         if turns_first:
             if i == 0:
                 turn = turn_on_the_spot(bearing - yaw, law)
-            turns_first = abs(bearing - yaw) >= law.turn_tolerance
+            turns_first = abs(bearing - yaw) >= law.initial_rotation_tolerance
             yaw += turn * step  # upstream, too, goes on with the first rate
         else:
             v, w = velocity_to(target, (x, y, yaw), backward, law)

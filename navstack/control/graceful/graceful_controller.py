@@ -139,16 +139,6 @@ def add_orientations(path: FloatArray) -> None:
 
 def _law(params: GracefulParams, share: float) -> Law:
     """The control law at a share of the largest velocities; the least speed stays."""
-    return Law(
-        params.k_phi,
-        params.k_delta,
-        params.beta,
-        params.lambda_,
-        params.v_linear_min,
-        max(share * params.v_linear_max, params.v_linear_min),
-        share * params.v_angular_max,
-        params.slowdown_radius,
-        params.rotation_scaling_factor,
-        params.v_angular_min_in_place,
-        params.initial_rotation_tolerance,
-    )
+    law = Law(*(getattr(params, name) for name in Law._fields))
+    fastest = max(share * params.v_linear_max, params.v_linear_min)
+    return law._replace(v_linear_max=fastest, v_angular_max=share * params.v_angular_max)

@@ -142,73 +142,61 @@ _MPPI = Block(
 )
 
 _CONTROL = ("footprint", "control_frequency", "xy_goal_tolerance")  # padded polygon (V, 2) in [m], [Hz], [m]
+
+
+def _controller(make: str, params: Params, keys: Block, kernels: str, needs: tuple[str, ...] = _CONTROL) -> Entry:
+    """A controller of ``navstack.control``; ``kernels``: modules of ``navstack``, with blanks between."""
+    modules = tuple(f"navstack.{module}" for module in kernels.split())
+    return Entry(keys, f"navstack.control.{make}", params, needs, modules)
+
+
 CONTROLLERS: Family = {
-    "dwb_core::DWBLocalPlanner": Entry(
-        _DWB,
-        "navstack.control.dwb.dwb_controller:DwbController",
+    "dwb_core::DWBLocalPlanner": _controller(
+        "dwb.dwb_controller:DwbController",
         dwb.DwbParams,
+        _DWB,
+        "control.dwb.choice_kernels control.plan_handling",
         _CONTROL[:2],
-        ("navstack.control.dwb.choice_kernels", "navstack.control.plan_handling"),
     ),
-    "nav2_rotation_shim_controller::RotationShimController": Entry(
-        _SHIM,
-        "navstack.control.rotation_shim:RotationShimController",
+    "nav2_rotation_shim_controller::RotationShimController": _controller(
+        "rotation_shim:RotationShimController",
         RotationShimParams,
+        _SHIM,
+        "control.footprint_cost",
         ("primary_controller", *_CONTROL),
-        ("navstack.control.footprint_cost",),
     ),
-    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": Entry(
-        _RPP,
-        "navstack.control.rpp.rpp_controller:RegulatedPurePursuitController",
+    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": _controller(
+        "rpp.rpp_controller:RegulatedPurePursuitController",
         RppParams,
-        _CONTROL,
-        ("navstack.control.path_window", "navstack.control.rpp.lookahead", "navstack.control.rpp.arc_check"),
+        _RPP,
+        "control.path_window control.rpp.lookahead control.rpp.arc_check",
     ),
-    "nav2_mppi_controller::MPPIController": Entry(
-        _MPPI,
-        "navstack.control.mppi.mppi_controller:MppiController",
+    "nav2_mppi_controller::MPPIController": _controller(
+        "mppi.mppi_controller:MppiController",
         MppiParams,
-        _CONTROL,
-        (
-            "navstack.control.mppi.obstacle_kernels",
-            "navstack.control.mppi.path_kernels",
-            "navstack.control.mppi.motion_kernels",
-            "navstack.control.mppi.rollouts",
-            "navstack.control.mppi.control_sequence",
-            "navstack.control.mppi.path_handler",
-        ),
+        _MPPI,
+        """control.mppi.obstacle_kernels control.mppi.path_kernels control.mppi.motion_kernels
+        control.mppi.rollouts control.mppi.control_sequence control.mppi.path_handler""",
     ),
-    "navstack::JerkLimitedMPC": Entry(
-        of_fields(MpcParams, "plugin"),
-        "navstack.control.mpc.mpc_controller:JerkLimitedMpcController",
+    "navstack::JerkLimitedMPC": _controller(
+        "mpc.mpc_controller:JerkLimitedMpcController",
         MpcParams,
-        _CONTROL,
-        (
-            "navstack.control.mpc.stages",
-            "navstack.control.mpc.command_guard",
-            "navstack.control.mpc.path_line",
-            "navstack.control.mpc.motion",
-            "navstack.perception.scan_clusters",
-        ),
+        of_fields(MpcParams, "plugin"),
+        """control.mpc.stages control.mpc.command_guard control.mpc.path_line control.mpc.motion
+        perception.scan_clusters""",
     ),
-    "navstack::ExpectedCostController": Entry(
-        of_fields(ExpectedCostParams, "plugin"),
-        "navstack.control.expected_cost.expected_cost_controller:ExpectedCostController",
+    "navstack::ExpectedCostController": _controller(
+        "expected_cost.expected_cost_controller:ExpectedCostController",
         ExpectedCostParams,
+        of_fields(ExpectedCostParams, "plugin"),
+        """control.expected_cost.motion_cost control.expected_cost.people control.expected_cost.clearance
+        control.expected_cost.field perception.scan_clusters""",
         (*_CONTROL, "global_costmap", "cost_to_go", "prices"),
-        (
-            "navstack.control.expected_cost.motion_cost",
-            "navstack.control.expected_cost.people",
-            "navstack.control.expected_cost.clearance",
-            "navstack.control.expected_cost.field",
-            "navstack.perception.scan_clusters",
-        ),
     ),
-    "nav2_graceful_controller::GracefulController": Entry(
-        _GRACEFUL,
-        "navstack.control.graceful.graceful_controller:GracefulController",
+    "nav2_graceful_controller::GracefulController": _controller(
+        "graceful.graceful_controller:GracefulController",
         GracefulParams,
-        _CONTROL,
-        ("navstack.control.path_window", "navstack.control.graceful.control_law"),
+        _GRACEFUL,
+        "control.path_window control.graceful.control_law",
     ),
 }

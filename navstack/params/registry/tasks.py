@@ -9,24 +9,23 @@ from navstack.params.checkers import (
     StoppedGoalCheckerParams,
 )
 from navstack.params.registry.block import OPEN, Block, keys, of_fields
-from navstack.params.registry.entry import Entry, Family
+from navstack.params.registry.entry import Entry, Family, Params
 
+
+def _goal_checker(name: str, params: Params, *unread: str) -> Entry:
+    """A goal checker; ``unread``: parameters of Nav2's that its dataclass does not have."""
+    return Entry(of_fields(params, "plugin", *unread), f"navstack.control.goal_checker:{name}", params)
+
+
+def _progress_checker(name: str, params: Params) -> Entry:
+    return Entry(of_fields(params, "plugin"), f"navstack.control.progress_checker:{name}", params)
+
+
+_PLAN = "path_length_tolerance"
 GOAL_CHECKERS: Family = {
-    "nav2_controller::SimpleGoalChecker": Entry(
-        of_fields(SimpleGoalCheckerParams, "plugin", "path_length_tolerance"),
-        "navstack.control.goal_checker:SimpleGoalChecker",
-        SimpleGoalCheckerParams,
-    ),
-    "nav2_controller::StoppedGoalChecker": Entry(
-        of_fields(StoppedGoalCheckerParams, "plugin", "path_length_tolerance"),
-        "navstack.control.goal_checker:StoppedGoalChecker",
-        StoppedGoalCheckerParams,
-    ),
-    "nav2_controller::PositionGoalChecker": Entry(
-        of_fields(PositionGoalCheckerParams, "plugin", "path_length_tolerance"),
-        "navstack.control.goal_checker:PositionGoalChecker",
-        PositionGoalCheckerParams,
-    ),
+    "nav2_controller::SimpleGoalChecker": _goal_checker("SimpleGoalChecker", SimpleGoalCheckerParams, _PLAN),
+    "nav2_controller::StoppedGoalChecker": _goal_checker("StoppedGoalChecker", StoppedGoalCheckerParams, _PLAN),
+    "nav2_controller::PositionGoalChecker": _goal_checker("PositionGoalChecker", PositionGoalCheckerParams, _PLAN),
     "nav2_controller::SymmetricGoalChecker": Entry(
         keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance"),
         "navstack.control.goal_checker:SymmetricGoalChecker",
@@ -41,16 +40,8 @@ GOAL_CHECKERS: Family = {
 }
 
 PROGRESS_CHECKERS: Family = {
-    "nav2_controller::SimpleProgressChecker": Entry(
-        of_fields(SimpleProgressCheckerParams, "plugin"),
-        "navstack.control.progress_checker:SimpleProgressChecker",
-        SimpleProgressCheckerParams,
-    ),
-    "nav2_controller::PoseProgressChecker": Entry(
-        of_fields(PoseProgressCheckerParams, "plugin"),
-        "navstack.control.progress_checker:PoseProgressChecker",
-        PoseProgressCheckerParams,
-    ),
+    "nav2_controller::SimpleProgressChecker": _progress_checker("SimpleProgressChecker", SimpleProgressCheckerParams),
+    "nav2_controller::PoseProgressChecker": _progress_checker("PoseProgressChecker", PoseProgressCheckerParams),
     "nav2_controller::RotationProgressChecker": Entry(OPEN),
 }
 

@@ -59,15 +59,9 @@ class _PosePlanner(Planner):
         ground = self._ground(used)
         motions, radius, reverses = self._motions(used)
         first, last = in_cells(start, used), in_cells(goal, used)
-        found = search_poses(
-            ground,
-            motions,
-            first,
-            nearest_heading(motions, start.yaw),
-            self._goal(last, motions, radius, reverses, used.resolution),
-            self._penalties(),
-            self._expansion(radius, reverses, used.resolution),
-        )
+        target = self._goal(last, motions, radius, reverses, used.resolution)
+        heading, way = nearest_heading(motions, start.yaw), self._expansion(radius, reverses, used.resolution)
+        found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
             raise no_path(start, goal)
         poses = in_metres(self._poses(found, motions, first, last), used)
