@@ -8,9 +8,8 @@ from shapely import Polygon, affinity, box, union_all
 
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, Body, _duration, guarded, stop_is_safe, stopped
-from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.distance_field import Field, distance_table
 from navstack.control.mpc.people import FIELDS
-from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import stop_distance, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import FloatArray

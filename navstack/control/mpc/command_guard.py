@@ -14,8 +14,8 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.distance_field import Field
 from navstack.control.mpc.people import predicted
-from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit

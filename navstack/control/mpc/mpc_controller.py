@@ -9,7 +9,7 @@ from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import STRAIGHTEN, Body, guarded, stopped
-from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.distance_field import Field, distance_table
 from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
@@ -17,7 +17,6 @@ from navstack.control.mpc.problem_numbers import bounds_of, limits_of, weights_o
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import (
     Clearances,
-    Field,
     Wishes,
     cost_terms,
     fill_obstacles,
