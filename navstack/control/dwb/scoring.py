@@ -1,4 +1,9 @@
-"""What the critics say of the trajectories of a cycle, and which of them is the best."""
+"""What the critics say of the trajectories of a cycle, and which of them is the best.
+
+A critic is a class that scores all trajectories, for records, alternatives and other packages; the kinds of
+:mod:`.end_score` are the shipped ones once more in the compiled search, which finds the same choice in a third of the
+time, and in which any other critic takes part with the costs that its class gives.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
