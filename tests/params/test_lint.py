@@ -86,6 +86,7 @@ def test_the_table_is_complete_and_its_ids_are_unique():
     ids = [rule.id for rule in RULES] + [*ERRORS, *WARNINGS]
     assert len(ids) == len(set(ids))
     assert {rule.id for rule in RULES} == set(EXAMPLES)
+    assert all(rule.title and rule.why for rule in RULES)
     assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", each) for each in ids)
 
 
