@@ -170,14 +170,9 @@ def _distances(grid: ByteArray, around_unknown: bool) -> FloatArray:
 
 
 def _params(case: Case, steps: int) -> InflationLayerParams:
-    facts = case.facts
-    return InflationLayerParams(
-        inflation_radius=facts["inflation_radius"],
-        cost_scaling_factor=facts["cost_scaling_factor"],
-        inflate_unknown=facts.get("inflate_unknown", False),
-        inflate_around_unknown=facts.get("inflate_around_unknown", False),
-        distance_steps=steps,
-    )
+    names = ("inflation_radius", "cost_scaling_factor", "inflate_unknown", "inflate_around_unknown")
+    given = {name: case.facts[name] for name in names if name in case.facts}
+    return InflationLayerParams(**given, distance_steps=steps)
 
 
 def _inflated(grid: ByteArray, params: InflationLayerParams, case: Case, inscribed: float) -> ByteArray:
@@ -259,21 +254,13 @@ def _layer_params(facts: dict[str, Any]) -> CostmapParams:
         raytrace_min_range=facts["raytrace_range"][0],
         raytrace_max_range=facts["raytrace_range"][1],
     )
-    obstacles = ObstacleLayerParams(
-        footprint_clearing_enabled=given["obstacle_layer.footprint_clearing_enabled"],
-        min_obstacle_height=given["obstacle_layer.min_obstacle_height"],
-        max_obstacle_height=given["obstacle_layer.max_obstacle_height"],
-        combination_method=given["obstacle_layer.combination_method"],
-        observation_sources=("scan",),
-        sources={"scan": source},
-    )
+    names = ("footprint_clearing_enabled", "min_obstacle_height", "max_obstacle_height", "combination_method")
+    own = {name: given[f"obstacle_layer.{name}"] for name in names}
+    obstacles = ObstacleLayerParams(**own, observation_sources=("scan",), sources={"scan": source})
     layers: dict[str, LayerParams] = {"obstacle_layer": obstacles}
     if facts["inflation"]:
-        layers["inflation_layer"] = InflationLayerParams(
-            inflation_radius=given["inflation_layer.inflation_radius"],
-            cost_scaling_factor=given["inflation_layer.cost_scaling_factor"],
-            distance_steps=MAIN_STEPS,
-        )
+        inflation = {name: given[f"inflation_layer.{name}"] for name in ("inflation_radius", "cost_scaling_factor")}
+        layers["inflation_layer"] = InflationLayerParams(**inflation, distance_steps=MAIN_STEPS)
     origin_x, origin_y = facts.get("origin", (0.0, 0.0))
     return CostmapParams(
         width=facts["size"][0] * facts["resolution"],

@@ -43,7 +43,7 @@ class Part:
 
     name: str
     find: Callable[[GoldenFile], Iterable[Case]]  # reads names and facts only
-    check: Callable[[Case, Comparison], None] | None  # None: navstack does not have it
+    check: Callable[[Case, Comparison], None]
     unit: str = ""  # of the largest deviation, where it is not the quantity's own
 
 

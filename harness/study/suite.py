@@ -9,6 +9,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from harness.storage.files import write_text
 from harness.storage.run_folder import MANIFEST, create_run, extend_run
@@ -21,6 +22,8 @@ from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
 MOST_CELLS = 1000
+_FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")  # that may be given as files
+_OF_ALL_CELLS = ("people", "missions", "localizer", "robot", "prices", "rules", "record")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,16 +128,8 @@ def load_suite(path: Path) -> Suite:
     number = len(suite.stacks) * len(suite.maps) * len(suite.worlds) * max(len(suite.pedestrians), 1) * len(suite.seeds)
     if number > MOST_CELLS:
         raise ParameterError(f"{path}: {number} cells; at most {MOST_CELLS} are run")
-    suite = dataclasses.replace(
-        suite,
-        stacks=tuple(_beside(path, name) for name in suite.stacks),
-        maps=tuple(_beside(path, name) for name in suite.maps),
-        worlds=tuple(_beside(path, name) for name in suite.worlds),
-        rules=_beside(path, suite.rules),
-        prices=_beside(path, suite.prices),
-        people=None if suite.people is None else _beside(path, suite.people),
-        robot=None if suite.robot is None else _beside(path, suite.robot),
-    )
+    files: dict[str, Any] = {key: _beside(path, getattr(suite, key)) for key in _FILES}
+    suite = dataclasses.replace(suite, **files)
     names = [cell.name for cell in cells(suite)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -142,7 +137,10 @@ def load_suite(path: Path) -> Suite:
     return suite
 
 
-def _beside(path: Path, name: str) -> str:
+def _beside(path: Path, name: Any) -> Any:
+    """A name, or the names of a list, of what stands beside a file as its absolute path; None stays so."""
+    if name is None or isinstance(name, tuple):
+        return name and tuple(_beside(path, each) for each in name)
     beside = path.parent / name
     return str(beside.absolute()) if beside.is_file() else name
 
@@ -164,21 +162,9 @@ def cell_study(suite: Suite, cell: Cell, episodes: int) -> Study:
     Raises:
         InputError: a value that ``navbench run`` would refuse too.
     """
-    return make_study(
-        stacks=[cell.stack],
-        episodes=episodes,
-        seed=cell.seed,
-        map_name=cell.condition.map_name,
-        pedestrians=cell.condition.pedestrians,
-        people=suite.people,
-        world=cell.condition.world,
-        missions=suite.missions,
-        localizer=suite.localizer,
-        robot=suite.robot,
-        prices=suite.prices,
-        rules=suite.rules,
-        record=suite.record,
-    )
+    shared: dict[str, Any] = {key: getattr(suite, key) for key in _OF_ALL_CELLS}
+    where = dataclasses.asdict(cell.condition)
+    return make_study(stacks=[cell.stack], episodes=episodes, seed=cell.seed, **where, **shared)
 
 
 def declare(path: Path, suite: Suite) -> None:

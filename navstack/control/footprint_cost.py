@@ -2,7 +2,7 @@
 
 import math
 
-from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap, Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, Pose2D
 
@@ -36,35 +36,18 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     return worst
 
 
-@njit(cache=True, ahead="uint8[:, ::1], float64, float64, float64, float64[:, ::1], float64, float64, float64")
-def outline_cost(
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-) -> int:
+@njit(cache=True, ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
+def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map.
 
     As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or earlier ones.
     """
-    return walk_outline(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, True)
+    return walk_outline(costs, grid, footprint, x, y, yaw, True)
 
 
 @njit(cache=True)
 def walk_outline(
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-    unknown_hides: bool,
+    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float, unknown_hides: bool
 ) -> int:
     """See :func:`outline_cost`; unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell."""
     height, width = costs.shape
@@ -74,8 +57,8 @@ def walk_outline(
     last_x = last_y = 0
     for i in range(count + 1):
         vx, vy = footprint[i % count, 0], footprint[i % count, 1]
-        fx = (x + vx * cosine - vy * sine - origin_x) / resolution
-        fy = (y + vx * sine + vy * cosine - origin_y) / resolution
+        fx = (x + vx * cosine - vy * sine - grid[0]) / grid[2]
+        fy = (y + vx * sine + vy * cosine - grid[1]) / grid[2]
         if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
             return LETHAL_OBSTACLE
         mx, my = int(fx), int(fy)
@@ -89,30 +72,20 @@ def walk_outline(
 
 
 @njit(cache=True)
-def is_occupied(
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-) -> bool:
+def is_occupied(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> bool:
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 
     As upstream, nothing is known where the robot's centre is off the map, and an unknown cell under the outline hides
     a lethal one as :func:`outline_cost` says.
     """
     height, width = costs.shape
-    fx, fy = (x - origin_x) / resolution, (y - origin_y) / resolution
+    fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
     if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
         return False
-    cost = outline_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw)
+    cost = outline_cost(costs, grid, footprint, x, y, yaw)
     return bool(cost >= LETHAL_OBSTACLE and cost != NO_INFORMATION)
 
 
 def footprint_cost(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> int:
     """The greatest cost under the outline of ``footprint`` (V, 2) in [m] at ``pose``; see :func:`outline_cost`."""
-    origin_x, origin_y, resolution = costmap.origin_x, costmap.origin_y, costmap.resolution
-    return int(outline_cost(costmap.data, origin_x, origin_y, resolution, footprint, pose.x, pose.y, pose.yaw))
+    return int(outline_cost(costmap.data, costmap.grid, footprint, pose.x, pose.y, pose.yaw))

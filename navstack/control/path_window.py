@@ -56,15 +56,12 @@ class PathWindow:
         return window
 
 
-@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
-def window_bounds(
-    poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
-) -> tuple[int, int]:
-    """Begin and end of the poses (N, >= 2) to follow.
+@njit(cache=True)
+def nearest_pose(poses: FloatArray, first: int, x: float, y: float, search_distance: float) -> tuple[int, int]:
+    """The pose (of N, >= 1) nearest to (x, y) up to ``search_distance`` [m] along the plan from pose ``first``.
 
-    From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from pose ``first``, to
-    the first one farther than ``extent`` [m] along the straight line. Two poses are kept where there are two, so that
-    the plan has a direction.
+    Returns:
+        Its index, and that of the first pose that was not looked at.
     """
     nearest = first
     least = math.hypot(poses[first, 0] - x, poses[first, 1] - y)
@@ -78,6 +75,20 @@ def window_bounds(
         if distance < least:
             nearest, least = stop, distance
         stop += 1
+    return nearest, stop
+
+
+@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+def window_bounds(
+    poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
+) -> tuple[int, int]:
+    """Begin and end of the poses (N, >= 2) to follow.
+
+    From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from pose ``first``, to
+    the first one farther than ``extent`` [m] along the straight line. Two poses are kept where there are two, so that
+    the plan has a direction.
+    """
+    nearest, stop = nearest_pose(poses, first, x, y, search_distance)
     if nearest == stop - 1 and nearest > first:
         nearest -= 1
     end = nearest

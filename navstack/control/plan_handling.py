@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import NO_INFORMATION, Costmap
+from navstack.costmap.costmap import NO_INFORMATION, Costmap, Grid
 from navstack.errors import InvalidPathError
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray, Path, Pose2D
@@ -115,9 +115,7 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
 
 
 @njit(cache=True)
-def cells_of_points(
-    points: FloatArray, costs: ByteArray, origin_x: float, origin_y: float, resolution: float
-) -> IntArray:
+def cells_of_points(points: FloatArray, costs: ByteArray, grid: Grid) -> IntArray:
     """The cells (S, 2), as (mx, my), of the first stretch of points (M, 2) that lies on known cells of the map.
 
     Points before the map are skipped; the first one off it or in an unknown cell ends the stretch
@@ -127,8 +125,8 @@ def cells_of_points(
     cells = np.empty((len(points), 2), dtype=np.int64)
     count = 0
     for i in range(len(points)):
-        fx = (points[i, 0] - origin_x) / resolution
-        fy = (points[i, 1] - origin_y) / resolution
+        fx = (points[i, 0] - grid[0]) / grid[2]
+        fy = (points[i, 1] - grid[1]) / grid[2]
         known = False
         if fx >= 0.0 and fy >= 0.0 and fx < width and fy < height:
             known = costs[int(fy), int(fx)] != NO_INFORMATION
@@ -145,5 +143,5 @@ def cells_of_points(
 def plan_cells(poses: FloatArray, costmap: Costmap) -> IntArray:
     """The cells (S, 2) that the poses (N, 3) of a plan cover, as far as the map is known; see :func:`densify`."""
     points = densify(poses, costmap.resolution)
-    cells: IntArray = cells_of_points(points, costmap.data, costmap.origin_x, costmap.origin_y, costmap.resolution)
+    cells: IntArray = cells_of_points(points, costmap.data, costmap.grid)
     return cells

@@ -1,13 +1,11 @@
 """Numba kernels of the obstacle layer as a list of its lethal cells, with the results of the dense ``kernels``.
 
-Lattice cells are counted from a fixed corner; ``window`` (4,) is the grid's x, y of the first cell, width and height.
-The first ``count`` rows of ``cells`` (n, 2) are the lethal cells, as lattice x, y; all of them lie in the window.
-``present`` (height, width) holds the state of each cell, wrapped around (x modulo width, y modulo height), so that a
-moving window copies nothing: 0, LISTED, or LISTED and DOUBTED. ``changed`` (4,) grows to the box x0, xn, y0, yn (ends
-exclusive) of all cells that came or went.
+Lattice cells are counted from a fixed corner. ``changed`` (4,) grows to the box x0, xn, y0, yn (ends exclusive) of all
+cells that came or went.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +27,19 @@ _LETHAL = np.uint8(LETHAL_OBSTACLE)
 _u = np.uint64  # unsigned indices spare the treatment of negative ones
 
 
+class Listed(NamedTuple):
+    """The lethal cells, all of them in the window."""
+
+    cells: CellArray  # (n, 2) lattice x, y; the first ``length`` count
+    length: int
+    present: ByteArray  # (height, width) state of each cell of the window: 0, LISTED, or LISTED and DOUBTED; wrapped
+    # around (x modulo width, y modulo height), so that a moving window copies nothing
+    window: IntArray  # (4,) lattice x, y of its first cell, width and height
+
+
+_LISTED = "NamedTuple((int32[:, ::1], int64, uint8[:, ::1], int64[::1]), Listed)"
+
+
 @njit(cache=True)
 def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
     """Where the flat ``present`` holds the state of a cell of the window."""
@@ -48,14 +59,11 @@ def grow(changed: IntArray, x: int, y: int) -> None:
 
 @njit(
     cache=True,
-    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], int64[::1], UniTuple(float64, 2), "
+    ahead=f"{_LISTED}, float64[:, ::1], int64[::1], UniTuple(float64, 2), "
     "float64[::1], float64, UniTuple(float64, 2), float64, int32[:, ::1]",
 )
 def clear_hit(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
+    listed: Listed,
     points: FloatArray,
     starts: IntArray,
     place: tuple[float, float],
@@ -68,10 +76,7 @@ def clear_hit(
     """Let the cells be doubted that a beam passes through.
 
     Args:
-        cells: see above.
-        count: see above.
-        present: see above.
-        window: see above.
+        listed: the cells.
         points: (n, 2) [m] where the beams end, sorted by bearing.
         starts: of their sectors, see ``beam_kernels.sort_by_bearing``.
         place: x, y [m] of the sensor.
@@ -81,6 +86,7 @@ def clear_hit(
         lateral: [cells] how far a line's cells may lie from their beam.
         lines: (m, 8) room for the beams' lines, m at least n.
     """
+    cells, count, present, window = listed
     flat = present.reshape(-1)
     ox, oy = place
     sensor = (
@@ -100,14 +106,11 @@ def clear_hit(
 
 @njit(
     cache=True,
-    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], UniTuple(float64, 2), "
+    ahead=f"{_LISTED}, float64[:, ::1], UniTuple(float64, 2), "
     "float64[::1], float64, UniTuple(float64, 2), Array(uint8, 2, 'C', readonly=True), int64, int64[::1]",
 )
 def mark_cells(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
+    listed: Listed,
     points: FloatArray,
     place: tuple[float, float],
     origin: FloatArray,
@@ -122,6 +125,7 @@ def mark_cells(
     ``background`` holds the costs of the map: the lattice cell (x, y) at [y + margin, x + margin]. What is lethal there
     is left out, and so is everything where the window lies farther off than 32 bits count.
     """
+    cells, count, present, window = listed
     flat = present.reshape(-1)
     ox, oy = place
     origin_x, origin_y, size_x, size_y = origin[0], origin[1], window[2], window[3]
@@ -156,8 +160,9 @@ def mark_cells(
 
 
 @njit(cache=True)
-def drop_doubted(cells: CellArray, count: int, present: ByteArray, window: IntArray, changed: IntArray) -> int:
+def drop_doubted(listed: Listed, changed: IntArray) -> int:
     """Drop the cells that are doubted; returns how many remain."""
+    cells, count, present, window = listed
     flat = present.reshape(-1)
     kept = 0
     for i in range(_u(count)):
@@ -172,37 +177,28 @@ def drop_doubted(cells: CellArray, count: int, present: ByteArray, window: IntAr
     return kept
 
 
-@njit(cache=True, ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], UniTuple(int64, 4), int64[::1]")
+@njit(cache=True, ahead=f"{_LISTED}, UniTuple(int64, 4), int64[::1]")
 def drop_outside(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
+    listed: Listed,
     box: tuple[int, int, int, int],
     changed: IntArray,
 ) -> int:
-    """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain.
-
-    ``window`` is the one that they lie in.
-    """
+    """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain."""
+    cells, count, present, window = listed
     flat = present.reshape(-1)
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
         if not (box[0] <= x < box[1] and box[2] <= y < box[3]):
             flat[_u(place_of(x, y, window, present))] |= DOUBTED
-    return drop_doubted(cells, count, present, window, changed)
+    return drop_doubted(listed, changed)
 
 
 @njit(
     cache=True,
-    ahead="int32[:, ::1], int64, uint8[:, ::1], int64[::1], float64[:, ::1], float64[::1], float64, "
-    "int64[:, ::1], int64[::1]",
+    ahead=f"{_LISTED}, float64[:, ::1], float64[::1], float64, int64[:, ::1], int64[::1]",
 )
 def drop_polygon(
-    cells: CellArray,
-    count: int,
-    present: ByteArray,
-    window: IntArray,
+    listed: Listed,
     polygon: FloatArray,
     origin: FloatArray,
     resolution: float,
@@ -213,6 +209,7 @@ def drop_polygon(
 
     ``columns`` (2, width) is room for the first and last row of each column, see ``kernels.polygon_columns``.
     """
+    cells, count, present, window = listed
     flat = present.reshape(-1)
     first, last = polygon_columns(polygon, origin, resolution, window[2], window[3], columns[0], columns[1])
     for i in range(_u(count)):
@@ -220,4 +217,4 @@ def drop_polygon(
         column, row = x - window[0], y - window[1]
         if first <= column <= last and columns[0, column] <= row <= columns[1, column]:
             flat[_u(place_of(x, y, window, present))] |= DOUBTED
-    return drop_doubted(cells, count, present, window, changed)
+    return drop_doubted(listed, changed)

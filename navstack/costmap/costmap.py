@@ -10,6 +10,8 @@ INSCRIBED_INFLATED_OBSTACLE = 253  # the robot's centre here means contact
 LETHAL_OBSTACLE = 254
 NO_INFORMATION = 255
 
+Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
+
 
 @dataclass(slots=True, eq=False)
 class Costmap:
@@ -33,6 +35,11 @@ class Costmap:
     def size_y(self) -> int:
         """Cells along y."""
         return int(self.data.shape[0])
+
+    @property
+    def grid(self) -> Grid:
+        """Where the cells are, for kernels."""
+        return self.origin_x, self.origin_y, self.resolution
 
     def world_to_map(self, x: float, y: float) -> tuple[int, int]:
         """The cell (mx, my) that holds a point; it may lie outside the grid (see :meth:`contains`)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from navstack.costmap import cell_kernels
 from navstack.costmap.beam_kernels import LineArray
-from navstack.costmap.cell_kernels import CellArray
+from navstack.costmap.cell_kernels import CellArray, Listed
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.costmap.layers import each_observation
 from navstack.costmap.observations import ObservationBuffer
@@ -66,19 +66,10 @@ class ObstacleCells:
         self._clear_beams(window)
         self._mark(window)
         if self._params.footprint_clearing_enabled:
-            self.count = cell_kernels.drop_polygon(
-                self.cells,
-                self.count,
-                self._present,
-                window.box,
-                footprint,
-                window.origin,
-                window.resolution,
-                self._columns,
-                self._changed,
-            )
+            place = (window.origin, window.resolution, self._columns, self._changed)
+            self.count = cell_kernels.drop_polygon(self._listed, footprint, *place)
         else:
-            self.count = cell_kernels.drop_doubted(self.cells, self.count, self._present, window.box, self._changed)
+            self.count = cell_kernels.drop_doubted(self._listed, self._changed)
 
     def take_changed(self) -> Box | None:
         """The box of cells that came or went since the last call, if any did."""
@@ -99,7 +90,11 @@ class ObstacleCells:
 
     def _drop_outside(self, box: Box) -> None:
         if self.count > 0:
-            self.count = cell_kernels.drop_outside(self.cells, self.count, self._present, self._box, box, self._changed)
+            self.count = cell_kernels.drop_outside(self._listed, box, self._changed)
+
+    @property
+    def _listed(self) -> Listed:
+        return Listed(self.cells, self.count, self._present, self._box)
 
     def as_grid(self, window: Window) -> ByteArray:
         """The layer's costs on the window's grid: lethal or free."""
@@ -113,38 +108,18 @@ class ObstacleCells:
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):
                 self._lines = np.empty((2 * len(ordered), 8), dtype=np.int32)
-            cell_kernels.clear_hit(
-                self.cells,
-                self.count,
-                self._present,
-                window.box,
-                ordered,
-                starts,
-                (seen.origin_x, seen.origin_y),
-                window.origin,
-                window.resolution,
-                (source.raytrace_min_range, source.raytrace_max_range),
-                _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE,
-                self._lines,
-            )
+            place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
+            limits = (source.raytrace_min_range, source.raytrace_max_range)
+            lateral = _LATERAL if source.raytrace_min_range == 0.0 else _LATERAL_FROM_MIN_RANGE
+            cell_kernels.clear_hit(self._listed, ordered, starts, *place, limits, lateral, self._lines)
 
     def _mark(self, window: Window) -> None:
         for source, seen in each_observation(self._sources, clearing=False):
             self._make_room(len(seen.marking))
-            self.count = cell_kernels.mark_cells(
-                self.cells,
-                self.count,
-                self._present,
-                window.box,
-                seen.marking,
-                (seen.origin_x, seen.origin_y),
-                window.origin,
-                window.resolution,
-                (source.obstacle_min_range, source.obstacle_max_range),
-                self._background,
-                self._margin,
-                self._changed,
-            )
+            place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
+            limits = (source.obstacle_min_range, source.obstacle_max_range)
+            background = (self._background, self._margin)
+            self.count = cell_kernels.mark_cells(self._listed, seen.marking, *place, limits, *background, self._changed)
 
     def _make_room(self, more: int) -> None:
         if self.count + more > len(self.cells):

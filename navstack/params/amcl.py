@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check_signs, require
 
 LASER_MODELS = ("beam", "likelihood_field", "likelihood_field_prob")
 # name -> spelling of releases before plugins
@@ -10,12 +10,12 @@ MOTION_MODELS = {
     "nav2_amcl::DifferentialMotionModel": "differential",
     "nav2_amcl::OmniMotionModel": "omnidirectional",
 }
-_POSITIVE = ("laser_likelihood_max_dist", "sigma_hit", "pf_err", "resample_interval", "min_particles", "max_particles")
-_NOT_NEGATIVE = (
-    *("alpha1", "alpha2", "alpha3", "alpha4", "alpha5", "beam_skip_distance", "lambda_short", "pf_z"),
-    *("recovery_alpha_slow", "recovery_alpha_fast", "update_min_a", "update_min_d", "z_hit", "z_max", "z_rand"),
-    *("z_short", "recovery_candidates"),
-)
+_WHOSE = "amcl"
+_POSITIVE = "laser_likelihood_max_dist sigma_hit pf_err resample_interval min_particles max_particles"
+_NOT_NEGATIVE = """
+    alpha1 alpha2 alpha3 alpha4 alpha5 beam_skip_distance lambda_short pf_z recovery_alpha_slow recovery_alpha_fast
+    update_min_a update_min_d z_hit z_max z_rand z_short recovery_candidates
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,20 +59,14 @@ class AmclParams:
     random_seed: int = -1  # of the particle filter; negative: the generator that is given at reset
 
     def __post_init__(self) -> None:
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
-        self._require("max_beams", self.max_beams >= 2, "2 or more")
-        self._require("laser_model_type", self.laser_model_type in LASER_MODELS, f"one of {', '.join(LASER_MODELS)}")
+        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
+        require(self, "max_beams", self.max_beams >= 2, "2 or more", _WHOSE)
+        models = ", ".join(LASER_MODELS)
+        require(self, "laser_model_type", self.laser_model_type in LASER_MODELS, f"one of {models}", _WHOSE)
         known = (*MOTION_MODELS, *MOTION_MODELS.values())
-        self._require("robot_model_type", self.robot_model_type in known, f"one of {', '.join(known)}")
+        require(self, "robot_model_type", self.robot_model_type in known, f"one of {', '.join(known)}", _WHOSE)
 
     @property
     def most_particles(self) -> int:
         """``max_particles``, but never less than ``min_particles``, as Nav2 corrects it."""
         return max(self.min_particles, self.max_particles)
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"amcl: {name} {getattr(self, name)} must be {allowed}")

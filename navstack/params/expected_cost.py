@@ -2,18 +2,18 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check_signs, require
 
-_POSITIVE = (
-    *("max_speed", "max_acceleration", "max_deceleration", "max_yaw_rate", "max_yaw_acceleration"),
-    *("max_lateral_acceleration", "step", "cell", "turn_gain", "caution_time", "squeeze_width", "lateness_std"),
-    *("time_limit", "replan_length_ratio", "clearance_period", "speed_std", "unsure_std", "impatience_time"),
-)
-_NOT_NEGATIVE = (
-    *("max_reverse_speed", "second_usd", "late_usd", "touch_usd", "squeeze_usd", "wall_usd", "inside_usd"),
-    *("shake_usd", "alarm_usd", "switch_usd", "switch_share", "position_std", "drift_std", "standing_std"),
-    *("turning_std", "wall_std", "counted_speed", "range", "corridor"),
-)
+_WHOSE = "expected-cost controller"
+_POSITIVE = """
+    max_speed max_acceleration max_deceleration max_yaw_rate max_yaw_acceleration max_lateral_acceleration step cell
+    turn_gain caution_time squeeze_width lateness_std time_limit replan_length_ratio clearance_period speed_std
+    unsure_std impatience_time
+"""
+_NOT_NEGATIVE = """
+    max_reverse_speed second_usd late_usd touch_usd squeeze_usd wall_usd inside_usd shake_usd alarm_usd switch_usd
+    switch_share position_std drift_std standing_std turning_std wall_std counted_speed range corridor
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +84,9 @@ class ExpectedCostParams:
     wall_std: float = 0.03  # [m] of the distance to what does not move
 
     def __post_init__(self) -> None:
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0.0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
-        self._require("steps", 2 <= self.steps <= 200, "2 to 200")
-        self._require("max_tracks", 1 <= self.max_tracks <= 50, "1 to 50")
-        self._require("corner_weight", 0.0 <= self.corner_weight <= 0.5, "0 to 0.5")
-        self._require("contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more")
-        self._require("contact_usd", min(self.contact_usd) >= 0.0, "0 or more each")
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"expected-cost controller: {name} {getattr(self, name)} must be {allowed}")
+        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
+        require(self, "steps", 2 <= self.steps <= 200, "2 to 200", _WHOSE)
+        require(self, "max_tracks", 1 <= self.max_tracks <= 50, "1 to 50", _WHOSE)
+        require(self, "corner_weight", 0.0 <= self.corner_weight <= 0.5, "0 to 0.5", _WHOSE)
+        require(self, "contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more", _WHOSE)
+        require(self, "contact_usd", min(self.contact_usd) >= 0.0, "0 or more each", _WHOSE)

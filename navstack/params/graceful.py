@@ -2,22 +2,14 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check_signs
 
-_POSITIVE = ("max_lookahead", "v_linear_max", "in_place_collision_resolution")
-_NOT_NEGATIVE = (
-    "min_lookahead",
-    "k_phi",
-    "k_delta",
-    "beta",
-    "lambda_",
-    "v_linear_min",
-    "v_angular_max",
-    "v_angular_min_in_place",
-    "slowdown_radius",
-    "initial_rotation_tolerance",
-    "rotation_scaling_factor",
-)
+_WHOSE = "graceful controller"
+_POSITIVE = "max_lookahead v_linear_max in_place_collision_resolution"
+_NOT_NEGATIVE = """
+    min_lookahead k_phi k_delta beta lambda_ v_linear_min v_angular_max v_angular_min_in_place slowdown_radius
+    initial_rotation_tolerance rotation_scaling_factor
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +41,9 @@ class GracefulParams:
     in_place_collision_resolution: float = 0.1  # [rad] between looks while turning at the goal
 
     def __post_init__(self) -> None:
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0.0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
+        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
 
     @property
     def may_reverse(self) -> bool:
         """Whether it drives backwards: where both are asked for, Nav2 keeps the turn on the spot."""
         return self.allow_backward and not self.initial_rotation
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"graceful controller: {name.rstrip('_')} {getattr(self, name)} must be {allowed}")

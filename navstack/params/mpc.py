@@ -2,18 +2,18 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check_signs, require
 
-_POSITIVE = (
-    *("max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration", "max_yaw_acceleration", "max_jerk"),
-    *("max_yaw_jerk", "max_lateral_acceleration", "step", "inflation_cost_scaling_factor"),
-)
-_NOT_NEGATIVE = (
-    *("obstacle_margin", "person_margin", "uncertainty_gain", "max_uncertainty", "max_lag", "passing_bias"),
-    *("turn_threshold", "velocity_mismatch", "contour_weight", "lag_weight", "heading_weight", "speed_weight"),
-    *("yaw_acceleration_weight", "lateral_weight", "obstacle_weight", "person_weight", "jerk_weight"),
-    "yaw_jerk_weight",
-)
+_WHOSE = "jerk-limited MPC"
+_POSITIVE = """
+    max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration max_jerk max_yaw_jerk
+    max_lateral_acceleration step inflation_cost_scaling_factor
+"""
+_NOT_NEGATIVE = """
+    obstacle_margin person_margin uncertainty_gain max_uncertainty max_lag passing_bias turn_threshold
+    velocity_mismatch contour_weight lag_weight heading_weight speed_weight yaw_acceleration_weight lateral_weight
+    obstacle_weight person_weight jerk_weight yaw_jerk_weight
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,15 +66,8 @@ class MpcParams:
     yaw_jerk_weight: float = 0.002  # [s6/rad2]
 
     def __post_init__(self) -> None:
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0.0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
-        self._require("solver", self.solver == "casadi", "casadi, the only solver; set it so, or leave it out")
-        self._require("horizon", 2 <= self.horizon <= 100, "2 to 100")
-        self._require("max_tracks", 1 <= self.max_tracks <= 50, "1 to 50")
-        self._require("footprint_circles", 1 <= self.footprint_circles <= 10, "1 to 10")
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"jerk-limited MPC: {name} {getattr(self, name)} must be {allowed}")
+        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
+        require(self, "solver", self.solver == "casadi", "casadi, the only solver; set it so, or leave it out", _WHOSE)
+        require(self, "horizon", 2 <= self.horizon <= 100, "2 to 100", _WHOSE)
+        require(self, "max_tracks", 1 <= self.max_tracks <= 50, "1 to 50", _WHOSE)
+        require(self, "footprint_circles", 1 <= self.footprint_circles <= 10, "1 to 10", _WHOSE)

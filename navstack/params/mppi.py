@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from navstack.errors import ParameterError, did_you_mean
+from navstack.params.checks import check_ranges, require
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.expected_contact import MppiContactParams
 from navstack.params.mppi_critics import (
@@ -21,7 +22,6 @@ from navstack.params.mppi_critics import (
     PreferForwardParams,
     TwirlingParams,
     VelocityDeadbandParams,
-    check_ranges,
 )
 
 CRITICS = (
@@ -141,11 +141,11 @@ class MppiParams:
         check_ranges(self, _RANGES)
         least, most = _ACCELERATIONS
         for name in ("ax_min", "ay_min"):
-            self._require(name, least <= abs(getattr(self, name)) <= most, f"{least:g} to {most:g}, either sign")
+            require(self, name, least <= abs(getattr(self, name)) <= most, f"{least:g} to {most:g}, either sign")
         least, _ = _RANGES["vx_std"]
-        self._require("vy_std", self.motion_model != OMNI or self.vy_std >= least, f"{least:g} or more with {OMNI}")
-        self._require("vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
-        self._require("motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)}")
+        require(self, "vy_std", self.motion_model != OMNI or self.vy_std >= least, f"{least:g} or more with {OMNI}")
+        require(self, "vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
+        require(self, "motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)}")
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(
@@ -159,7 +159,3 @@ class MppiParams:
                 raise ParameterError(f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}")
             if name in self.critics[:i]:
                 raise ParameterError(f"critics: '{name}' stands there twice; name it once and raise its cost_weight")
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"{name} {getattr(self, name)} must be {allowed}")

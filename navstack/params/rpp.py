@@ -2,28 +2,19 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check_signs, require
 
-_POSITIVE = (
-    "desired_linear_vel",
-    "lookahead_dist",
-    "min_lookahead_dist",
-    "curvature_lookahead_dist",
-    "rotate_to_heading_angular_vel",
-    "max_angular_accel",
-    "regulated_linear_scaling_min_radius",
-    "cost_scaling_dist",
-)
+_WHOSE = "regulated pure pursuit"
+_POSITIVE = """
+    desired_linear_vel lookahead_dist min_lookahead_dist curvature_lookahead_dist rotate_to_heading_angular_vel
+    max_angular_accel regulated_linear_scaling_min_radius cost_scaling_dist
+"""
 FEEDBACKS = ("OPEN_LOOP", "CLOSED_LOOP")
-_NOT_NEGATIVE = (
-    "lookahead_time",
-    "min_approach_linear_velocity",
-    "approach_velocity_scaling_dist",
-    "max_allowed_time_to_collision_up_to_carrot",
-    "cost_scaling_gain",
-    "regulated_linear_scaling_min_speed",
-    "rotate_to_heading_min_angle",
-)
+_NOT_NEGATIVE = """
+    lookahead_time min_approach_linear_velocity approach_velocity_scaling_dist
+    max_allowed_time_to_collision_up_to_carrot cost_scaling_gain regulated_linear_scaling_min_speed
+    rotate_to_heading_min_angle
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,22 +66,13 @@ class RppParams:
     min_distance_to_obstacle: float = -1.0  # [m] looked ahead at least, however slow; 0 or less: no such distance
 
     def __post_init__(self) -> None:
-        self._require("velocity_feedback", self.velocity_feedback in FEEDBACKS, f"one of {', '.join(FEEDBACKS)}")
-        for name in _POSITIVE:
-            self._require(name, getattr(self, name) > 0.0, "more than 0")
-        for name in _NOT_NEGATIVE:
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
-        self._require(
-            "max_lookahead_dist",
-            self.max_lookahead_dist >= self.min_lookahead_dist,
-            f"at least min_lookahead_dist ({self.min_lookahead_dist})",
-        )
+        feedbacks = ", ".join(FEEDBACKS)
+        require(self, "velocity_feedback", self.velocity_feedback in FEEDBACKS, f"one of {feedbacks}", _WHOSE)
+        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
+        reaches, least = self.max_lookahead_dist >= self.min_lookahead_dist, self.min_lookahead_dist
+        require(self, "max_lookahead_dist", reaches, f"at least min_lookahead_dist ({least})", _WHOSE)
 
     @property
     def regulates_by_cost(self) -> bool:
         """Whether obstacles slow the robot down."""
         return self.use_cost_regulated_linear_velocity_scaling and self.inflation_cost_scaling_factor > 0.0
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"regulated pure pursuit: {name} {getattr(self, name)} must be {allowed}")

@@ -5,7 +5,7 @@ on the machine. On the grid a million iterations take a fifth of a second, and `
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.smoothers import SimpleSmootherParams
@@ -30,15 +30,8 @@ class SmacSmootherParams:
     @property
     def as_simple(self) -> SimpleSmootherParams:
         """The same for Nav2's simple smoother, which relaxes alike."""
-        return SimpleSmootherParams(
-            tolerance=self.tolerance,
-            max_its=self.max_iterations,
-            w_data=self.w_data,
-            w_smooth=self.w_smooth,
-            do_refinement=self.do_refinement,
-            refinement_num=self.refinement_num,
-            enforce_path_inversion=True,
-        )
+        shared = {name: value for name, value in asdict(self).items() if name != "max_iterations"}
+        return SimpleSmootherParams(max_its=self.max_iterations, **shared)
 
 
 @dataclass(frozen=True, slots=True)

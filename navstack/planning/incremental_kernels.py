@@ -8,7 +8,17 @@ import math
 import numpy as np
 
 from navstack.jit import njit
-from navstack.planning.navfn_kernels import BLOCK_SIZE, COST_OBSTACLE, POT_HIGH, Buffers, run_wave, set_border, unmark
+from navstack.planning.navfn_kernels import (
+    BLOCK_SIZE,
+    COST_OBSTACLE,
+    FIELD,
+    POT_HIGH,
+    Buffers,
+    Field,
+    run_wave,
+    set_border,
+    unmark,
+)
 from navstack.types import ByteArray, Float32Array, FloatArray
 
 SETTLED = 2  # a dirty block that has not been written since it was last rolled back
@@ -198,21 +208,14 @@ def push_unreached(
 
 @njit(
     cache=True,
-    ahead="float32[::1], uint8[::1], float32[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], "
-    "int64, int64, int64, float64, uint32[:, ::1], float64, float64",
+    ahead=f"{FIELD}, float32[::1], int64, int64, float64, float64, float64",
 )
 def respread(
-    potential: Float32Array,
-    dirty: ByteArray,
+    field: Field,
     tops: Float32Array,  # (blocks,) see roll_back
-    costs: ByteArray,
-    crossing: Float32Array,
-    gain: Float32Array,
-    width: int,
     source: int,
     target: int,
     level: float,  # of potential, > COST_OBSTACLE
-    buffers: Buffers,
     margin: float,
     limit: float,  # see run_wave
 ) -> float:
@@ -220,6 +223,7 @@ def respread(
 
     Returns what :func:`run_wave` does, or -1.0 where more cells would wait than the buffers hold.
     """
+    potential, dirty, costs, _, gain, width, buffers = field
     blocks = roll_back(potential, dirty, tops, level, buffers[1])
     set_border(potential, width, -POT_HIGH)
     count = seed_edge(potential, buffers[1, :blocks], costs, gain, width, level, buffers[0])
@@ -227,22 +231,7 @@ def respread(
         unmark(potential, buffers[0], count)
         threshold = np.float32(-1.0)
     else:
-        threshold = run_wave(
-            potential,
-            dirty,
-            costs,
-            crossing,
-            gain,
-            width,
-            target,
-            False,
-            buffers,
-            count,
-            np.float32(level),
-            margin,
-            tops[:0],
-            np.float32(limit),
-        )
+        threshold = run_wave(field, target, False, count, np.float32(level), margin, tops[:0], np.float32(limit))
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0
     return threshold

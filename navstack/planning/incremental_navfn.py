@@ -98,21 +98,10 @@ class IncrementalNavfn(Planner):
         """Compare the costs about the robot with those known and lower the sound level accordingly."""
         reach = math.ceil(self._params.change_radius / costmap.resolution)
         column, row = robot % costmap.size_x, robot // costmap.size_x
-        window = (
-            max(1, column - reach),
-            min(costmap.size_x - 1, column + reach + 1),
-            max(1, row - reach),
-            min(costmap.size_y - 1, row + reach + 1),
-        )
-        level = take_in_changes(
-            self._field.potential.reshape(-1),
-            flat_costs(costmap),
-            self._known,
-            self._crossing,
-            costmap.size_x,
-            window,
-            only_cheaper,
-        )
+        x0, xn = max(1, column - reach), min(costmap.size_x - 1, column + reach + 1)
+        y0, yn = max(1, row - reach), min(costmap.size_y - 1, row + reach + 1)
+        costs = (flat_costs(costmap), self._known, self._crossing)
+        level = take_in_changes(self._field.flat, *costs, costmap.size_x, (x0, xn, y0, yn), only_cheaper)
         self._sound_below = min(self._sound_below, float(level))
 
     def _repair(self, robot: int, source: int, costmap: Costmap) -> bool:

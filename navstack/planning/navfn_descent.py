@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from navstack.costmap.costmap import Grid
 from navstack.jit import njit
 from navstack.planning.navfn_kernels import COST_NEUTRAL, POT_HIGH, round_half_away
 from navstack.types import Float32Array
@@ -187,21 +188,15 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
     return EXHAUSTED
 
 
-@njit(cache=True, ahead="float32[::1], int64, float64, float64, float64, float64, float64, float64")
+@njit(cache=True, ahead="float32[::1], int64, UniTuple(float64, 2), float64, UniTuple(float64, 3)")
 def nearest_reachable(
-    potential: Float32Array,
-    width: int,
-    goal_x: float,  # [m]
-    goal_y: float,  # [m]
-    tolerance: float,  # [m]
-    resolution: float,  # [m/cell]
-    origin_x: float,  # [m]
-    origin_y: float,  # [m]
+    potential: Float32Array, width: int, goal: tuple[float, float], tolerance: float, grid: Grid
 ) -> tuple[float, float]:
     """The reached point nearest to the goal, on a lattice of one cell within the tolerance square (makePlan), in [m].
 
     The goal itself where it is reached; NaN where nothing is.
     """
+    (goal_x, goal_y), (origin_x, origin_y, resolution) = goal, grid
     if potential_at(potential, width, (goal_x - origin_x) / resolution, (goal_y - origin_y) / resolution) < POT_HIGH:
         return goal_x, goal_y
     best, best_x, best_y = np.inf, np.nan, np.nan

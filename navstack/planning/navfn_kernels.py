@@ -9,6 +9,7 @@ is marked as waiting for the time of the wave.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +36,24 @@ NO_BOUND = np.empty(0, dtype=np.float32)  # for a wave that may go everywhere
 INV_SQRT2 = 0.707106781  # to as many digits as navfn.cpp has
 STRAIGHT_SHARE = 0.99  # of the straight line's cost that a potential is at least; WAVE_0 is a little low
 WAVE_2, WAVE_1, WAVE_0 = -0.2301, 0.5307, 0.7040  # the quadratic that stands for the planar wave's square root
+
+
+class Field(NamedTuple):
+    """A potential, and what its wave needs."""
+
+    potential: Float32Array  # (height * width,) POT_HIGH where the wave has not been
+    dirty: ByteArray  # (blocks,) set where the wave writes
+    costs: ByteArray  # (height * width,) of the costmap
+    crossing: Float32Array  # (256,) from cost_tables
+    gain: Float32Array  # (256,) from cost_tables
+    width: int
+    buffers: Buffers  # (3, size)
+
+
+FIELD = (
+    "NamedTuple((float32[::1], uint8[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], int64, "
+    "uint32[:, ::1]), Field)"
+)
 
 
 def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
@@ -175,15 +194,9 @@ def fetch_cell(potential: Float32Array, costs: ByteArray, n: int, row: int) -> N
 
 @njit(cache=True)
 def run_wave(
-    potential: Float32Array,
-    dirty: ByteArray,
-    costs: ByteArray,
-    crossing: Float32Array,
-    gain: Float32Array,
-    width: int,
+    field: Field,
     target: int,
     use_astar: bool,
-    buffers: Buffers,
     n_current: int,
     threshold: float,
     margin: float,
@@ -201,6 +214,7 @@ def run_wave(
 
     Returns the threshold at the end: potentials below it by PRIORITY_STEP are final.
     """
+    potential, dirty, costs, crossing, gain, width, buffers = field
     current, following, overflow = buffers[0], buffers[1], buffers[2]
     n_following = n_overflow = np.int64(0)  # numba would compile what they are given to once more for a literal 0
     target_x, target_y = target % width, target // width
@@ -240,47 +254,26 @@ def run_wave(
 
 @njit(
     cache=True,
-    ahead="float32[::1], uint8[::1], Array(uint8, 1, 'C', readonly=True), float32[::1], float32[::1], int64, "
-    "int64, int64, bool, uint32[:, ::1], float64, float32[::1], float64",
+    ahead=f"{FIELD}, int64, int64, bool, float64, float32[::1], float64",
 )
 def propagate(
-    potential: Float32Array,  # (height * width,) POT_HIGH where the wave has not been
-    dirty: ByteArray,  # (blocks,) set where the wave writes
-    costs: ByteArray,  # (height * width,) of the costmap
-    crossing: Float32Array,  # (256,) from cost_tables
-    gain: Float32Array,  # (256,) from cost_tables
-    width: int,
+    field: Field,
     source: int,  # cell where the potential is 0
     target: int,  # cell whose potential ends the wave; -1: expand until nothing is left
     use_astar: bool,
-    buffers: Buffers,  # (3, size)
     margin: float,  # of potential beyond the target; -inf: end when the target is reached, as upstream
     ahead: Float32Array,  # (height * width,) or empty, see run_wave
     limit: float,
 ) -> float:
     """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""
+    potential, dirty, costs, _, gain, width, buffers = field
     set_border(potential, width, -POT_HIGH)
     n_current = seed_wave(potential, costs, gain, width, source, buffers[0])
     dirty[source >> BLOCK_SHIFT] = 1
     threshold = COST_OBSTACLE
     if use_astar:
         threshold = np.float32(threshold + distance_cost(source, width, target % width, target // width))
-    threshold = run_wave(
-        potential,
-        dirty,
-        costs,
-        crossing,
-        gain,
-        width,
-        target,
-        use_astar,
-        buffers,
-        n_current,
-        threshold,
-        margin,
-        ahead,
-        np.float32(limit),
-    )
+    threshold = run_wave(field, target, use_astar, n_current, threshold, margin, ahead, np.float32(limit))
     set_border(potential, width, POT_HIGH)
     potential[source] = 0.0
     return threshold

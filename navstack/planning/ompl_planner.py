@@ -129,15 +129,8 @@ class OmplPlanner(Planner):
     ) -> tuple[Query, FloatArray]:
         """The question, and the states of its answer."""
         query, params = self._query(start, goal, costmap), self._params
-        found = search(
-            query,
-            params.algorithm,
-            params.range / costmap.resolution,
-            params.max_iterations,
-            params.max_planning_time,
-            params.patience,
-            seed,
-        )
+        budget = (params.max_iterations, params.max_planning_time, params.patience)
+        found = search(query, params.algorithm, params.range / costmap.resolution, *budget, seed)
         self._improvement = tuple((seconds, cost * costmap.resolution) for seconds, cost in found.improvement)
         if found.states is None:
             raise self._no_path(query, start, goal)

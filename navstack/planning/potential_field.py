@@ -10,6 +10,7 @@ from navstack.planning.navfn_kernels import (
     BUFFER_SIZE,
     NO_BOUND,
     POT_HIGH,
+    Field,
     clear_potential,
     cost_tables,
     propagate,
@@ -70,58 +71,22 @@ class PotentialField:
         if costmap.data.shape != self._shape:
             self._resize((costmap.size_y, costmap.size_x))
         clear_potential(self._flat, self._dirty)
-        return float(
-            propagate(
-                self._flat,
-                self._dirty,
-                flat_costs(costmap),
-                self._crossing,
-                self._gain,
-                costmap.size_x,
-                source,
-                target,
-                use_astar,
-                self._buffers,
-                margin,
-                ahead,
-                limit,
-            )
-        )
+        return float(propagate(self._field(costmap), source, target, use_astar, margin, ahead, limit))
 
     def resume(
         self, costmap: Costmap, source: int, target: int, level: float, margin: float, limit: float = np.inf
     ) -> float:
         """Forget all potentials of ``level`` and above and spread them anew from those below, as :meth:`expand`."""
-        return float(
-            respread(
-                self._flat,
-                self._dirty,
-                self._tops,
-                flat_costs(costmap),
-                self._crossing,
-                self._gain,
-                costmap.size_x,
-                source,
-                target,
-                level,
-                self._buffers,
-                margin,
-                limit,
-            )
-        )
+        return float(respread(self._field(costmap), self._tops, source, target, level, margin, limit))
+
+    def _field(self, costmap: Costmap) -> Field:
+        """What the kernels take, with the costs of a costmap."""
+        tables = (self._crossing, self._gain)
+        return Field(self._flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers)
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:
         """The goal, or the reached point nearest to it within ``tolerance`` [m] per axis, with the goal's yaw."""
-        x, y = nearest_reachable(
-            self._flat,
-            self._shape[1],
-            goal.x,
-            goal.y,
-            tolerance,
-            costmap.resolution,
-            costmap.origin_x,
-            costmap.origin_y,
-        )
+        x, y = nearest_reachable(self._flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid)
         return None if np.isnan(x) else Pose2D(float(x), float(y), goal.yaw)
 
     def descend(self, start: int, source: int) -> FloatArray | None:

@@ -47,17 +47,8 @@ class SimpleSmoother:
         converged = True
         for _ in range(passes):
             if converged:
-                converged = relax(
-                    poses,
-                    params.w_data,
-                    params.w_smooth,
-                    params.tolerance,
-                    params.max_its,
-                    costmap.data,
-                    costmap.origin_x,
-                    costmap.origin_y,
-                    costmap.resolution,
-                )
+                weights = (params.w_data, params.w_smooth)
+                converged = relax(poses, weights, params.tolerance, params.max_its, costmap.data, costmap.grid)
         heading = math.atan2(poses[2, 1] - poses[1, 1], poses[2, 0] - poses[1, 0])
         backwards = math.cos(heading - poses[1, 2]) < 0.0
         face_along(poses, backwards)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, IntArray
 
@@ -21,9 +21,7 @@ def means_contact(cost: int) -> bool:
 
 
 @njit(cache=True)
-def meets_obstacle(
-    places: FloatArray, costs: ByteArray, origin_x: float, origin_y: float, resolution: float, cells: IntArray
-) -> bool:
+def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntArray) -> bool:
     """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends; off the map none does.
 
     ``cells`` (N,) is room: their numbers, worked out first, so that this compiles to vector instructions.
@@ -31,7 +29,7 @@ def meets_obstacle(
     height, width = costs.shape
     flat, x, y = costs.reshape(-1), places[0], places[1]
     for i in range(_u(len(cells))):
-        fx, fy = (x[i] - origin_x) / resolution, (y[i] - origin_y) / resolution
+        fx, fy = (x[i] - grid[0]) / grid[2], (y[i] - grid[1]) / grid[2]
         is_inside = (fx >= 0.0) & (fy >= 0.0) & (fx < width) & (fy < height)
         cells[i] = np.int64(fy) * width + np.int64(fx) if is_inside else -1
     for i in range(1, len(cells) - 1):
@@ -86,17 +84,11 @@ def sweep_twice(
 
 @njit(cache=True)
 def relax(
-    poses: FloatArray,
-    w_data: float,
-    w_smooth: float,
-    tolerance: float,
-    max_its: int,
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    poses: FloatArray, weights: tuple[float, float], tolerance: float, max_its: int, costs: ByteArray, grid: Grid
 ) -> bool:
     """Relax the positions of poses (N, >= 2), in place, until they move less than ``tolerance`` [m] together.
+
+    ``weights``: of the given place and of the neighbours.
 
     Returns:
         Whether they came to rest before ``max_its`` iterations and without meeting an obstacle; if not, the poses are
@@ -107,10 +99,10 @@ def relax(
     cells = np.empty(len(poses), dtype=np.int64)
     iterations, at_rest, failed = 0, False, False
     while not (at_rest or failed):
-        changes = sweep_twice(given, last, once, twice, (w_data, w_smooth))
+        changes = sweep_twice(given, last, once, twice, weights)
         for change, places in zip(changes, (once, twice)):  # noqa: B905 - numba knows no strict
             iterations += 1
-            failed = iterations >= max_its or meets_obstacle(places, costs, origin_x, origin_y, resolution, cells)
+            failed = iterations >= max_its or meets_obstacle(places, costs, grid, cells)
             if failed:
                 break
             poses[:, 0], poses[:, 1] = places[0], places[1]

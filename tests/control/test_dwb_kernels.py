@@ -140,7 +140,7 @@ def test_pose_cells_equal_the_costmaps_own_rule() -> None:
     x, y = random_poses(rng, 30, 12)
     lengths = rng.integers(1, 13, 30)
     cells = np.empty(x.shape, dtype=np.int32)
-    leaves = kernels.pose_cells(x, y, lengths, SHAPE[1], SHAPE[0], *ORIGIN, RESOLUTION, cells)
+    leaves = kernels.pose_cells(x, y, lengths, SHAPE, (*ORIGIN, RESOLUTION), cells)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
     for k in range(30):
         expected = []
@@ -156,7 +156,7 @@ def test_nose_cells_equal_the_cells_of_the_moved_poses(first: int) -> None:
     rng = np.random.default_rng(7)
     x, y = random_poses(rng, 30, 12)
     yaw = rng.uniform(-4.0, 4.0, x.shape)
-    ours = kernels.nose_cells(x, y, yaw, first, 0.3, SHAPE[1], SHAPE[0], *ORIGIN, RESOLUTION)
+    ours = kernels.nose_cells(x, y, yaw, first, 0.3, SHAPE, (*ORIGIN, RESOLUTION))
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
     for k in range(30):
         for t in range(first, 12):
@@ -282,7 +282,7 @@ def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
     costs = np.zeros((20, 20), dtype=np.uint8)
     costs[:, 12:14] = 255
     plan = np.array(((-1.0, 0.5), (2.0, 0.5)))
-    cells = cells_of_points(densify(plan, 0.05), costs, 0.0, 0.0, 0.05)
+    cells = cells_of_points(densify(plan, 0.05), costs, (0.0, 0.0, 0.05))
     assert cells[:, 1].tolist() == [10] * len(cells)
     assert cells[0, 0] <= 1
     assert cells[-1, 0] in (10, 11)

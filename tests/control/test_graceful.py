@@ -77,7 +77,7 @@ def test_backwards_is_the_mirror_of_forwards() -> None:
 def test_the_law_leads_to_the_pose(start: tuple[float, float, float]) -> None:
     """Exponentially stable: from wherever it begins, the robot ends at the target with its yaw."""
     x, y, yaw = start
-    law = LAW._replace(slowest=0.0)
+    law = LAW._replace(v_linear_min=0.0)
     for _ in range(6000):
         speed, turn = velocity_to((3.0, 0.0, 0.0), (x, y, yaw), False, law)
         x, y, yaw = x + 0.01 * speed * math.cos(yaw), y + 0.01 * speed * math.sin(yaw), yaw + 0.01 * turn
@@ -142,7 +142,7 @@ def test_at_the_end_of_the_path_it_drives_straight_and_turns_there() -> None:
 def test_a_turn_at_the_goal_is_looked_at_every_few_degrees(monkeypatch) -> None:
     looks = []
     monkeypatch.setattr(
-        graceful_controller, "can_turn", lambda angle, count, grid: looks.append((angle, count)) or True
+        graceful_controller, "can_turn", lambda angle, count, ground: looks.append((angle, count)) or True
     )
     for yaw in (0.05, -0.31, 1.5):
         plan = straight(0.8)

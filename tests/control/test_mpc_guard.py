@@ -7,16 +7,16 @@ import pytest
 from shapely import Polygon, affinity, box, union_all
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, _duration, guarded, stop_is_safe, stopped
-from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, Body, _duration, guarded, stop_is_safe, stopped
+from navstack.control.mpc.distance_field import Field, distance_table
 from navstack.control.mpc.people import FIELDS
-from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import stop_distance, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.types import FloatArray
 
 FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
 CIRCLES, RADIUS = np.array((-0.516, -0.2335, 0.049)), 0.332
+BODY = Body(FOOTPRINT, CIRCLES, RADIUS)
 PERIOD = 1.0 / 30.0
 LIMITS = np.array((2.0, 1.5, 2.5, 5.0, 1.2, 2.5, 10.0, 1.3))
 NOBODY = np.empty((0, FIELDS))
@@ -80,7 +80,7 @@ def test_a_blind_driver_touches_nothing() -> None:
         for cycle in range(150):
             if cycle % 15 == 0:
                 j, ja = rng.uniform(-1.0, 5.0), rng.normal(scale=5.0)
-            motion, kind, share = guarded(state, j, ja, PERIOD, LIMITS, kind, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+            motion, kind, share = guarded(state, j, ja, PERIOD, LIMITS, kind, field, BODY, NOBODY)
             stops += share == 1.0
             move(state, motion)
             if np.abs(state[:2]).max() > 8.0:
@@ -99,7 +99,7 @@ def test_a_stop_that_is_called_safe_keeps_the_limits(kind: int) -> None:
         state[3:] = rng.uniform((0.0, -1.2, -2.5, -2.5), (2.0, 1.2, 1.5, 2.5))
         if state[5] < 0.0 and state[3] < state[5] ** 2 / 10.0:  # it could not help rolling back
             continue
-        if not stop_is_safe(state, kind, PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS):
+        if not stop_is_safe(state, kind, PERIOD, LIMITS, field, BODY, NOBODY):
             continue
         checked += 1
         times = np.arange(0, 90) * PERIOD
@@ -116,7 +116,7 @@ def test_a_stop_that_is_called_safe_keeps_the_limits(kind: int) -> None:
 def test_keeping_the_curve_stops_beside_an_obstacle_that_a_straight_stop_would_meet() -> None:
     state = np.array((0.0, 0.0, 0.0, 1.8, 0.7, 0.0, 0.0))
     field = field_of([(1.0, -1.2, 2.2, -0.15)])  # ahead on the right of a left turn
-    known = (PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+    known = (PERIOD, LIMITS, field, BODY, NOBODY)
     assert stop_is_safe(state, KEEP_CURVE, *known)
     assert not stop_is_safe(state, STRAIGHTEN, *known)
 
@@ -128,7 +128,7 @@ def test_a_stop_through_a_wall_one_cell_deep_is_not_safe(speed: float) -> None:
     near, far = math.ceil(0.19 / 0.05), math.floor((0.19 + length) / 0.05)  # cells ahead of the front edge
     for cell in range(near, far):
         x = (cell + 0.5) * 0.05
-        known = (PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+        known = (PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), BODY, NOBODY)
         assert not stop_is_safe(state, STRAIGHTEN, *known)
     x = (far + 1.5) * 0.05
     assert stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field_of([(x, -0.15, x, 0.15)]), *known[3:])
@@ -141,12 +141,12 @@ def test_a_stop_of_a_turn_whose_rear_sweeps_over_a_post_is_not_safe() -> None:
         yaw = share * turned
         x, y = -0.62 * math.cos(yaw) + 0.3 * math.sin(yaw), -0.62 * math.sin(yaw) - 0.3 * math.cos(yaw)
         field = field_of([(x - 0.05, y - 0.05, x + 0.05, y + 0.05)])
-        assert not stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+        assert not stop_is_safe(state, STRAIGHTEN, PERIOD, LIMITS, field, BODY, NOBODY)
 
 
 def test_an_unknown_cell_under_the_outline_hides_no_lethal_one() -> None:
     field = field_of([(0.19, 0.0, 0.19, 0.0), (-0.657, 0.0, -0.657, 0.0)])  # front and rear edge
-    known = (PERIOD, LIMITS, field, FOOTPRINT, CIRCLES, NOBODY, RADIUS)
+    known = (PERIOD, LIMITS, field, BODY, NOBODY)
     for x, y in ((0.19, -0.2), (-0.2, -0.3)):  # on the front edge and on the side after it
         field.costs[math.floor((y + 10.0) / 0.05), math.floor((x + 10.0) / 0.05)] = NO_INFORMATION
         assert not stop_is_safe(np.zeros(7), STRAIGHTEN, *known)
@@ -158,16 +158,16 @@ def test_an_unknown_cell_under_the_outline_hides_no_lethal_one() -> None:
 def test_a_person_who_comes_is_stopped_for_and_one_who_leaves_is_not(vx: float, is_safe: bool) -> None:
     state = np.array((0.0, 0.0, 0.0, 1.8, 0.0, 0.0, 0.0))
     person = np.array(((2.0, 0.0, vx, 0.0, 0.3, 0.0, 0.0, 0.0),))
-    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
-    assert stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS) is is_safe
+    known = (PERIOD, LIMITS, field_of([]), BODY)
+    assert stop_is_safe(state, STRAIGHTEN, *known, person) is is_safe
     standing = np.zeros(7)
-    assert stop_is_safe(standing, STRAIGHTEN, *known, person, RADIUS)  # at rest nobody is run into
+    assert stop_is_safe(standing, STRAIGHTEN, *known, person)  # at rest nobody is run into
 
 
 def test_who_walks_through_a_straight_stop_is_met_as_in_a_simulation_of_both() -> None:
     """Looked at every 0.1 s and at the end; the stop begins one control period from now."""
     rng, met = np.random.default_rng(8), 0
-    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
+    known = (PERIOD, LIMITS, field_of([]), BODY)
     for _ in range(2000):
         v = rng.uniform(0.3, 2.0)
         x, y, vx, vy = rng.uniform((-1.0, -1.5, -1.5, -1.5), (2.5, 1.5, 1.5, 1.5))
@@ -184,7 +184,7 @@ def test_who_walks_through_a_straight_stop_is_met_as_in_a_simulation_of_both() -
             way += 0.5 * PERIOD * (speed + after)
         person = np.array(((x, y, vx, vy, 0.3, 0.0, 0.0, 0.0),))
         state = np.array((0.0, 0.0, 0.0, v, 0.0, 0.0, 0.0))
-        assert stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS) is not is_met
+        assert stop_is_safe(state, STRAIGHTEN, *known, person) is not is_met
         met += is_met
     assert 500 < met < 1500
 
@@ -193,7 +193,7 @@ def test_who_walks_through_a_straight_stop_is_met_as_in_a_simulation_of_both() -
 def test_a_turning_robot_does_not_sweep_over_a_person(v: float) -> None:
     state = np.array((0.0, 0.0, 0.0, v, 0.8, 0.0, 0.0))
     person = np.array(((-0.6, -1.05, 0.0, 1.2, 0.3, 0.0, 0.0, 0.0),))  # walks to where the rear turns
-    known = (PERIOD, LIMITS, field_of([]), FOOTPRINT, CIRCLES)
-    assert not stop_is_safe(state, STRAIGHTEN, *known, person, RADIUS)
-    assert stop_is_safe(state, STRAIGHTEN, *known, NOBODY, RADIUS)
-    assert guarded(state, 0.0, 0.0, *known[:2], STRAIGHTEN, *known[2:], person, RADIUS)[2] > 0.0
+    known = (PERIOD, LIMITS, field_of([]), BODY)
+    assert not stop_is_safe(state, STRAIGHTEN, *known, person)
+    assert stop_is_safe(state, STRAIGHTEN, *known, NOBODY)
+    assert guarded(state, 0.0, 0.0, *known[:2], STRAIGHTEN, *known[2:], person)[2] > 0.0

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import distance_and_gradient, distance_table
+from navstack.control.mpc.distance_field import Field, distance_and_gradient, distance_table
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
@@ -119,8 +119,7 @@ def test_the_distance_field_is_that_of_the_obstacles() -> None:
     Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
         costs, 0, 200, 0, 200
     )
-    table = distance_table(0.19, 3.0)
-    grid = (-5.0, 3.0, 0.05)
+    field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
     centres = np.array((-5.0, 3.0)) + 0.05 * (cells + 0.5)
     compared = 0
     for point in rng.uniform((-4.0, 4.0), (4.0, 12.0), size=(400, 2)):
@@ -128,7 +127,7 @@ def test_the_distance_field_is_that_of_the_obstacles() -> None:
         nearest, second = np.sort(away)[:2]
         if nearest > 1.2:
             continue
-        distance, gx, gy = distance_and_gradient(costs, grid, table, 0.19, *point, 1.3)
+        distance, gx, gy = distance_and_gradient(field, *point, 1.3)
         assert distance == pytest.approx(nearest, abs=0.03)
         if nearest > 0.35 and second - nearest > 0.2:  # in the flat part and on ridges gradients are rough
             compared += 1

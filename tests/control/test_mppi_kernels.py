@@ -236,14 +236,14 @@ def test_what_has_room_touches_nothing_within_it() -> None:
     body = make_body(FOOTPRINT, True, COSTS, LAYER, 0.05)
     known = touched = 0
     for x, y, yaw in rng.uniform((-6.2, -6.2, -math.pi), (6.2, 6.2, math.pi), (4000, 3)):
-        expected = outline_cost(grid.data, -6.0, -6.0, 0.05, FOOTPRINT, x, y, yaw)
+        expected = outline_cost(grid.data, grid.grid, FOOTPRINT, x, y, yaw)
         place = ((x + 6.0) / 0.05, (y + 6.0) / 0.05, math.cos(yaw), math.sin(yaw))
         assert outline_worst(grid.data, *place, body.corners) == expected
         touched += expected == 254
         room = clearance(grid.data, *place, body.circles, body.free_radius, body.radius, body.reach)
         near = np.array((x, y)) + rng.uniform(-1.0, 1.0, 2) * max(room, 0.0) * 0.05 / math.sqrt(2.0)
         for candidate in ((x, y), near):
-            worst = outline_cost(grid.data, -6.0, -6.0, 0.05, FOOTPRINT, *candidate, yaw)
+            worst = outline_cost(grid.data, grid.grid, FOOTPRINT, *candidate, yaw)
             assert room < 0.0 or worst < 254
         known += room >= 0.0
     assert 400 < touched < 3600 and known > 400

@@ -79,7 +79,7 @@ def test_returns_within_the_obstacle_ranges_mark_on_the_grid_and_in_the_list(lim
     cells, present = np.empty((len(points), 2), dtype=np.int32), np.zeros_like(expected)
     changed, nothing = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40))), np.zeros((1, 1), dtype=np.uint8)
     given = (points, (ox, oy), origin, resolution, limits, nothing, 0, changed)
-    count = cell_kernels.mark_cells(cells, 0, present, window, *given)
+    count = cell_kernels.mark_cells(cell_kernels.Listed(cells, 0, present, window), *given)
     listed = np.zeros_like(expected)
     listed[cells[:count, 1] + 200, cells[:count, 0] - 300] = 254
     np.testing.assert_array_equal(listed, expected)
@@ -205,11 +205,10 @@ def test_a_cell_is_hit_if_the_line_of_some_beam_holds_it(limits: tuple[float, fl
     present = np.ones((50, 60), dtype=np.uint8)
     lines = np.empty((40, 8), dtype=np.int32)
     lateral = 1.5 if limits[0] == 0.0 else 3.0
-    cell_kernels.clear_hit(
-        cells, len(cells), present, window, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines
-    )
+    all_cells = cell_kernels.Listed(cells, len(cells), present, window)
+    cell_kernels.clear_hit(all_cells, ordered, starts, (ox, oy), origin, resolution, limits, lateral, lines)
     changed = np.array((1 << 40, -(1 << 40), 1 << 40, -(1 << 40)))
-    count = cell_kernels.drop_doubted(cells, len(cells), present, window, changed)
+    count = cell_kernels.drop_doubted(all_cells, changed)
     kept = np.zeros((50, 60), dtype=np.uint8)
     kept[cells[:count, 1] + 200, cells[:count, 0] - 300] = 254
     np.testing.assert_array_equal(kept, dense)

@@ -56,7 +56,7 @@ def slow_relax(given, w_data, w_smooth, tolerance, max_its):
 def test_kernel_equals_slow_twin(tolerance, max_its):
     given = np.random.default_rng(3).normal(size=(30, 2)).cumsum(axis=0) * 0.05
     ours, costmap = given.copy(), free()
-    relax(ours, 0.2, 0.3, tolerance, max_its, costmap.data, costmap.origin_x, costmap.origin_y, costmap.resolution)
+    relax(ours, (0.2, 0.3), tolerance, max_its, costmap.data, costmap.grid)
     np.testing.assert_array_equal(ours, slow_relax(given, 0.2, 0.3, tolerance, max_its))
 
 

@@ -24,9 +24,11 @@ from navstack.planning.dubins import shortest_word
 from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled
 from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
+from navstack.planning.smac.heuristic_kernels import make_field, way_to_goal
 from navstack.planning.smac.motions import HEADINGS, IN_PLACE, LEFT, RIGHT, STRAIGHT, arcs, lattice, read_lattice
-from navstack.planning.smac.pose_kernels import Goal, Ground, Penalties, make_field, step_cost, way_to_goal
+from navstack.planning.smac.pose_kernels import step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
+from navstack.planning.smac.pose_problem import Goal, Ground, Penalties
 from navstack.planning.smac.smac_2d import Smac2D
 from navstack.types import Pose2D
 

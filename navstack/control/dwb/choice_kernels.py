@@ -73,7 +73,7 @@ def best_command(
     times = sampling.times
     commands = combine(robot[3:], sampling.axes, sampling.counts, sampling.speeds, times[0])
     grid = surface.grid
-    seeds = cells_of_points(densify(plan, grid[2]), surface.costs, grid[0], grid[1], grid[2])
+    seeds = cells_of_points(densify(plan, grid[2]), surface.costs, grid)
     goals, are_known = goal_cells(robot, terms, plan, seeds, goal, surface)
     if len(commands) == 0 or not are_known:
         return -1, np.float32(math.inf)
@@ -171,5 +171,5 @@ def outline_score(x: float, y: float, yaw: float, surface: Surface) -> float:
     fx, fy = (x - grid[0]) / grid[2], (y - grid[1]) / grid[2]
     if not (fx >= 0.0 and fy >= 0.0 and fx < costs.shape[1] and fy < costs.shape[0]):
         return math.inf
-    cost = outline_cost(costs, grid[0], grid[1], grid[2], surface.footprint, x, y, yaw)
+    cost = outline_cost(costs, grid, surface.footprint, x, y, yaw)
     return float(cost) if cost < LETHAL_OBSTACLE else math.inf

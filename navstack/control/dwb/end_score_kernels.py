@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.dwb.end_score import CELL_COST, GIVEN, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST
-from navstack.control.dwb.kernels import CellArray, Grid
+from navstack.control.dwb.kernels import CellArray
 from navstack.control.plan_handling import cells_of_points, densify
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, Float32Array, FloatArray, IntArray
 
@@ -46,7 +46,7 @@ def goal_cells(
             moved = plan.copy()
             moved[-1, 0] += numbers[c] * math.cos(bearing)
             moved[-1, 1] += numbers[c] * math.sin(bearing)
-            cells = cells_of_points(densify(moved, grid[2]), surface.costs, grid[0], grid[1], grid[2])
+            cells = cells_of_points(densify(moved, grid[2]), surface.costs, grid)
             if len(cells) == 0:
                 return goals, False
             goals[c, 0], goals[c, 1] = cells[-1, 0], cells[-1, 1]

@@ -6,12 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.control.dwb.velocity_samples import project_velocity
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
-Grid = tuple[float, float, float]  # [m] x and y of a costmap's origin, [m] size of a cell
 OFF_MAP = -1  # cell index of a pose outside the costmap
 SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
 
@@ -91,34 +90,29 @@ def roll_out(
 
 
 @njit(cache=True)
-def cell_index(x: float, y: float, width: int, height: int, ox: float, oy: float, resolution: float) -> int:
+def cell_index(x: float, y: float, shape: tuple[int, int], grid: Grid) -> int:
     """Index of the cell of a point in the flattened costmap; OFF_MAP outside (``Costmap2D::worldToMap``)."""
-    fx = (x - ox) / resolution
-    fy = (y - oy) / resolution
-    if fx >= 0.0 and fy >= 0.0 and fx < width and fy < height:
-        return int(fy) * width + int(fx)
+    fx = (x - grid[0]) / grid[2]
+    fy = (y - grid[1]) / grid[2]
+    if fx >= 0.0 and fy >= 0.0 and fx < shape[1] and fy < shape[0]:
+        return int(fy) * shape[1] + int(fx)
     return OFF_MAP
 
 
 @njit(cache=True)
 def pose_cells(
-    x: FloatArray,
-    y: FloatArray,
-    lengths: IntArray,
-    width: int,
-    height: int,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    cells: CellArray,
+    x: FloatArray, y: FloatArray, lengths: IntArray, shape: tuple[int, int], grid: Grid, cells: CellArray
 ) -> BoolArray:
-    """Write the cells (K, T) of the poses; the answer (K,) says which trajectories leave the map."""
+    """Write the cells (K, T) of the poses; the answer (K,) says which trajectories leave the map.
+
+    ``shape``: the map's height and width [cells].
+    """
     leaves = np.zeros(len(x), dtype=np.bool_)
     for k in range(len(x)):
         n = lengths[k]
         outside = False
         for t in range(n):
-            cells[k, t] = cell_index(x[k, t], y[k, t], width, height, origin_x, origin_y, resolution)
+            cells[k, t] = cell_index(x[k, t], y[k, t], shape, grid)
             outside |= cells[k, t] < 0
         cells[k, n:] = cells[k, n - 1]
         leaves[k] = outside
@@ -127,16 +121,7 @@ def pose_cells(
 
 @njit(cache=True)
 def nose_cells(
-    x: FloatArray,
-    y: FloatArray,
-    yaw: FloatArray,
-    first: int,
-    ahead: float,
-    width: int,
-    height: int,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    x: FloatArray, y: FloatArray, yaw: FloatArray, first: int, ahead: float, shape: tuple[int, int], grid: Grid
 ) -> CellArray:
     """Cells (K, T - first) of the points ``ahead`` [m] of the poses (K, T) from column ``first`` on."""
     count, length = x.shape
@@ -145,7 +130,7 @@ def nose_cells(
         for t in range(first, length):
             nose_x = x[k, t] + ahead * math.cos(yaw[k, t])
             nose_y = y[k, t] + ahead * math.sin(yaw[k, t])
-            cells[k, t - first] = cell_index(nose_x, nose_y, width, height, origin_x, origin_y, resolution)
+            cells[k, t - first] = cell_index(nose_x, nose_y, shape, grid)
     return cells
 
 

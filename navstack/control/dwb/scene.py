@@ -53,6 +53,5 @@ class Scene:
             assert self._rollouts is not None
             r, c = self._rollouts, self.costmap
             cells = np.empty(r.x.shape, dtype=np.int32)
-            grid = (c.size_x, c.size_y, c.origin_x, c.origin_y, c.resolution)
-            self._located = cells, pose_cells(r.x, r.y, r.lengths, *grid, cells)
+            self._located = cells, pose_cells(r.x, r.y, r.lengths, c.data.shape, c.grid, cells)
         return self._located

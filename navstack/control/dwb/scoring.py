@@ -1,4 +1,9 @@
-"""What the critics say of the trajectories of a cycle, and which of them is the best."""
+"""What the critics say of the trajectories of a cycle, and which of them is the best.
+
+A critic is a class that scores all trajectories, for records, alternatives and other packages; the kinds of
+:mod:`.end_score` are the shipped ones once more in the compiled search, which finds the same choice in a third of the
+time, and in which any other critic takes part with the costs that its class gives.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -86,7 +91,6 @@ class Scoring:
         if given is None:
             return None
         robot = (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z)
-        grid = (costmap.origin_x, costmap.origin_y, costmap.resolution)
         index, total = best_command(
             np.array(robot, dtype=np.float64),
             self._generator.sampling,
@@ -94,7 +98,7 @@ class Scoring:
             given,
             scene.plan,
             (scene.goal.x, scene.goal.y),
-            Surface(costmap.data, grid, scene.footprint),
+            Surface(costmap.data, costmap.grid, scene.footprint),
             self._guess,
             self._command,
         )

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from navstack.control.footprint_cost import is_occupied
+from navstack.costmap.costmap import Grid
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray
 
@@ -15,21 +16,20 @@ class Law(NamedTuple):
     k_delta: float
     beta: float
     lambda_: float
-    slowest: float  # [m/s]
-    fastest: float  # [m/s]
-    fastest_turn: float  # [rad/s]
+    v_linear_min: float  # [m/s]
+    v_linear_max: float  # [m/s]
+    v_angular_max: float  # [rad/s]
     slowdown_radius: float  # [m]
-    turn_gain: float  # [-] of turns on the spot
-    slowest_turn: float  # [rad/s] on the spot
-    turn_tolerance: float  # [rad] within which a turn on the spot ends
+    rotation_scaling_factor: float  # [-] of turns on the spot
+    v_angular_min_in_place: float  # [rad/s] on the spot
+    initial_rotation_tolerance: float  # [rad] within which a turn on the spot ends
 
 
-class Grid(NamedTuple):
+class Ground(NamedTuple):
     """The local costmap, the robot on it and its footprint."""
 
     costs: ByteArray  # (rows, columns)
-    origin: tuple[float, float]  # [m]
-    resolution: float  # [m]
+    grid: Grid
     footprint: FloatArray  # (V, 2) [m], base frame
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
@@ -56,40 +56,38 @@ def velocity_to(
     curvature = -(law.k_delta * (delta - wanted) + feedback) / distance if distance > 0.0 else 0.0
     if backward:
         curvature = -curvature
-    speed = law.fastest / (1.0 + law.beta * abs(curvature) ** law.lambda_)
+    speed = law.v_linear_max / (1.0 + law.beta * abs(curvature) ** law.lambda_)
     if law.slowdown_radius > 0.0:
-        speed = min(speed, law.fastest * distance / law.slowdown_radius)
-    speed = min(max(speed, law.slowest), law.fastest)
+        speed = min(speed, law.v_linear_max * distance / law.slowdown_radius)
+    speed = min(max(speed, law.v_linear_min), law.v_linear_max)
     if backward:
         speed = -speed
-    turn = min(max(curvature * speed, -law.fastest_turn), law.fastest_turn)
+    turn = min(max(curvature * speed, -law.v_angular_max), law.v_angular_max)
     return (turn / curvature if curvature != 0.0 else speed), turn
 
 
 @njit(cache=True)
 def turn_on_the_spot(angle: float, law: Law) -> float:
     """The rate in [rad/s] of a turn by ``angle`` [rad]."""
-    rate = law.turn_gain * angle * law.fastest_turn
-    return math.copysign(max(abs(rate), law.slowest_turn), rate)
+    rate = law.rotation_scaling_factor * angle * law.v_angular_max
+    return math.copysign(max(abs(rate), law.v_angular_min_in_place), rate)
 
 
 @njit(cache=True)
-def is_blocked(x: float, y: float, yaw: float, grid: Grid) -> bool:
+def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     """Whether the footprint meets an obstacle at a pose in the base frame."""
-    cosine, sine = math.cos(grid.pose[2]), math.sin(grid.pose[2])
-    map_x = grid.pose[0] + cosine * x - sine * y
-    map_y = grid.pose[1] + sine * x + cosine * y
-    return is_occupied(
-        grid.costs, grid.origin[0], grid.origin[1], grid.resolution, grid.footprint, map_x, map_y, grid.pose[2] + yaw
-    )
+    cosine, sine = math.cos(ground.pose[2]), math.sin(ground.pose[2])
+    map_x = ground.pose[0] + cosine * x - sine * y
+    map_y = ground.pose[1] + sine * x + cosine * y
+    return is_occupied(ground.costs, ground.grid, ground.footprint, map_x, map_y, ground.pose[2] + yaw)
 
 
-_GRID = "NamedTuple((uint8[:, ::1], UniTuple(float64, 2), float64, float64[:, ::1], UniTuple(float64, 3)), Grid)"
+_GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
 
 
-@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GRID}")
+@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
 def drive_to(
-    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, grid: Grid
+    target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, ground: Ground
 ) -> tuple[bool, float, float]:
     """Drive to a target pose (x, y, yaw) of the base frame in thought, a cell of the costmap at a time.
 
@@ -99,20 +97,20 @@ def drive_to(
         turns_first: whether the robot first turns on the spot until it looks at the target.
         looks: whether obstacles stop it.
         law: gains and limits.
-        grid: where obstacles are.
+        ground: where obstacles are.
 
     Returns:
         Whether it gets there, or as far as three times the straight way; and the first speed and turn rate.
     """
-    step = grid.resolution / law.fastest  # [s]
+    step = ground.grid[2] / law.v_linear_max  # [s]
     bearing, distance = math.atan2(target[1], target[0]), math.hypot(target[0], target[1])
-    steps = max(int(3.0 * distance / grid.resolution), 1)
+    steps = max(int(3.0 * distance / ground.grid[2]), 1)
     x = y = yaw = speed = turn = 0.0
     for i in range(steps):
         if turns_first:
             if i == 0:
                 turn = turn_on_the_spot(bearing - yaw, law)
-            turns_first = abs(bearing - yaw) >= law.turn_tolerance
+            turns_first = abs(bearing - yaw) >= law.initial_rotation_tolerance
             yaw += turn * step  # upstream, too, goes on with the first rate
         else:
             v, w = velocity_to(target, (x, y, yaw), backward, law)
@@ -121,17 +119,17 @@ def drive_to(
             x += v * step * math.cos(yaw)
             y += v * step * math.sin(yaw)
             yaw += w * step
-        if looks and is_blocked(x, y, yaw, grid):
+        if looks and is_blocked(x, y, yaw, ground):
             return False, speed, turn
-        if math.hypot(target[0] - x, target[1] - y) <= grid.resolution:
+        if math.hypot(target[0] - x, target[1] - y) <= ground.grid[2]:
             break
     return True, speed, turn
 
 
-@njit(cache=True, ahead=f"float64, int64, {_GRID}")
-def can_turn(angle: float, looks: int, grid: Grid) -> bool:
+@njit(cache=True, ahead=f"float64, int64, {_GROUND}")
+def can_turn(angle: float, looks: int, ground: Ground) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):
-        if is_blocked(0.0, 0.0, angle * i / looks, grid):
+        if is_blocked(0.0, 0.0, angle * i / looks, ground):
             return False
     return True

@@ -6,13 +6,12 @@ import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import CriticScore, DecisionRecord
-from navstack.control.graceful.control_law import Grid, Law, can_turn, drive_to, turn_on_the_spot
+from navstack.control.graceful.control_law import Ground, Law, can_turn, drive_to, turn_on_the_spot
 from navstack.control.path_window import PathWindow
-from navstack.costmap.costmap import Costmap
 from navstack.errors import NoLegalVelocity
 from navstack.geometry import normalize_angle
 from navstack.params.graceful import GracefulParams
-from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
+from navstack.types import FloatArray, Path, RobotState, Twist2D
 
 COLLISION_AHEAD = "collision ahead"  # the only thing that rejects a target
 SAME_YAW = 1e-6  # [rad]
@@ -73,10 +72,11 @@ class GracefulController(Controller):
         path = self._window.seen_from(state.pose, plan, surroundings.costmap)
         add_orientations(path)
         lengths = np.hypot(*np.diff(path[:, :2], axis=0).T)
-        grid = _grid(surroundings.costmap, self._footprint, state.pose)
-        command, tried = self._turn_at_goal(path, float(lengths.sum()), grid), 0
+        costmap, pose = surroundings.costmap, (state.pose.x, state.pose.y, state.pose.yaw)
+        ground = Ground(costmap.data, costmap.grid, self._footprint, pose)
+        command, tried = self._turn_at_goal(path, float(lengths.sum()), ground), 0
         if command is None:
-            command, tried = self._drive(path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), grid)
+            command, tried = self._drive(path, np.cumsum([math.hypot(*path[0, :2]), *lengths]), ground)
         rejected = max(tried - 1, 0) if command is not None else tried
         check = CriticScore(COLLISION_AHEAD, None, None, rejected)
         self._decision = DecisionRecord(
@@ -86,18 +86,18 @@ class GracefulController(Controller):
             raise NoLegalVelocity({COLLISION_AHEAD: rejected})
         return command
 
-    def _turn_at_goal(self, path: FloatArray, rest: float, grid: Grid) -> Twist2D | None:
+    def _turn_at_goal(self, path: FloatArray, rest: float, ground: Ground) -> Twist2D | None:
         """The turn to the goal's yaw; None: the robot is not at the goal, or cannot turn there."""
         self._at_goal = self._at_goal or rest < self._xy_goal_tolerance
         if not self._at_goal:
             return None
         angle = float(path[-1, 2])
         looks = max(int(abs(angle) / self._params.in_place_collision_resolution), 1)
-        if self._params.use_collision_detection and not can_turn(angle, looks, grid):
+        if self._params.use_collision_detection and not can_turn(angle, looks, ground):
             return None
         return Twist2D(angular_z=turn_on_the_spot(angle, self._law))
 
-    def _drive(self, path: FloatArray, distances: FloatArray, grid: Grid) -> tuple[Twist2D | None, int]:
+    def _drive(self, path: FloatArray, distances: FloatArray, ground: Ground) -> tuple[Twist2D | None, int]:
         """The command to the farthest pose (N, 3) in reach, ``distances`` (N,) [m] along the path, and the poses tried.
 
         None: there is an obstacle on the way to each, or no pose is far enough away.
@@ -121,7 +121,7 @@ class GracefulController(Controller):
             tried += 1
             turns_first = self._turns_first and params.initial_rotation
             is_free, speed, turn = drive_to(
-                (x, y, yaw), backward, turns_first, params.use_collision_detection, self._law, grid
+                (x, y, yaw), backward, turns_first, params.use_collision_detection, self._law, ground
             )
             if is_free:
                 return Twist2D(speed, 0.0, turn), tried
@@ -139,26 +139,6 @@ def add_orientations(path: FloatArray) -> None:
 
 def _law(params: GracefulParams, share: float) -> Law:
     """The control law at a share of the largest velocities; the least speed stays."""
-    return Law(
-        params.k_phi,
-        params.k_delta,
-        params.beta,
-        params.lambda_,
-        params.v_linear_min,
-        max(share * params.v_linear_max, params.v_linear_min),
-        share * params.v_angular_max,
-        params.slowdown_radius,
-        params.rotation_scaling_factor,
-        params.v_angular_min_in_place,
-        params.initial_rotation_tolerance,
-    )
-
-
-def _grid(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> Grid:
-    return Grid(
-        costmap.data,
-        (costmap.origin_x, costmap.origin_y),
-        costmap.resolution,
-        footprint,
-        (pose.x, pose.y, pose.yaw),
-    )
+    law = Law(*(getattr(params, name) for name in Law._fields))
+    fastest = max(share * params.v_linear_max, params.v_linear_min)
+    return law._replace(v_linear_max=fastest, v_angular_max=share * params.v_angular_max)

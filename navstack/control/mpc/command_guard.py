@@ -8,13 +8,14 @@ previous cycle, which is one by induction; where even that one is no longer clea
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
+from navstack.control.mpc.distance_field import Field
 from navstack.control.mpc.people import predicted
-from navstack.control.mpc.stages import Field
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
@@ -27,11 +28,19 @@ _STANDING = 1e-3  # [m/s] of the fastest point of the footprint, below which a p
 _ROUNDING = 1e-9
 
 
+class Body(NamedTuple):
+    """The robot's outline, and circles that cover it."""
+
+    footprint: FloatArray  # (V, 2) [m]
+    circles: FloatArray  # (C,) [m] x of their centres
+    radius: float  # [m] of the circles
+
+
 @njit(
     cache=True,
     ahead="float64[::1], float64, float64, float64, float64[::1], int64, NamedTuple((uint8[:, ::1], "
-    "UniTuple(float64, 3), float64[::1], float64), Field), float64[:, ::1], float64[::1], "
-    "float64[:, ::1], float64",
+    "UniTuple(float64, 3), float64[::1], float64), Field), NamedTuple((float64[:, ::1], float64[::1], float64), "
+    "Body), float64[:, ::1]",
 )
 def guarded(
     state: FloatArray,
@@ -41,10 +50,8 @@ def guarded(
     limits: FloatArray,
     kind: int,
     field: Field,
-    footprint: FloatArray,
-    circles: FloatArray,
+    body: Body,
     people: FloatArray,
-    radius: float,
 ) -> tuple[FloatArray, int, float]:
     """The motion (v, omega, a, alpha) one control period later, the stop behind it, and the share of stop in it.
 
@@ -56,10 +63,8 @@ def guarded(
         limits: (8,) of :mod:`stage_layout`.
         kind: of the stop that was found last.
         field: static obstacles.
-        footprint: (V, 2) [m].
-        circles: centres [m] of the circles that cover it.
+        body: the robot's.
         people: (n, FIELDS).
-        radius: of the circles [m].
     """
     j = min(j, highest_jerk(state[3], state[5], limits[at.MAX_SPEED], limits[at.MAX_ACCELERATION], limits[3], period))
     j = max(j, lowest_jerk(state[3], state[5], 0.0, limits[at.MAX_DECELERATION], limits[3], period))
@@ -83,7 +88,7 @@ def guarded(
         after[0], after[1] = state[0] + way * math.cos(yaw), state[1] + way * math.sin(yaw)
         after[3:] = motion
         for other in (KEEP_CURVE, STRAIGHTEN):
-            if stop_is_safe(after, other, period, limits, field, footprint, circles, people, radius):
+            if stop_is_safe(after, other, period, limits, field, body, people):
                 return motion, other, share
     return stopping, kind, 1.0
 
@@ -142,10 +147,8 @@ def stop_is_safe(
     period: float,
     limits: FloatArray,
     field: Field,
-    footprint: FloatArray,
-    circles: FloatArray,
+    body: Body,
     people: FloatArray,
-    radius: float,
 ) -> bool:
     """Whether a stop from the state ``start`` (7,) keeps all limits and meets nothing; see :func:`guarded`.
 
@@ -156,7 +159,7 @@ def stop_is_safe(
         return False
     cycles = int(math.ceil(duration / period - 1e-9))
     every = max(1, int(round(_LOOK / period)))
-    reach = _reach(footprint)
+    reach = _reach(body.footprint)
     x, y, yaw = start[0], start[1], start[2]
     motion = start[3:].copy()
     unseen = math.inf  # [m] that some point may have moved since the last look
@@ -167,7 +170,7 @@ def stop_is_safe(
             return False
         fastest = abs(motion[0]) + reach * abs(motion[1])
         if fastest >= _STANDING and (i % every == 0 or i == cycles):
-            if _runs_into(x, y, yaw, (i + 1) * period, circles, people, radius):
+            if _runs_into(x, y, yaw, (i + 1) * period, body, people):
                 return False
         last = motion
         motion = stopped(start[3], start[4], start[5], start[6], kind, limits, (i + 1) * period)
@@ -178,13 +181,13 @@ def stop_is_safe(
         way, turned, moved = way / parts, turned / parts, moved / parts
         for _ in range(parts):
             if unseen + moved > field.grid[2]:
-                if _touches(x, y, yaw, field, footprint):
+                if _touches(x, y, yaw, field, body.footprint):
                     return False
                 unseen = 0.0
             x, y = x + way * math.cos(yaw + 0.5 * turned), y + way * math.sin(yaw + 0.5 * turned)
             yaw += turned
             unseen += moved
-    return not _touches(x, y, yaw, field, footprint)
+    return not _touches(x, y, yaw, field, body.footprint)
 
 
 @njit(cache=True)
@@ -199,20 +202,17 @@ def _reach(footprint: FloatArray) -> float:
 @njit(cache=True)
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
-    origin_x, origin_y, resolution = field.grid
-    worst = walk_outline(field.costs, origin_x, origin_y, resolution, footprint, x, y, yaw, False)
+    worst = walk_outline(field.costs, field.grid, footprint, x, y, yaw, False)
     return bool(worst == LETHAL_OBSTACLE)
 
 
 @njit(cache=True)
-def _runs_into(
-    x: float, y: float, yaw: float, time: float, circles: FloatArray, people: FloatArray, radius: float
-) -> bool:
+def _runs_into(x: float, y: float, yaw: float, time: float, body: Body, people: FloatArray) -> bool:
     """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     for person in people:
         px, py, _ = predicted(person, time)
-        for offset in circles:
-            if math.hypot(x + offset * cosine - px, y + offset * sine - py) < radius + person[4]:
+        for offset in body.circles:
+            if math.hypot(x + offset * cosine - px, y + offset * sine - py) < body.radius + person[4]:
                 return True
     return False

@@ -5,6 +5,7 @@ that costs nothing. Below the inscribed radius, where the cost says no more, the
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,22 @@ from navstack.costmap.costmap import (
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
     NO_INFORMATION,
+    Grid,
 )
 from navstack.costmap.inflation import HIGHEST_FALLING_COST
 from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray
 
 _STENCIL = 2.0  # [cells] to either side, over which gradients are taken
+
+
+class Field(NamedTuple):
+    """The distance field's ingredients, which every look at it takes."""
+
+    costs: ByteArray  # (height, width)
+    grid: Grid
+    table: FloatArray  # (256,) [m]
+    inscribed_radius: float  # [m]
 
 
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:
@@ -31,10 +42,9 @@ def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> Float
 
 
 @njit(cache=True)
-def cell_distance(
-    costs: ByteArray, table: FloatArray, inscribed_radius: float, resolution: float, mx: int, my: int
-) -> float:
+def cell_distance(field: Field, mx: int, my: int) -> float:
     """The distance [m] from a cell to the nearest obstacle cell; far beyond the grid."""
+    costs, (_, _, resolution), table, inscribed_radius = field
     height, width = costs.shape
     if mx < 0 or my < 0 or mx >= width or my >= height:
         return float(table[FREE_SPACE])
@@ -52,43 +62,33 @@ def cell_distance(
 
 
 @njit(cache=True)
-def distance_at(
-    costs: ByteArray, table: FloatArray, inscribed_radius: float, resolution: float, cx: float, cy: float
-) -> float:
+def distance_at(field: Field, cx: float, cy: float) -> float:
     """The distance [m] at a point (cx, cy) in cells from the first cell's centre, linear between centres."""
     mx, my = math.floor(cx), math.floor(cy)
     fx, fy = cx - mx, cy - my
-    low = (1.0 - fx) * cell_distance(costs, table, inscribed_radius, resolution, mx, my)
-    low += fx * cell_distance(costs, table, inscribed_radius, resolution, mx + 1, my)
-    high = (1.0 - fx) * cell_distance(costs, table, inscribed_radius, resolution, mx, my + 1)
-    high += fx * cell_distance(costs, table, inscribed_radius, resolution, mx + 1, my + 1)
+    low = (1.0 - fx) * cell_distance(field, mx, my)
+    low += fx * cell_distance(field, mx + 1, my)
+    high = (1.0 - fx) * cell_distance(field, mx, my + 1)
+    high += fx * cell_distance(field, mx + 1, my + 1)
     return (1.0 - fy) * low + fy * high
 
 
 @njit(cache=True)
-def distance_and_gradient(
-    costs: ByteArray,
-    grid: tuple[float, float, float],
-    table: FloatArray,
-    inscribed_radius: float,
-    x: float,
-    y: float,
-    farthest: float,
-) -> tuple[float, float, float]:
+def distance_and_gradient(field: Field, x: float, y: float, farthest: float) -> tuple[float, float, float]:
     """Distance [m] to the nearest obstacle cell and its gradient (at most 1 long) at a point of the map frame.
 
-    ``grid`` is origin x, origin y and resolution of the costs; beyond ``farthest`` [m] the gradient is 0.
+    Beyond ``farthest`` [m] the gradient is 0.
     """
-    origin_x, origin_y, resolution = grid
+    origin_x, origin_y, resolution = field.grid
     cx, cy = (x - origin_x) / resolution - 0.5, (y - origin_y) / resolution - 0.5
-    distance = distance_at(costs, table, inscribed_radius, resolution, cx, cy)
+    distance = distance_at(field, cx, cy)
     if distance > farthest:
         return distance, 0.0, 0.0
     span = 2.0 * _STENCIL * resolution
-    gx = distance_at(costs, table, inscribed_radius, resolution, cx + _STENCIL, cy)
-    gx = (gx - distance_at(costs, table, inscribed_radius, resolution, cx - _STENCIL, cy)) / span
-    gy = distance_at(costs, table, inscribed_radius, resolution, cx, cy + _STENCIL)
-    gy = (gy - distance_at(costs, table, inscribed_radius, resolution, cx, cy - _STENCIL)) / span
+    gx = distance_at(field, cx + _STENCIL, cy)
+    gx = (gx - distance_at(field, cx - _STENCIL, cy)) / span
+    gy = distance_at(field, cx, cy + _STENCIL)
+    gy = (gy - distance_at(field, cx, cy - _STENCIL)) / span
     length = math.hypot(gx, gy)
     if length > 1.0:
         gx, gy = gx / length, gy / length

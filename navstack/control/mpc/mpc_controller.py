@@ -8,8 +8,8 @@ import numpy as np
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.command_guard import STRAIGHTEN, guarded, stopped
-from navstack.control.mpc.distance_field import distance_table
+from navstack.control.mpc.command_guard import STRAIGHTEN, Body, guarded, stopped
+from navstack.control.mpc.distance_field import Field, distance_table
 from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
@@ -17,7 +17,6 @@ from navstack.control.mpc.problem_numbers import bounds_of, limits_of, weights_o
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import (
     Clearances,
-    Field,
     Wishes,
     cost_terms,
     fill_obstacles,
@@ -163,19 +162,9 @@ class JerkLimitedMpcController(Controller):
             motion = stopped(start[3], start[4], start[5], start[6], self._stop, self._limits, self._period)
             share, status = 1.0, "failed"
         else:
-            motion, self._stop, share = guarded(
-                start,
-                jerks[0, 0],
-                jerks[0, 1],
-                self._period,
-                self._limits,
-                self._stop,
-                field,
-                self._footprint,
-                self._circles,
-                people,
-                self._keep.radius,
-            )
+            body = Body(self._footprint, self._circles, self._keep.radius)
+            wanted = (jerks[0, 0], jerks[0, 1], self._period)
+            motion, self._stop, share = guarded(start, *wanted, self._limits, self._stop, field, body, people)
             status = "solved" if share == 0.0 else "guarded"
         self._jerks = np.zeros_like(self._jerks) if jerks is None else jerks
         self._motion, self._stamp = motion, state.stamp
@@ -219,8 +208,7 @@ class JerkLimitedMpcController(Controller):
         self._limits[at.MAX_SPEED] = self._bounds[1, _BOUND_SPEED] = largest
 
     def _field(self, costmap: Costmap) -> Field:
-        grid = (costmap.origin_x, costmap.origin_y, costmap.resolution)
-        return Field(costmap.data, grid, self._table, self._inscribed_radius)
+        return Field(costmap.data, costmap.grid, self._table, self._inscribed_radius)
 
     def _wishes(self, start: FloatArray, line: PathLine) -> Wishes:
         """Follow the line, turn to it on the spot, or turn to the goal's yaw at its end."""

@@ -7,39 +7,21 @@ import numpy as np
 from navstack.params.mpc import MpcParams
 from navstack.types import FloatArray
 
+_LIMITS = """
+    max_speed max_acceleration max_deceleration max_jerk
+    max_yaw_rate max_yaw_acceleration max_yaw_jerk max_lateral_acceleration
+"""
+_WEIGHTS = "contour lag heading speed yaw_acceleration lateral obstacle person jerk yaw_jerk"
+
 
 def limits_of(params: MpcParams) -> FloatArray:
     """The limits (8,) in the order of :mod:`stage_layout`."""
-    return np.array(
-        (
-            params.max_speed,
-            params.max_acceleration,
-            params.max_deceleration,
-            params.max_jerk,
-            params.max_yaw_rate,
-            params.max_yaw_acceleration,
-            params.max_yaw_jerk,
-            params.max_lateral_acceleration,
-        )
-    )
+    return np.array([getattr(params, name) for name in _LIMITS.split()])
 
 
 def weights_of(params: MpcParams) -> FloatArray:
     """The weights (10,) in the order of :mod:`stage_layout`."""
-    return np.array(
-        (
-            params.contour_weight,
-            params.lag_weight,
-            params.heading_weight,
-            params.speed_weight,
-            params.yaw_acceleration_weight,
-            params.lateral_weight,
-            params.obstacle_weight,
-            params.person_weight,
-            params.jerk_weight,
-            params.yaw_jerk_weight,
-        )
-    )
+    return np.array([getattr(params, f"{name}_weight") for name in _WEIGHTS.split()])
 
 
 def bounds_of(params: MpcParams) -> FloatArray:

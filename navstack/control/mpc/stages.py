@@ -6,27 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import distance_and_gradient
+from navstack.control.mpc.distance_field import Field, distance_and_gradient
 from navstack.control.mpc.motion import rollout
 from navstack.control.mpc.path_line import PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import progress_jerk
 from navstack.jit import njit
-from navstack.types import ByteArray, FloatArray
+from navstack.types import FloatArray
 
 _BACK, _AHEAD = 5, 40  # segments of the line before and behind a step's one, in which the next one's is looked for
 STEP_SHARES = (1.0, 0.5, 0.25)  # of a Gauss-Newton step
 _CROSSING = 0.3  # [m/s] across the line, from which on somebody crosses it
 _OWN = 0.4  # [m] around a tracked person's body: obstacle cells there are the person's, and move with the track
-
-
-class Field(NamedTuple):
-    """The distance field's ingredients, see :mod:`distance_field`."""
-
-    costs: ByteArray  # (height, width)
-    grid: tuple[float, float, float]  # origin x, origin y, resolution [m]
-    table: FloatArray  # (256,) [m]
-    inscribed_radius: float  # [m]
 
 
 class Wishes(NamedTuple):
@@ -124,9 +115,7 @@ def fill_obstacles(
         for i in range(len(circles)):
             place = at.BASE + 3 * i
             x, y = state[0] + circles[i] * cosine, state[1] + circles[i] * sine
-            distance, gx, gy = distance_and_gradient(
-                field.costs, field.grid, field.table, field.inscribed_radius, x, y, 2.0 * clear
-            )
+            distance, gx, gy = distance_and_gradient(field, x, y, 2.0 * clear)
             stages[k, place], stages[k, place + 1], stages[k, place + 2] = 0.0, 0.0, -1.0
             if distance < 2.0 * clear and not _belongs_to_person(x - distance * gx, y - distance * gy, people):
                 stages[k, place], stages[k, place + 1] = gx, gy

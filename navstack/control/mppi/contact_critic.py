@@ -16,11 +16,10 @@ class ExpectedContactCritic(Critic):
     wants_tracks = True
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
-        own = params.ExpectedContactCritic
-        super().__init__(name, own.cost_weight, own.cost_power)
-        self._pricing = ContactPricing(own)
+        super().__init__(name, params)
+        self._pricing = ContactPricing(self._own)
         self._body = body_of(footprint)
-        self._every = own.trajectory_point_step
+        self._every = self._own.trajectory_point_step
         self._dt = params.model_dt
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
@@ -31,20 +30,9 @@ class ExpectedContactCritic(Critic):
         people[:, :2] -= (scene.pose.x, scene.pose.y)  # trajectories are relative to the robot
         people[:, :2] += self._dt * people[:, 2:4]  # and begin a step from now
         x, y, yaw, v, w = (self._rows(each) for each in (rollouts.x, rollouts.y, rollouts.yaw, rollouts.v, rollouts.w))
-        count = len(x)
-        costs = expected_contacts(
-            x,
-            y,
-            yaw,
-            np.full(count, x.shape[1]),
-            np.full(count, self._every * self._dt),
-            v,
-            w,
-            people,
-            self._body,
-            self._pricing.rates,
-            self._pricing.contact_usd,
-        )
+        lengths, steps = np.full(len(x), x.shape[1]), np.full(len(x), self._every * self._dt)
+        prices = (self._pricing.rates, self._pricing.contact_usd)
+        costs = expected_contacts(x, y, yaw, lengths, steps, v, w, people, self._body, *prices)
         return Scores(costs.astype(np.float32))
 
     def _rows(self, columns: Float32Array) -> FloatArray:

@@ -1,12 +1,13 @@
 """What every critic does."""
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
+from navstack.params.mppi import MppiParams
 from navstack.types import Float32Array
 
 
@@ -22,8 +23,12 @@ class Critic(ABC):
 
     wants_tracks = False  # whether it looks at what moves about
 
-    def __init__(self, name: str, weight: float, power: int) -> None:
-        self.name, self.weight, self.power = name, weight, power
+    def __init__(self, name: str, params: MppiParams) -> None:
+        """``name`` is the field of ``params`` that has the critic's own parameters."""
+        self.name = name
+        self._own: Any = getattr(params, name)
+        self.weight = float(getattr(self._own, "cost_weight", 1.0))
+        self.power = int(self._own.cost_power)
 
     @abstractmethod
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:

@@ -18,8 +18,7 @@ class ConstraintCritic(Critic):
     """
 
     def __init__(self, name: str, params: MppiParams) -> None:
-        own = params.ConstraintCritic
-        super().__init__(name, own.cost_weight, own.cost_power)
+        super().__init__(name, params)
         self._most = np.float32(math.hypot(params.vx_max, params.vy_max))
         self._least = np.float32(math.copysign(math.hypot(params.vx_min, params.vy_max), params.vx_min or -1.0))
         self._radius = params.AckermannConstraints.min_turning_r if params.motion_model == "Ackermann" else 0.0
@@ -39,14 +38,12 @@ class PreferForwardCritic(Critic):
     """The way driven backwards, except near the goal (``prefer_forward_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams) -> None:
-        own = params.PreferForwardCritic
-        super().__init__(name, own.cost_weight, own.cost_power)
-        self._threshold = own.threshold_to_consider
+        super().__init__(name, params)
         self._dt = np.float32(params.model_dt)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
-        if scene.goal_distance < self._threshold:
+        if scene.goal_distance < self._own.threshold_to_consider:
             return None
         return Scores(sum_outside(rollouts.v, len(rollouts.x), np.float32(0.0), np.float32(np.inf)) * self._dt)
 
@@ -55,7 +52,7 @@ class TwirlingCritic(Critic):
     """The mean yaw rate, except within the goal checker's tolerance (``twirling_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, xy_goal_tolerance: float) -> None:
-        super().__init__(name, params.TwirlingCritic.cost_weight, params.TwirlingCritic.cost_power)
+        super().__init__(name, params)
         self._xy_goal_tolerance = xy_goal_tolerance
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
@@ -69,11 +66,8 @@ class VelocityDeadbandCritic(Critic):
     """Speeds below those that the drive turns into motion, times their durations (``velocity_deadband_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams) -> None:
-        own = params.VelocityDeadbandCritic
-        super().__init__(name, own.cost_weight, own.cost_power)
-        self._v = np.float32(abs(own.deadband_velocities[0]))
-        self._vy = np.float32(abs(own.deadband_velocities[1]))
-        self._w = np.float32(abs(own.deadband_velocities[2]))
+        super().__init__(name, params)
+        self._v, self._vy, self._w = (np.float32(abs(speed)) for speed in self._own.deadband_velocities)
         self._dt = np.float32(params.model_dt)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:

@@ -21,8 +21,9 @@ class CostCritic(Critic):
     """The costs under the trajectory; a collision makes it all but impossible (``cost_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
-        self._own, self._costs, self._footprint = params.CostCritic, params.local_costs, footprint
-        super().__init__(name, self._own.cost_weight / _HIGHEST, self._own.cost_power)
+        super().__init__(name, params)
+        self.weight /= _HIGHEST
+        self._costs, self._footprint = params.local_costs, footprint
         self._body: Body | None = None
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
@@ -51,8 +52,8 @@ class ObstaclesCritic(Critic):
     """The distances to obstacles, as the inflated costmap tells them (``obstacles_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
-        self._own, self._costs, self._footprint = params.ObstaclesCritic, params.local_costs, footprint
-        super().__init__(name, 1.0, self._own.cost_power)
+        super().__init__(name, params)
+        self._costs, self._footprint = params.local_costs, footprint
         self._layer = self._costs.inflation(self._own.inflation_layer_name)
         self._inscribed_radius = footprint_radii(footprint)[0]
         self._distances = np.zeros(256)

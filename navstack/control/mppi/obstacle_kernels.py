@@ -8,12 +8,11 @@ import numpy.typing as npt
 
 from navstack.control.footprint_cost import outline_cost
 from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance, outline_worst
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
-Grid = tuple[float, float, float]  # origin x, origin y, resolution in [m], as seen from the robot
 
 
 class Poses(NamedTuple):
@@ -218,7 +217,7 @@ def obstacle_scores(
             by_outline = body.uses_outline and cells[b] >= 0 and cost >= body.check_from
             if by_outline:
                 yaw = math.atan2(sine[t, b], cosine[t, b])
-                cost = outline_cost(costs, grid[0], grid[1], grid[2], body.footprint, x[t, b], y[t, b], yaw)
+                cost = outline_cost(costs, grid, body.footprint, x[t, b], y[t, b], yaw)
                 if cost == 0:
                     continue
             if is_collision(cost, body.uses_outline, body.tracks_unknown):

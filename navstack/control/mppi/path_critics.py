@@ -18,13 +18,9 @@ _MOST_IGNORED = 2  # path points in obstacles that never make the path a blocked
 class GoalCritic(Critic):
     """The mean distance to the goal, near it (``goal_critic.cpp``)."""
 
-    def __init__(self, name: str, params: MppiParams) -> None:
-        super().__init__(name, params.GoalCritic.cost_weight, params.GoalCritic.cost_power)
-        self._threshold = params.GoalCritic.threshold_to_consider
-
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
-        if not scene.goal_distance < self._threshold:
+        if not scene.goal_distance < self._own.threshold_to_consider:
             return None
         return Scores(mean_distance(rollouts.x, rollouts.y, np.float32(scene.goal[0]), np.float32(scene.goal[1])))
 
@@ -32,23 +28,15 @@ class GoalCritic(Critic):
 class GoalAngleCritic(Critic):
     """The mean angle to the path's last yaw, near the goal (``goal_angle_critic.cpp``)."""
 
-    def __init__(self, name: str, params: MppiParams) -> None:
-        super().__init__(name, params.GoalAngleCritic.cost_weight, params.GoalAngleCritic.cost_power)
-        self._threshold = params.GoalAngleCritic.threshold_to_consider
-
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
-        if not scene.goal_distance < self._threshold:
+        if not scene.goal_distance < self._own.threshold_to_consider:
             return None
         return Scores(mean_angle(rollouts.yaw, scene.path_yaw[-1]))
 
 
 class PathAlignCritic(Critic):
     """The mean distance to the path's point as far along, as long as the path is free (``path_align_critic.cpp``)."""
-
-    def __init__(self, name: str, params: MppiParams) -> None:
-        self._own = params.PathAlignCritic
-        super().__init__(name, self._own.cost_weight, self._own.cost_power)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""
@@ -61,27 +49,16 @@ class PathAlignCritic(Critic):
         blocked = reached - np.count_nonzero(scene.free[:reached])
         if blocked > max(_MOST_IGNORED, own.max_path_occupancy_ratio * reached):
             return None
-        return Scores(
-            mean_misalignment(
-                rollouts.x,
-                rollouts.y,
-                rollouts.yaw,
-                own.trajectory_point_step,
-                scene.path_x[:reached],
-                scene.path_y[:reached],
-                scene.path_yaw[:reached],
-                scene.free[:reached],
-                own.use_path_orientations,
-            )
-        )
+        poses, step = (rollouts.x, rollouts.y, rollouts.yaw), own.trajectory_point_step
+        path = (scene.path_x[:reached], scene.path_y[:reached], scene.path_yaw[:reached])
+        return Scores(mean_misalignment(*poses, step, *path, scene.free[:reached], own.use_path_orientations))
 
 
 class PathAngleCritic(Critic):
     """The last pose's bearing to a point ahead, where the robot looks away from it (``path_angle_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams) -> None:
-        self._own = params.PathAngleCritic
-        super().__init__(name, self._own.cost_weight, self._own.cost_power)
+        super().__init__(name, params)
         reverses = abs(params.vx_min) >= 1e-6 and params.vx_min < 0.0
         self._mode = self._own.mode if reverses or self._own.mode != EITHER else FORWARD
 
@@ -106,10 +83,6 @@ class PathAngleCritic(Critic):
 
 class PathFollowCritic(Critic):
     """The last pose's distance to the first free point some way ahead (``path_follow_critic.cpp``)."""
-
-    def __init__(self, name: str, params: MppiParams) -> None:
-        self._own = params.PathFollowCritic
-        super().__init__(name, self._own.cost_weight, self._own.cost_power)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores | None:
         """See the base class."""

@@ -2,6 +2,7 @@
 
 import math
 
+from navstack.control.path_window import nearest_pose
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import shortest_angular_distance
@@ -74,16 +75,7 @@ def window(
 
     The nearest is looked for up to ``search_distance`` [m] along the plan from pose ``first``.
     """
-    nearest = first
-    least = math.hypot(poses[first, 0] - x, poses[first, 1] - y)
-    travelled = 0.0
-    for i in range(first + 1, len(poses)):
-        travelled += math.hypot(poses[i, 0] - poses[i - 1, 0], poses[i, 1] - poses[i - 1, 1])
-        if travelled > search_distance:
-            break
-        distance = math.hypot(poses[i, 0] - x, poses[i, 1] - y)
-        if distance < least:
-            nearest, least = i, distance
+    nearest, _ = nearest_pose(poses, first, x, y, search_distance)
     ahead = 0.0
     end = nearest + 1
     while end < len(poses):

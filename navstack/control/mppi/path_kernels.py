@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
 
@@ -42,13 +42,7 @@ def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float
 
 
 @njit(cache=True, ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
-def free_points(
-    px: Float32Array,
-    py: Float32Array,
-    costs: ByteArray,
-    grid: tuple[float, float, float],
-    tracks_unknown: bool,
-) -> BoolArray:
+def free_points(px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid, tracks_unknown: bool) -> BoolArray:
     """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
     height, width = costs.shape
     free = np.zeros(max(0, len(px) - 1), dtype=np.bool_)

@@ -3,7 +3,7 @@
 import math
 
 from navstack.control.footprint_cost import is_occupied
-from navstack.costmap.costmap import Costmap
+from navstack.costmap.costmap import Costmap, Grid
 from navstack.jit import njit
 from navstack.params.rpp import RppParams
 from navstack.types import ByteArray, FloatArray, Pose2D, Twist2D
@@ -23,24 +23,10 @@ class ArcCheck:
 
     def collides(self, command: Twist2D, pose: Pose2D, carrot_distance: float, costmap: Costmap) -> bool:
         """Whether the robot stands in an obstacle or would meet one on its way, at most up to the carrot [m]."""
-        duration, distance = self._horizon(command.linear_x, carrot_distance)
-        return bool(
-            arc_collides(
-                costmap.data,
-                costmap.origin_x,
-                costmap.origin_y,
-                costmap.resolution,
-                self._footprint,
-                pose.x,
-                pose.y,
-                pose.yaw,
-                command.linear_x,
-                command.angular_z,
-                self._time_step(command, costmap.resolution),
-                duration,
-                distance,
-            )
-        )
+        start = (pose.x, pose.y, pose.yaw)
+        speeds = (command.linear_x, command.angular_z)
+        times = (self._time_step(command, costmap.resolution), *self._horizon(command.linear_x, carrot_distance))
+        return bool(arc_collides(costmap.data, costmap.grid, self._footprint, start, speeds, *times))
 
     def _time_step(self, command: Twist2D, resolution: float) -> float:
         """Time in [s] in which no point of the robot moves farther than one cell; inf at standstill."""
@@ -62,39 +48,34 @@ class ArcCheck:
 
 @njit(
     cache=True,
-    ahead="uint8[:, ::1], float64, float64, float64, float64[:, ::1], float64, float64, float64, float64, "
-    "float64, float64, float64, float64",
+    ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3), UniTuple(float64, 2), "
+    "float64, float64, float64",
 )
 def arc_collides(
     costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    grid: Grid,
     footprint: FloatArray,
-    x: float,
-    y: float,
-    yaw: float,
-    speed: float,
-    yaw_rate: float,
+    start: tuple[float, float, float],
+    speeds: tuple[float, float],
     time_step: float,
     duration: float,
     distance: float,
 ) -> bool:
-    """Whether a footprint (V, 2) meets an obstacle while driving from (x, y, yaw).
+    """Whether a footprint (V, 2) meets an obstacle while driving at ``speeds`` [m/s, rad/s] from ``start`` (x, y, yaw).
 
     It looks at the start and after each ``time_step`` [s], for ``duration`` [s] or until it is ``distance`` [m] away.
     """
-    if is_occupied(costs, origin_x, origin_y, resolution, footprint, x, y, yaw):
+    (x, y, yaw), (speed, yaw_rate) = start, speeds
+    if is_occupied(costs, grid, footprint, x, y, yaw):
         return True
-    start_x, start_y = x, y
     step = 1
     while step * time_step < duration:
         step += 1
         x += time_step * speed * math.cos(yaw)
         y += time_step * speed * math.sin(yaw)
         yaw += time_step * yaw_rate
-        if math.hypot(x - start_x, y - start_y) > distance:
+        if math.hypot(x - start[0], y - start[1]) > distance:
             break
-        if is_occupied(costs, origin_x, origin_y, resolution, footprint, x, y, yaw):
+        if is_occupied(costs, grid, footprint, x, y, yaw):
             return True
     return False

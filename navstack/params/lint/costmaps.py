@@ -2,149 +2,176 @@
 
 from collections.abc import Iterator
 
-from navstack.params.lint.costmap_view import SENSOR_LAYERS, STATIC
-from navstack.params.lint.rule import Finding, Rule, above, below, whole_above
+from navstack.params.lint.costmap_view import SENSOR_LAYERS, STATIC, CostmapView
+from navstack.params.lint.rule import Finding, RuleGroup, above, below, whole_above
 from navstack.params.lint.subject import CONTROLLER, Subject
+from navstack.params.servers import ControllerServerParams
 
 SMALLER = 0.8  # a footprint this much smaller than another one matters
 NO_FOOTPRINT = ("", "[]")
 COSTMAP_UPDATE_TIMEOUT = 0.3  # [s] the controller server's default
 
-
-def unreadable_footprint(subject: Subject) -> Iterator[Finding]:
-    """A text that is no polygon."""
-    for view in subject.costmaps:
-        if view.footprint_error:
-            yield Finding(
-                view.node,
-                "footprint",
-                view.footprint_error,
-                'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]" in metres, in quotes',
-            )
+RULES = RuleGroup("Costmaps and frames", "local_costmap")
 
 
-def no_footprint(subject: Subject) -> Iterator[Finding]:
-    """Neither footprint nor radius."""
-    for view in subject.costmaps:
-        has_radius = subject.value(view.node, "robot_radius") is not None
-        if not has_radius and view.params.footprint.strip() in NO_FOOTPRINT:
-            yield Finding(
-                view.node,
-                "robot_radius",
-                "neither footprint nor robot_radius: Nav2 takes a circle of 0.1 m",
-                'robot_radius: 0.3, or footprint: "[[x, y], ...]"',
-            )
+@RULES.error
+def unreadable_footprint(view: CostmapView) -> Iterator[Finding]:
+    """Nav2 cannot read the footprint.
 
-
-def two_shapes(subject: Subject) -> Iterator[Finding]:
-    """Footprint and radius at once."""
-    for view in subject.costmaps:
-        radius = subject.number(view.node, "robot_radius", 0.0)
-        if radius > 0.0 and not view.footprint_error and view.params.footprint.strip() not in NO_FOOTPRINT:
-            yield Finding(
-                view.node,
-                "robot_radius",
-                f"{radius:g} m beside a footprint that reaches {view.circumscribed:.2f} m",
-                "remove one of them",
-            )
-
-
-def planner_robot_is_smaller(subject: Subject) -> Iterator[Finding]:
-    """The planner's robot is smaller than the controller's."""
-    if subject.local is None or subject.world is None:
-        return
-    local, world = subject.local, subject.world
-    if world.inscribed < SMALLER * local.inscribed:
-        name = "footprint" if subject.value(world.node, "footprint") else "robot_radius"
+    Why: Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into everything.
+    """
+    if view.footprint_error:
         yield Finding(
-            world.node,
-            name,
-            f"inscribed radius {world.inscribed:.2f} m, but {local.inscribed:.2f} m in the local costmap",
-            f"the {'footprint' if subject.value(local.node, 'footprint') else 'robot_radius'} of the local costmap",
+            "footprint",
+            view.footprint_error,
+            'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]" in metres, in quotes',
         )
 
 
-def fixed_local_window(subject: Subject) -> Iterator[Finding]:
-    """A local costmap that stays where it is."""
-    local = subject.local
-    if local is not None and not local.params.rolling_window and not local.has(STATIC):
+@RULES.warning
+def no_footprint(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """A costmap has neither footprint nor robot_radius.
+
+    Why: the robot is taken for a circle of 0.1 m and touches what it passes.
+    """
+    has_radius = subject.value(view.node, "robot_radius") is not None
+    if not has_radius and view.params.footprint.strip() in NO_FOOTPRINT:
         yield Finding(
-            local.node,
+            "robot_radius",
+            "neither footprint nor robot_radius: Nav2 takes a circle of 0.1 m",
+            'robot_radius: 0.3, or footprint: "[[x, y], ...]"',
+        )
+
+
+@RULES.warning
+def two_shapes(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """A costmap has both footprint and robot_radius.
+
+    Why: the footprint wins silently; who changes the radius later changes nothing.
+    """
+    radius = subject.number(view.node, "robot_radius", 0.0)
+    if radius > 0.0 and not view.footprint_error and view.params.footprint.strip() not in NO_FOOTPRINT:
+        yield Finding(
+            "robot_radius",
+            f"{radius:g} m beside a footprint that reaches {view.circumscribed:.2f} m",
+            "remove one of them",
+        )
+
+
+@RULES.warning
+def planner_robot_is_smaller(subject: Subject, local: CostmapView, world: CostmapView) -> Iterator[Finding]:
+    """The planner's robot is smaller than the controller's.
+
+    Why: paths lead through gaps that the controller refuses: the robot stands in front of them and recovers in vain.
+    """
+    if world.inscribed < SMALLER * local.inscribed:
+        name = "footprint" if subject.value(world.node, "footprint") else "robot_radius"
+        yield Finding(
+            name,
+            f"inscribed radius {world.inscribed:.2f} m, but {local.inscribed:.2f} m in the local costmap",
+            f"the {'footprint' if subject.value(local.node, 'footprint') else 'robot_radius'} of the local costmap",
+            world.node,
+        )
+
+
+@RULES.warning
+def fixed_local_window(local: CostmapView) -> Iterator[Finding]:
+    """The local costmap does not move with the robot.
+
+    Why: the robot leaves it after a few metres and stops, since every trajectory is off the map.
+    """
+    if not local.params.rolling_window and not local.has(STATIC):
+        yield Finding(
             "rolling_window",
             f"false: {local.params.width:g} m x {local.params.height:g} m that do not move",
             "rolling_window: true",
         )
 
 
-def world_without_map(subject: Subject) -> Iterator[Finding]:
-    """A global costmap of nowhere."""
-    world = subject.world
-    if world is not None and not world.params.rolling_window and not world.has(STATIC):
+@RULES.warning
+def world_without_map(world: CostmapView) -> Iterator[Finding]:
+    """The global costmap has neither a map nor a rolling window.
+
+    Why: goals and robot lie outside the costmap, so no plan is found.
+    """
+    if not world.params.rolling_window and not world.has(STATIC):
         yield Finding(
-            world.node,
             "plugins",
             f"no enabled StaticLayer and no rolling window: {world.params.width:g} m x {world.params.height:g} m at "
             f"({world.params.origin_x:g}, {world.params.origin_y:g})",
             "add a StaticLayer as the first layer, or rolling_window: true with width and height of the area",
+            world.node,
         )
 
 
-def local_in_map_frame(subject: Subject) -> Iterator[Finding]:
-    """A rolling local costmap in the frame that jumps."""
-    local = subject.local
-    if local is None or not local.params.rolling_window or not local.has(*SENSOR_LAYERS):
+@RULES.warning
+def local_in_map_frame(subject: Subject, local: CostmapView) -> Iterator[Finding]:
+    """The local costmap lives in the map frame.
+
+    Why: every correction of the localization shifts the robot against what it has marked: obstacles smear, and free
+    ground is blocked.
+    """
+    if not local.params.rolling_window or not local.has(*SENSOR_LAYERS):
         return
     frame = subject.value(local.node, "global_frame")
     if str(frame or "map").strip("/") == "map":
         given = "" if frame else " (Nav2's default)"
-        yield Finding(local.node, "global_frame", f"map{given}", "global_frame: odom")
+        yield Finding("global_frame", f"map{given}", "global_frame: odom")
 
 
-def large_cells(subject: Subject) -> Iterator[Finding]:
-    """Cells larger than the robot."""
-    for view in subject.costmaps:
-        if view.params.resolution > view.inscribed:
-            yield Finding(
-                view.node,
-                "resolution",
-                f"{view.params.resolution:g} m, but the robot's inscribed radius is {view.inscribed:.2f} m",
-                f"resolution: {below(max(0.01, 0.5 * view.inscribed))}",
-            )
+@RULES.warning
+def large_cells(view: CostmapView) -> Iterator[Finding]:
+    """A cell is larger than the robot's inscribed radius.
+
+    Why: one marked cell is wider than the robot: doors close and the footprint check is a matter of luck.
+    """
+    if view.params.resolution > view.inscribed:
+        yield Finding(
+            "resolution",
+            f"{view.params.resolution:g} m, but the robot's inscribed radius is {view.inscribed:.2f} m",
+            f"resolution: {below(max(0.01, 0.5 * view.inscribed))}",
+        )
 
 
-def sees_too_late(subject: Subject) -> Iterator[Finding]:
-    """Obstacles that are seen when it is too late to brake."""
-    local = subject.local
-    ranges = [source.obstacle_max_range for _, source in local.sources() if source.marking] if local else []
-    if local is None or not ranges or subject.braking is None or subject.top_speed <= 0.0 or subject.server is None:
+@RULES.warning
+def sees_too_late(
+    local: CostmapView, braking: float, server: ControllerServerParams, top_speed: float
+) -> Iterator[Finding]:
+    """Obstacles enter the local costmap when it is too late to brake.
+
+    Why: at top speed the robot hits what stands in its way although it brakes at once.
+    """
+    ranges = [source.obstacle_max_range for _, source in local.sources() if source.marking]
+    if not ranges or top_speed <= 0.0:
         return
     farthest = max(ranges)
     seen = min(farthest, local.half_window) if local.params.rolling_window else farthest
-    speed, delay = subject.top_speed, 1.0 / local.params.update_frequency + 1.0 / subject.server.controller_frequency
-    needed = speed * speed / (2.0 * subject.braking) + speed * delay + float(local.footprint[:, 0].max())
+    speed, delay = top_speed, 1.0 / local.params.update_frequency + 1.0 / server.controller_frequency
+    needed = speed * speed / (2.0 * braking) + speed * delay + float(local.footprint[:, 0].max())
     if seen < needed:
         what = "width" if seen < farthest else "obstacle_max_range"
         place = next(name for name, source in local.sources() if source.marking)
         yield Finding(
-            local.node,
             "width" if what == "width" else f"{place}.obstacle_max_range",
             f"obstacles are seen up to {seen:g} m from the base, but stopping from {speed:g} m/s at "
-            f"{subject.braking:g} m/s2 with {delay:.2f} s delay takes {needed:.2f} m",
+            f"{braking:g} m/s2 with {delay:.2f} s delay takes {needed:.2f} m",
             f"{what}: {whole_above(2.4 * needed)}" if what == "width" else f"{what}: {above(1.2 * needed, 0)}",
         )
 
 
-def late_costmap(subject: Subject) -> Iterator[Finding]:
-    """An update of the local costmap that comes after the controller server has given up waiting for it."""
-    if subject.local is None or subject.server is None:
-        return
+@RULES.warning
+def late_costmap(subject: Subject, local: CostmapView, server: ControllerServerParams) -> Iterator[Finding]:
+    """The controller server gives up before a cleared local costmap is updated.
+
+    Why: after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the
+    navigation, for no recovery of the default tree answers it.
+    """
     timeout = subject.number(CONTROLLER, "costmap_update_timeout", COSTMAP_UPDATE_TIMEOUT)
-    frequency = subject.local.params.update_frequency
+    frequency = local.params.update_frequency
     if 1.0 / frequency >= timeout:
         given = "" if subject.value(CONTROLLER, "costmap_update_timeout") is not None else " (Nav2's default)"
         oftener = f"update_frequency: {above(1.5 / timeout)}, or " if timeout > 0.0 else ""
         yield Finding(
-            subject.local.node,
             "update_frequency",
             f"{frequency:g} Hz, an update each {1.0 / frequency:.2f} s, but costmap_update_timeout of the controller "
             f"server is {timeout:g} s{given}",
@@ -152,23 +179,31 @@ def late_costmap(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def unknown_is_free(subject: Subject) -> Iterator[Finding]:
-    """A planner that must not enter unknown space, on a costmap that has none."""
-    world = subject.world
-    if world is None or world.params.track_unknown_space:
+@RULES.warning
+def unknown_is_free(subject: Subject, world: CostmapView) -> Iterator[Finding]:
+    """The planner must avoid unknown space, but its costmap has none.
+
+    Why: without track_unknown_space unknown cells are free: paths lead through unmapped ground all the same.
+    """
+    if world.params.track_unknown_space:
         return
     for name in subject.names("planner_server", "planner_plugins"):
         if subject.value("planner_server", f"{name}.allow_unknown", True) is False:
             yield Finding(
-                world.node,
                 "track_unknown_space",
                 f"false, but {name}.allow_unknown is false",
                 "track_unknown_space: true",
+                world.node,
             )
 
 
+@RULES.warning
 def frames_disagree(subject: Subject) -> Iterator[Finding]:
-    """Nodes that mean different frames by the robot or by the world."""
+    """Nodes disagree about a frame.
+
+    Why: the parts of Nav2 mean different points by the robot's position: goals are missed and recoveries look in the
+    wrong place (base_link and base_footprint may be mixed: they differ in height only).
+    """
     groups = (
         ("robot_base_frame", ("bt_navigator", "global_costmap", "local_costmap", "behavior_server")),
         ("global_frame", ("bt_navigator", "global_costmap")),
@@ -179,84 +214,4 @@ def frames_disagree(subject: Subject) -> Iterator[Finding]:
         if len(frames) > 1 and not frames <= {"base_link", "base_footprint"}:
             node, frame = list(given.items())[-1]
             others = ", ".join(f"{other} {name}" for other, name in given.items() if name != frame)
-            yield Finding(node, key, f"{frame}, but {others}", f"{key}: {next(iter(given.values()))} everywhere")
-
-
-RULES = (
-    Rule(
-        "unreadable-footprint",
-        "Nav2 cannot read the footprint",
-        "Nav2 logs it and goes on with robot_radius, 0.1 m by default: the robot drives into everything",
-        unreadable_footprint,
-        is_error=True,
-    ),
-    Rule(
-        "no-footprint",
-        "A costmap has neither footprint nor robot_radius",
-        "the robot is taken for a circle of 0.1 m and touches what it passes",
-        no_footprint,
-    ),
-    Rule(
-        "two-shapes",
-        "A costmap has both footprint and robot_radius",
-        "the footprint wins silently; who changes the radius later changes nothing",
-        two_shapes,
-    ),
-    Rule(
-        "planner-robot-is-smaller",
-        "The planner's robot is smaller than the controller's",
-        "paths lead through gaps that the controller refuses: the robot stands in front of them and recovers in vain",
-        planner_robot_is_smaller,
-    ),
-    Rule(
-        "fixed-local-window",
-        "The local costmap does not move with the robot",
-        "the robot leaves it after a few metres and stops, since every trajectory is off the map",
-        fixed_local_window,
-    ),
-    Rule(
-        "world-without-map",
-        "The global costmap has neither a map nor a rolling window",
-        "goals and robot lie outside the costmap, so no plan is found",
-        world_without_map,
-    ),
-    Rule(
-        "local-in-map-frame",
-        "The local costmap lives in the map frame",
-        "every correction of the localization shifts the robot against what it has marked: obstacles smear, and free "
-        "ground is blocked",
-        local_in_map_frame,
-    ),
-    Rule(
-        "large-cells",
-        "A cell is larger than the robot's inscribed radius",
-        "one marked cell is wider than the robot: doors close and the footprint check is a matter of luck",
-        large_cells,
-    ),
-    Rule(
-        "sees-too-late",
-        "Obstacles enter the local costmap when it is too late to brake",
-        "at top speed the robot hits what stands in its way although it brakes at once",
-        sees_too_late,
-    ),
-    Rule(
-        "late-costmap",
-        "The controller server gives up before a cleared local costmap is updated",
-        "after each clearing Nav2 waits for the next update; where that comes too late, CONTROLLER_TIMED_OUT ends the "
-        "navigation, for no recovery of the default tree answers it",
-        late_costmap,
-    ),
-    Rule(
-        "unknown-is-free",
-        "The planner must avoid unknown space, but its costmap has none",
-        "without track_unknown_space unknown cells are free: paths lead through unmapped ground all the same",
-        unknown_is_free,
-    ),
-    Rule(
-        "frames-disagree",
-        "Nodes disagree about a frame",
-        "the parts of Nav2 mean different points by the robot's position: goals are missed and recoveries look in the "
-        "wrong place (base_link and base_footprint may be mixed: they differ in height only)",
-        frames_disagree,
-    ),
-)
+            yield Finding(key, f"{frame}, but {others}", f"{key}: {next(iter(given.values()))} everywhere", node)

@@ -3,39 +3,41 @@
 from collections.abc import Iterator
 
 from navstack.params.dwb import DwbParams
-from navstack.params.lint.rule import Finding, Rule, above, decimal
-from navstack.params.lint.subject import CONTROLLER, Subject
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
+from navstack.params.lint.subject import CONTROLLER, Drive
 
 FEW_SAMPLES = 2  # Nav2 raises fewer to this: both ends of the range and nothing between
 
+RULES = RuleGroup("DWB: limits and samples", CONTROLLER)
 
-def no_motion(subject: Subject) -> Iterator[Finding]:
-    """Limits that Nav2 leaves at 0."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+
+@RULES.warning
+def no_motion(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """DWB's speed limits are 0.
+
+    Why: DWB has no velocity to choose but standing still.
+    """
     axes = (dwb.max_vel_x, dwb.min_vel_x, dwb.max_vel_y, dwb.min_vel_y)
     if not any(axes):
         yield Finding(
-            CONTROLLER,
-            f"{name}.max_vel_x",
+            f"{drive.name}.max_vel_x",
             "max_vel_x is 0 m/s, which is also Nav2's default",
             "max_vel_x: 0.5, or the robot's cruising speed",
         )
     elif dwb.max_speed_xy == 0.0:
         yield Finding(
-            CONTROLLER,
-            f"{name}.max_speed_xy",
+            f"{drive.name}.max_speed_xy",
             "max_speed_xy is 0 m/s, which is also Nav2's default",
             f"max_speed_xy: {decimal(dwb.max_vel_x)}",
         )
 
 
-def crossed_limits(subject: Subject) -> Iterator[Finding]:
-    """A lower limit above its upper one."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.error
+def crossed_limits(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """A lower limit of DWB lies above its upper one.
+
+    Why: no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at one end only.
+    """
     pairs = (
         ("min_vel_x", dwb.min_vel_x, "max_vel_x", dwb.max_vel_x),
         ("min_vel_y", dwb.min_vel_y, "max_vel_y", dwb.max_vel_y),
@@ -46,96 +48,101 @@ def crossed_limits(subject: Subject) -> Iterator[Finding]:
     for low_name, low, high_name, high in pairs:
         if low > high:
             found = f"{low_name} {low:g} is above {high_name} {high:g}" if low_name != high_name else f"{high:g} rad/s"
-            yield Finding(CONTROLLER, f"{name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more")
+            yield Finding(f"{drive.name}.{low_name}", found, f"{high_name}: {decimal(max(low, 0.1))} or more")
 
 
-def wrong_sign(subject: Subject) -> Iterator[Finding]:
-    """Accelerations are positive and decelerations negative in Nav2."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.error
+def wrong_sign(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """An acceleration of DWB is negative, or a deceleration positive.
+
+    Why: the range of reachable velocities comes out upside down and nothing is sampled in it.
+    """
     for axis in ("x", "y", "theta"):
         for key, sign in ((f"acc_lim_{axis}", 1.0), (f"decel_lim_{axis}", -1.0)):
             value = getattr(dwb, key)
             if value * sign < 0.0:
-                yield Finding(CONTROLLER, f"{name}.{key}", f"{key} is {value:g}", f"{key}: {decimal(-value)}")
+                yield Finding(f"{drive.name}.{key}", f"{key} is {value:g}", f"{key}: {decimal(-value)}")
 
 
-def no_acceleration(subject: Subject) -> Iterator[Finding]:
-    """An axis that may move but not change its velocity."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.warning
+def no_acceleration(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """DWB may move along an axis but not change its velocity.
+
+    Why: only velocities that the robot has already are sampled: from standstill it never starts, and it never brakes.
+    """
     axes = (("x", dwb.max_vel_x, 2.5), ("y", dwb.max_vel_y, 2.5), ("theta", dwb.max_vel_theta, 3.2))
     for axis, speed, usual in axes:
         for key, value in ((f"acc_lim_{axis}", usual), (f"decel_lim_{axis}", -usual)):
             if speed > 0.0 and getattr(dwb, key) == 0.0:
                 yield Finding(
-                    CONTROLLER,
-                    f"{name}.{key}",
+                    f"{drive.name}.{key}",
                     f"{key} is 0, which is also Nav2's default",
                     f"{key}: {decimal(value)}, or what the drive can do",
                 )
 
 
-def capped_speed(subject: Subject) -> Iterator[Finding]:
-    """max_speed_xy below max_vel_x."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.warning
+def capped_speed(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """max_speed_xy lies below max_vel_x.
+
+    Why: max_speed_xy bounds the speed over ground, so max_vel_x is never reached.
+    """
     if 0.0 < dwb.max_speed_xy < 0.99 * dwb.max_vel_x:
         yield Finding(
-            CONTROLLER,
-            f"{name}.max_speed_xy",
+            f"{drive.name}.max_speed_xy",
             f"{dwb.max_speed_xy:g} m/s, but max_vel_x is {dwb.max_vel_x:g} m/s",
             f"max_speed_xy: {decimal(dwb.max_vel_x)}, or max_vel_x: {decimal(dwb.max_speed_xy)}",
         )
 
 
-def idle_minimum(subject: Subject) -> Iterator[Finding]:
-    """A least speed that never applies: Nav2 drops a sample only if it is below both of them."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.warning
+def idle_minimum(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """Only one of min_speed_xy and min_speed_theta is set.
+
+    Why: Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this minimum has no effect,
+    and the drive is asked for turns in its deadband.
+    """
     linear, angular = dwb.min_speed_xy, dwb.min_speed_theta
     if angular > 0.0 and linear == 0.0:
         yield Finding(
-            CONTROLLER,
-            f"{name}.min_speed_theta",
+            f"{drive.name}.min_speed_theta",
             f"{angular:g} rad/s, with min_speed_xy 0",
             "min_speed_xy: 0.05, or the slowest speed that the drive can hold; or min_speed_theta: 0.0",
         )
     elif linear > 0.0 and angular == 0.0:
         yield Finding(
-            CONTROLLER,
-            f"{name}.min_speed_xy",
+            f"{drive.name}.min_speed_xy",
             f"{linear:g} m/s, with min_speed_theta 0",
             "min_speed_theta: 0.2, or the slowest turn that the drive can hold; or min_speed_xy: 0.0",
         )
 
 
-def short_reach(subject: Subject) -> Iterator[Finding]:
-    """Speeds that the standard generator's window of sim_time x acceleration does not span."""
-    if subject.dwb is None or subject.dwb[1].trajectory_generator_name.endswith("LimitedAccelGenerator"):
+@RULES.warning
+def short_reach(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """sim_time x acceleration does not span DWB's speeds.
+
+    Why: the samples end where the acceleration leads within sim_time: from standstill the top speed is not among them
+    and the start is hesitant, and from the top speed a stop is not.
+    """
+    if dwb.trajectory_generator_name.endswith("LimitedAccelGenerator"):
         return
-    name, dwb = subject.dwb
     for key, what in (("acc_lim_x", "from standstill at most"), ("decel_lim_x", "from full speed at least")):
         reach = abs(getattr(dwb, key)) * dwb.sim_time  # [m/s]
         if 0.0 < reach < 0.999 * dwb.max_vel_x:
             speed = reach if key == "acc_lim_x" else dwb.max_vel_x - reach
             yield Finding(
-                CONTROLLER,
-                f"{name}.sim_time",
+                f"{drive.name}.sim_time",
                 f"{key} x sim_time is {reach:g} m/s, max_vel_x {dwb.max_vel_x:g} m/s: {what} {speed:g} m/s is sampled",
                 f"sim_time: {above(dwb.max_vel_x * dwb.sim_time / reach)} or more, or max_vel_x: {decimal(reach)}",
             )
 
 
-def few_samples(subject: Subject) -> Iterator[Finding]:
-    """An axis of which only the ends are tried."""
-    if subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.warning
+def few_samples(dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """DWB tries an axis only at the ends of its range.
+
+    Why: the robot drives at full speed or not at all and swings from one side to the other.
+    """
     axes = (
         ("vx_samples", dwb.vx_samples, dwb.max_vel_x > dwb.min_vel_x),
         ("vy_samples", dwb.vy_samples, dwb.max_vel_y > dwb.min_vel_y),
@@ -144,60 +151,4 @@ def few_samples(subject: Subject) -> Iterator[Finding]:
     for key, count, moves in axes:
         if moves and count <= FEW_SAMPLES:
             usual = getattr(DwbParams(), key)
-            yield Finding(CONTROLLER, f"{name}.{key}", f"{key} is {count}", f"{key}: {usual} (Nav2's default)")
-
-
-RULES = (
-    Rule(
-        "no-motion",
-        "DWB's speed limits are 0",
-        "DWB has no velocity to choose but standing still",
-        no_motion,
-    ),
-    Rule(
-        "crossed-limits",
-        "A lower limit of DWB lies above its upper one",
-        "no velocity satisfies both, and Nav2 does not check: DWB fails in every cycle or drives at one end only",
-        crossed_limits,
-        is_error=True,
-    ),
-    Rule(
-        "wrong-sign",
-        "An acceleration of DWB is negative, or a deceleration positive",
-        "the range of reachable velocities comes out upside down and nothing is sampled in it",
-        wrong_sign,
-        is_error=True,
-    ),
-    Rule(
-        "no-acceleration",
-        "DWB may move along an axis but not change its velocity",
-        "only velocities that the robot has already are sampled: from standstill it never starts, and it never brakes",
-        no_acceleration,
-    ),
-    Rule(
-        "capped-speed",
-        "max_speed_xy lies below max_vel_x",
-        "max_speed_xy bounds the speed over ground, so max_vel_x is never reached",
-        capped_speed,
-    ),
-    Rule(
-        "idle-minimum",
-        "Only one of min_speed_xy and min_speed_theta is set",
-        "Nav2 drops a sample only if it is slower than both, and nothing is slower than 0: this minimum has no effect, "
-        "and the drive is asked for turns in its deadband",
-        idle_minimum,
-    ),
-    Rule(
-        "short-reach",
-        "sim_time x acceleration does not span DWB's speeds",
-        "the samples end where the acceleration leads within sim_time: from standstill the top speed is not among them "
-        "and the start is hesitant, and from the top speed a stop is not",
-        short_reach,
-    ),
-    Rule(
-        "few-samples",
-        "DWB tries an axis only at the ends of its range",
-        "the robot drives at full speed or not at all and swings from one side to the other",
-        few_samples,
-    ),
-)
+            yield Finding(f"{drive.name}.{key}", f"{key} is {count}", f"{key}: {usual} (Nav2's default)")

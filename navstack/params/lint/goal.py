@@ -3,41 +3,52 @@
 import math
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal
-from navstack.params.lint.subject import CONTROLLER, Subject
+from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
+from navstack.params.dwb import DwbParams
+from navstack.params.lint.costmap_view import CostmapView
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
+from navstack.params.lint.subject import CONTROLLER, Drive, Named, Subject
+from navstack.params.rotation_shim import RotationShimParams
+from navstack.params.safety import VelocitySmootherParams
+from navstack.params.servers import ControllerServerParams
 
 FAR_GOAL = 0.5  # [m] from here on a goal tolerance is not a matter of precision any more
 MOST_OF_TOP_SPEED = 0.5  # share of the top speed that a progress checker may ask for on average
 SOFTER = 0.8  # a limit this much below another one matters
 
+RULES = RuleGroup("Goal, progress and turning on the spot", CONTROLLER)
 
-def stops_outside(subject: Subject) -> Iterator[Finding]:
-    """RotateToGoal acts farther out than the goal checker is satisfied."""
-    if subject.dwb is None or subject.goal_checker is None:
-        return
-    (name, dwb), (checker_name, checker) = subject.dwb, subject.goal_checker
+
+@RULES.warning
+def stops_outside(dwb: DwbParams, drive: Drive, goal_checker: Named[SimpleGoalCheckerParams]) -> Iterator[Finding]:
+    """DWB turns on the spot before the goal checker is satisfied.
+
+    Why: from its own tolerance on RotateToGoal slows down and then allows turns only: the robot stops short of the goal
+    checker's tolerance, turns, and is aborted for lack of progress.
+    """
+    name, checker = goal_checker
     if "RotateToGoal" in dwb.critics and dwb.RotateToGoal.scale > 0.0:
         if dwb.xy_goal_tolerance > checker.xy_goal_tolerance + 1e-9:
             yield Finding(
-                CONTROLLER,
-                f"{name}.xy_goal_tolerance",
-                f"{dwb.xy_goal_tolerance:g} m, but {checker_name}.xy_goal_tolerance is {checker.xy_goal_tolerance:g} m",
+                f"{drive.name}.xy_goal_tolerance",
+                f"{dwb.xy_goal_tolerance:g} m, but {name}.xy_goal_tolerance is {checker.xy_goal_tolerance:g} m",
                 f"xy_goal_tolerance: {decimal(checker.xy_goal_tolerance)} in both",
             )
 
 
-def far_goal(subject: Subject) -> Iterator[Finding]:
-    """A goal tolerance larger than the robot."""
-    if subject.goal_checker is None or subject.local is None:
-        return
-    name, checker = subject.goal_checker
-    size = subject.local.circumscribed
+@RULES.warning
+def far_goal(subject: Subject, local: CostmapView, goal_checker: Named[SimpleGoalCheckerParams]) -> Iterator[Finding]:
+    """The goal tolerance is larger than the robot.
+
+    Why: the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's yaw there.
+    """
+    name, checker = goal_checker
+    size = local.circumscribed
     if size <= 0.0 or checker.xy_goal_tolerance <= max(FAR_GOAL, size):
         return
-    stops = subject.dwb is not None and "RotateToGoal" in subject.dwb[1].critics
+    stops = subject.dwb is not None and "RotateToGoal" in subject.dwb.critics
     from_there = ", and RotateToGoal forbids to speed up from there and turns on the spot" if stops else ""
     yield Finding(
-        CONTROLLER,
         f"{name}.xy_goal_tolerance",
         f"{checker.xy_goal_tolerance:g} m, {checker.xy_goal_tolerance / size:.1f} times the robot's outer radius of "
         f"{size:.2f} m{from_there}",
@@ -45,15 +56,18 @@ def far_goal(subject: Subject) -> Iterator[Finding]:
     )
 
 
-def goal_below_a_cell(subject: Subject) -> Iterator[Finding]:
-    """A goal tolerance finer than the grid on which DWB measures the distance to the goal."""
-    if subject.goal_checker is None or subject.dwb is None or subject.local is None:
-        return
-    name, checker = subject.goal_checker
-    cell = subject.local.params.resolution
+@RULES.warning
+def goal_below_a_cell(
+    dwb: DwbParams, local: CostmapView, goal_checker: Named[SimpleGoalCheckerParams]
+) -> Iterator[Finding]:
+    """The goal tolerance is finer than a cell of the local costmap.
+
+    Why: GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until it is aborted.
+    """
+    name, checker = goal_checker
+    cell = local.params.resolution
     if checker.xy_goal_tolerance < cell:
         yield Finding(
-            CONTROLLER,
             f"{name}.xy_goal_tolerance",
             f"{checker.xy_goal_tolerance:g} m, but a cell of the local costmap is {cell:g} m wide",
             f"xy_goal_tolerance: {decimal(2.0 * cell)}, or local_costmap resolution: "
@@ -61,49 +75,59 @@ def goal_below_a_cell(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def impatient(subject: Subject) -> Iterator[Finding]:
-    """A failure tolerance shorter than a control period."""
-    if subject.server is None or subject.drive is None or subject.is_of_foxy:
+@RULES.warning
+def impatient(subject: Subject, server: ControllerServerParams, drive: Drive) -> Iterator[Finding]:
+    """One failed control cycle aborts following.
+
+    Why: a single scan in which every trajectory touches something clears the local costmap, obstacles that are out of
+    sight included, and starts the recoveries.
+    """
+    if subject.is_of_foxy:
         return  # Foxy has no such parameter
-    tolerance, period = subject.server.failure_tolerance, 1.0 / subject.server.controller_frequency
+    tolerance, period = server.failure_tolerance, 1.0 / server.controller_frequency
     if 0.0 <= tolerance < period:
         given = "" if subject.value(CONTROLLER, "failure_tolerance") is not None else " (Nav2's default)"
         yield Finding(
-            CONTROLLER,
             "failure_tolerance",
             f"{tolerance:g} s{given}, less than a control period of {period:g} s",
             "failure_tolerance: 0.3",
         )
 
 
-def demanding_progress(subject: Subject) -> Iterator[Finding]:
-    """A progress checker that asks for more than half the top speed."""
-    if subject.progress_checker is None or subject.top_speed <= 0.0:
+@RULES.warning
+def demanding_progress(progress_checker: Named[SimpleProgressCheckerParams], top_speed: float) -> Iterator[Finding]:
+    """The progress checker asks for more than half the top speed.
+
+    Why: waiting for a pedestrian or creeping through a door counts as stuck and starts the recoveries.
+    """
+    name, checker = progress_checker
+    if top_speed <= 0.0:
         return
-    name, checker = subject.progress_checker
     if checker.movement_time_allowance <= 0.0:
         needed = math.inf
     else:
         needed = checker.required_movement_radius / checker.movement_time_allowance
-    if needed > MOST_OF_TOP_SPEED * subject.top_speed:
+    if needed > MOST_OF_TOP_SPEED * top_speed:
         yield Finding(
-            CONTROLLER,
             f"{name}.required_movement_radius",
             f"{checker.required_movement_radius:g} m in {checker.movement_time_allowance:g} s = {needed:.2f} m/s, "
-            f"but the top speed is {subject.top_speed:g} m/s",
-            f"movement_time_allowance: {above(5.0 * checker.required_movement_radius / subject.top_speed, 0)}",
+            f"but the top speed is {top_speed:g} m/s",
+            f"movement_time_allowance: {above(5.0 * checker.required_movement_radius / top_speed, 0)}",
         )
 
 
-def turn_counts_as_stuck(subject: Subject) -> Iterator[Finding]:
-    """Half a turn takes longer than the robot may stay in one place."""
-    if subject.progress_checker is None or hasattr(subject.progress_checker[1], "required_movement_angle"):
+@RULES.warning
+def turn_counts_as_stuck(subject: Subject, progress_checker: Named[SimpleProgressCheckerParams]) -> Iterator[Finding]:
+    """Half a turn takes longer than the robot may stay in one place.
+
+    Why: SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is aborted half way.
+    """
+    name, checker = progress_checker
+    if hasattr(checker, "required_movement_angle"):
         return
-    name, checker = subject.progress_checker
     rate = _turning_rate(subject)
     if rate > 0.0 and math.pi / rate > checker.movement_time_allowance > 0.0:
         yield Finding(
-            CONTROLLER,
             f"{name}.movement_time_allowance",
             f"{checker.movement_time_allowance:g} s, but half a turn at {rate:g} rad/s takes {math.pi / rate:.1f} s",
             f"movement_time_allowance: {above(2.0 * math.pi / rate, 0)}, or "
@@ -111,54 +135,56 @@ def turn_counts_as_stuck(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def shim_hands_over_at_once(subject: Subject) -> Iterator[Finding]:
-    """The shim stops turning at a larger error than the one at which it starts."""
-    if subject.shim is None:
-        return
-    name, shim = subject.shim
-    if shim.angular_disengage_threshold >= shim.angular_dist_threshold:
+@RULES.warning
+def shim_hands_over_at_once(shim: Named[RotationShimParams]) -> Iterator[Finding]:
+    """The rotation shim disengages at a larger heading error than it engages at.
+
+    Why: in the range between them each turn ends in the cycle after it began; the robot twitches and drives off askew.
+    """
+    name, params = shim
+    if params.angular_disengage_threshold >= params.angular_dist_threshold:
         yield Finding(
-            CONTROLLER,
             f"{name}.angular_dist_threshold",
-            f"{shim.angular_dist_threshold:g} rad, but turning ends below angular_disengage_threshold "
-            f"{shim.angular_disengage_threshold:g} rad",
-            f"angular_disengage_threshold: {decimal(shim.angular_dist_threshold / 2.0)}",
+            f"{params.angular_dist_threshold:g} rad, but turning ends below angular_disengage_threshold "
+            f"{params.angular_disengage_threshold:g} rad",
+            f"angular_disengage_threshold: {decimal(params.angular_dist_threshold / 2.0)}",
         )
 
 
-def shim_turns_blind(subject: Subject) -> Iterator[Finding]:
-    """The shim does not simulate its turn."""
-    if subject.shim is None or subject.server is None:
-        return
-    name, shim = subject.shim
-    if shim.simulate_ahead_time < 1.0 / subject.server.controller_frequency:
+@RULES.warning
+def shim_turns_blind(shim: Named[RotationShimParams], server: ControllerServerParams) -> Iterator[Finding]:
+    """The rotation shim does not look ahead.
+
+    Why: no step of the turn is simulated, so corners of the robot sweep into whatever stands beside it.
+    """
+    name, params = shim
+    if params.simulate_ahead_time < 1.0 / server.controller_frequency:
         yield Finding(
-            CONTROLLER,
             f"{name}.simulate_ahead_time",
-            f"{shim.simulate_ahead_time:g} s, less than a control period",
+            f"{params.simulate_ahead_time:g} s, less than a control period",
             "simulate_ahead_time: 1.0",
         )
 
 
-def shim_turns_too_fast(subject: Subject) -> Iterator[Finding]:
-    """The shim plans with more than the velocity smoother lets through."""
-    if subject.shim is None or subject.smoother is None:
-        return
-    (name, shim), smoother = subject.shim, subject.smoother
-    if shim.rotate_to_heading_angular_vel > smoother.max_velocity[2]:
+@RULES.warning
+def shim_turns_too_fast(shim: Named[RotationShimParams], smoother: VelocitySmootherParams) -> Iterator[Finding]:
+    """The rotation shim plans with more than the velocity smoother lets through.
+
+    Why: it computes its last moment to brake with its own limits; the smoother brakes later and the turn overshoots.
+    """
+    name, params = shim
+    if params.rotate_to_heading_angular_vel > smoother.max_velocity[2]:
         yield Finding(
-            CONTROLLER,
             f"{name}.rotate_to_heading_angular_vel",
-            f"{shim.rotate_to_heading_angular_vel:g} rad/s, but the velocity smoother allows "
+            f"{params.rotate_to_heading_angular_vel:g} rad/s, but the velocity smoother allows "
             f"{smoother.max_velocity[2]:g} rad/s",
             f"rotate_to_heading_angular_vel: {decimal(smoother.max_velocity[2])}",
         )
     braking = min(smoother.max_accel[2], -smoother.max_decel[2])
-    if braking < SOFTER * shim.max_angular_accel:
+    if braking < SOFTER * params.max_angular_accel:
         yield Finding(
-            CONTROLLER,
             f"{name}.max_angular_accel",
-            f"{shim.max_angular_accel:g} rad/s2, but the velocity smoother allows {braking:g} rad/s2",
+            f"{params.max_angular_accel:g} rad/s2, but the velocity smoother allows {braking:g} rad/s2",
             f"max_angular_accel: {decimal(braking)}",
         )
 
@@ -166,65 +192,5 @@ def shim_turns_too_fast(subject: Subject) -> Iterator[Finding]:
 def _turning_rate(subject: Subject) -> float:
     """How fast the robot turns on the spot, in [rad/s]; 0: unknown."""
     if subject.shim is not None:
-        return subject.shim[1].rotate_to_heading_angular_vel
-    return subject.dwb[1].max_vel_theta if subject.dwb is not None else 0.0
-
-
-RULES = (
-    Rule(
-        "stops-outside",
-        "DWB turns on the spot before the goal checker is satisfied",
-        "from its own tolerance on RotateToGoal slows down and then allows turns only: the robot stops short of the "
-        "goal checker's tolerance, turns, and is aborted for lack of progress",
-        stops_outside,
-    ),
-    Rule(
-        "far-goal",
-        "The goal tolerance is larger than the robot",
-        "the robot counts as arrived on the wrong side of a kerb or a door, and turns to the goal's yaw there",
-        far_goal,
-    ),
-    Rule(
-        "goal-below-a-cell",
-        "The goal tolerance is finer than a cell of the local costmap",
-        "GoalDist is 0 all over the goal's cell, so nothing pulls the robot nearer; it circles until it is aborted",
-        goal_below_a_cell,
-    ),
-    Rule(
-        "impatient",
-        "One failed control cycle aborts following",
-        "a single scan in which every trajectory touches something clears the local costmap, obstacles that are out of "
-        "sight included, and starts the recoveries",
-        impatient,
-    ),
-    Rule(
-        "demanding-progress",
-        "The progress checker asks for more than half the top speed",
-        "waiting for a pedestrian or creeping through a door counts as stuck and starts the recoveries",
-        demanding_progress,
-    ),
-    Rule(
-        "turn-counts-as-stuck",
-        "Half a turn takes longer than the robot may stay in one place",
-        "SimpleProgressChecker sees positions only: turning on the spot counts as stuck and is aborted half way",
-        turn_counts_as_stuck,
-    ),
-    Rule(
-        "shim-hands-over-at-once",
-        "The rotation shim disengages at a larger heading error than it engages at",
-        "in the range between them each turn ends in the cycle after it began; the robot twitches and drives off askew",
-        shim_hands_over_at_once,
-    ),
-    Rule(
-        "shim-turns-blind",
-        "The rotation shim does not look ahead",
-        "no step of the turn is simulated, so corners of the robot sweep into whatever stands beside it",
-        shim_turns_blind,
-    ),
-    Rule(
-        "shim-turns-too-fast",
-        "The rotation shim plans with more than the velocity smoother lets through",
-        "it computes its last moment to brake with its own limits; the smoother brakes later and the turn overshoots",
-        shim_turns_too_fast,
-    ),
-)
+        return subject.shim.params.rotate_to_heading_angular_vel
+    return subject.dwb.max_vel_theta if subject.dwb is not None else 0.0

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from navstack.params.lint.costmap_view import INFLATION, MARKING_LAYERS, SENSOR_LAYERS, STATIC, VOXEL, CostmapView
-from navstack.params.lint.rule import Finding, Rule, above, decimal
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
 from navstack.params.lint.subject import Subject
 
 ROUND = 1.1  # a footprint whose outer radius is at most this much larger than its inner one
@@ -15,181 +15,210 @@ OPEN_SPACE = 5.0  # [m] obstacle range from which beams without a return are com
 LONG_PERSISTENCE = 1.0  # [s]
 WALKING_SPEED = 1.4  # [m/s] of a pedestrian
 
-
-def narrow_inflation(subject: Subject) -> Iterator[Finding]:
-    """Inflation that ends within the robot."""
-    for view in subject.costmaps:
-        for name, params in view.inflations.items():
-            is_round = view.circumscribed <= ROUND * view.inscribed
-            needed, which = (view.inscribed, "inscribed") if is_round else (view.circumscribed, "circumscribed")
-            if params.inflation_radius < needed - view.params.resolution:
-                yield Finding(
-                    view.node,
-                    f"{name}.inflation_radius",
-                    f"{params.inflation_radius:g} m, but the padded footprint's {which} radius is {needed:.2f} m",
-                    f"inflation_radius: {above(needed + 0.2)}",
-                )
+RULES = RuleGroup("Costmap layers")
 
 
-def flat_inflation(subject: Subject) -> Iterator[Finding]:
-    """Inflation that is still high where it ends."""
-    for view in subject.costmaps:
-        for name, params in view.inflations.items():
-            width = params.inflation_radius - view.inscribed
-            left = math.exp(-params.cost_scaling_factor * max(width, 0.0))
-            if width > 0.1 and left > FLAT:
-                yield Finding(
-                    view.node,
-                    f"{name}.cost_scaling_factor",
-                    f"{params.cost_scaling_factor:g}/m: the cost falls only from 252 to {HIGHEST_SOFT_COST * left:.0f} "
-                    f"over the {width:.2f} m beyond the inscribed radius, then to 0",
-                    f"cost_scaling_factor: {math.log(20.0) / width:.1f} (5 % are left at the edge)",
-                )
+@RULES.warning
+def narrow_inflation(view: CostmapView) -> Iterator[Finding]:
+    """The inflation radius is smaller than the robot.
 
-
-def steep_inflation(subject: Subject) -> Iterator[Finding]:
-    """Inflation that has gone right beside the robot."""
-    for view in subject.costmaps:
-        for name, params in view.inflations.items():
-            width = params.inflation_radius - view.inscribed
-            reach = math.log(HIGHEST_SOFT_COST) / params.cost_scaling_factor if params.cost_scaling_factor else math.inf
-            if reach < STEEP and width > STEEP:
-                yield Finding(
-                    view.node,
-                    f"{name}.cost_scaling_factor",
-                    f"{params.cost_scaling_factor:g}/m: the cost is below 1 from {reach:.2f} m beyond the inscribed "
-                    "radius on",
-                    f"cost_scaling_factor: {math.log(20.0) / width:.1f}",
-                )
-
-
-def not_inflated(subject: Subject) -> Iterator[Finding]:
-    """A layer that marks after the inflation."""
-    for view in subject.costmaps:
-        last = max((i for i, layer in enumerate(view.layers) if layer.type == INFLATION), default=len(view.layers))
-        late = [layer.name for layer in view.layers[last + 1 :] if layer.type in MARKING_LAYERS]
-        if late:
+    Why: cells where the robot would touch cost nothing, so paths are planned through them (for a robot that is not
+    round its outer radius counts: its corners swing that far).
+    """
+    for name, params in view.inflations.items():
+        is_round = view.circumscribed <= ROUND * view.inscribed
+        needed, which = (view.inscribed, "inscribed") if is_round else (view.circumscribed, "circumscribed")
+        if params.inflation_radius < needed - view.params.resolution:
             yield Finding(
-                view.node,
-                "plugins",
-                f"{', '.join(late)} after {view.layers[last].name}",
-                f"plugins: [{_right_order(view)}]",
+                f"{name}.inflation_radius",
+                f"{params.inflation_radius:g} m, but the padded footprint's {which} radius is {needed:.2f} m",
+                f"inflation_radius: {above(needed + 0.2)}",
             )
 
 
-def static_hides_scan(subject: Subject) -> Iterator[Finding]:
-    """A map that overwrites what the layers before it marked."""
-    for view in subject.costmaps:
-        last = max((i for i, layer in enumerate(view.layers) if layer.type == STATIC), default=0)
-        hidden = [layer.name for layer in view.layers[:last] if layer.marks_what_is_seen]
-        if hidden and not view.params.use_maximum:
+@RULES.warning
+def flat_inflation(view: CostmapView) -> Iterator[Finding]:
+    """The inflated cost hardly falls up to its edge.
+
+    Why: the slope is too weak to keep the robot off: paths cut corners at the inscribed radius, where every error of
+    localization is a contact.
+    """
+    for name, params in view.inflations.items():
+        width = params.inflation_radius - view.inscribed
+        left = math.exp(-params.cost_scaling_factor * max(width, 0.0))
+        if width > 0.1 and left > FLAT:
             yield Finding(
-                view.node,
-                "plugins",
-                f"{view.layers[last].name} after {', '.join(hidden)}, without use_maximum",
-                f"plugins: [{_right_order(view)}]",
+                f"{name}.cost_scaling_factor",
+                f"{params.cost_scaling_factor:g}/m: the cost falls only from 252 to {HIGHEST_SOFT_COST * left:.0f} "
+                f"over the {width:.2f} m beyond the inscribed radius, then to 0",
+                f"cost_scaling_factor: {math.log(20.0) / width:.1f} (5 % are left at the edge)",
             )
 
 
-def no_inflation(subject: Subject) -> Iterator[Finding]:
-    """A costmap without inflation where the robot is taken for a point."""
-    for view in subject.costmaps:
-        if view.has(*MARKING_LAYERS) and not view.has(INFLATION) and _takes_robot_for_a_point(subject, view):
+@RULES.warning
+def steep_inflation(view: CostmapView) -> Iterator[Finding]:
+    """The inflated cost has fallen to nothing right beside the robot.
+
+    Why: paths hug walls at the inscribed radius, and every localization error becomes a contact.
+    """
+    for name, params in view.inflations.items():
+        width = params.inflation_radius - view.inscribed
+        reach = math.log(HIGHEST_SOFT_COST) / params.cost_scaling_factor if params.cost_scaling_factor else math.inf
+        if reach < STEEP and width > STEEP:
             yield Finding(
-                view.node,
-                "plugins",
-                "no enabled InflationLayer",
-                f'add one as the last layer: inflation_layer: {{plugin: "nav2_costmap_2d::InflationLayer", '
-                f"inflation_radius: {above(view.circumscribed + 0.2)}}}",
+                f"{name}.cost_scaling_factor",
+                f"{params.cost_scaling_factor:g}/m: the cost is below 1 from {reach:.2f} m beyond the inscribed "
+                "radius on",
+                f"cost_scaling_factor: {math.log(20.0) / width:.1f}",
             )
 
 
-def short_clearing(subject: Subject) -> Iterator[Finding]:
-    """Marks beyond the reach of clearing."""
-    for view in subject.costmaps:
-        for name, source in view.sources():
-            if source.marking and source.clearing and source.raytrace_max_range < source.obstacle_max_range:
-                yield Finding(
-                    view.node,
-                    f"{name}.raytrace_max_range",
-                    f"clears up to {source.raytrace_max_range:g} m, but marks up to {source.obstacle_max_range:g} m",
-                    f"raytrace_max_range: {decimal(source.obstacle_max_range + 0.5)}",
-                )
+@RULES.warning
+def not_inflated(view: CostmapView) -> Iterator[Finding]:
+    """A layer marks obstacles after the inflation layer.
+
+    Why: what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's width away from it.
+    """
+    last = max((i for i, layer in enumerate(view.layers) if layer.type == INFLATION), default=len(view.layers))
+    late = [layer.name for layer in view.layers[last + 1 :] if layer.type in MARKING_LAYERS]
+    if late:
+        yield Finding(
+            "plugins",
+            f"{', '.join(late)} after {view.layers[last].name}",
+            f"plugins: [{_right_order(view)}]",
+        )
 
 
-def never_cleared(subject: Subject) -> Iterator[Finding]:
-    """A layer in which sources mark and none clears."""
-    for view in subject.costmaps:
-        for layer in view.layers:
-            marking = [name for name, source in layer.sources.items() if source.marking]
-            if layer.type in SENSOR_LAYERS and marking and not any(each.clearing for each in layer.sources.values()):
-                yield Finding(
-                    view.node,
-                    f"{layer.name}.{marking[0]}.clearing",
-                    f"{', '.join(marking)} of {layer.name} only mark" if marking[1:] else f"{marking[0]} only marks",
-                    f"{layer.name}.{marking[0]}.clearing: true",
-                )
+@RULES.warning
+def static_hides_scan(view: CostmapView) -> Iterator[Finding]:
+    """A StaticLayer without use_maximum stands behind a layer that marks obstacles.
+
+    Why: it overwrites every cell of the map, free ones included: of what the sensors see there nothing is left, and the
+    robot drives into it.
+    """
+    last = max((i for i, layer in enumerate(view.layers) if layer.type == STATIC), default=0)
+    hidden = [layer.name for layer in view.layers[:last] if layer.marks_what_is_seen]
+    if hidden and not view.params.use_maximum:
+        yield Finding(
+            "plugins",
+            f"{view.layers[last].name} after {', '.join(hidden)}, without use_maximum",
+            f"plugins: [{_right_order(view)}]",
+        )
 
 
-def endless_beams(subject: Subject) -> Iterator[Finding]:
-    """Beams without a return that clear nothing, in the open."""
-    for view in subject.costmaps:
-        for name, source in view.sources():
-            is_scan = subject.value(view.node, f"{name}.data_type", "LaserScan") == "LaserScan"
-            sees_far = source.marking and source.obstacle_max_range > OPEN_SPACE
-            if is_scan and sees_far and source.clearing and not source.inf_is_valid:
-                yield Finding(
-                    view.node,
-                    f"{name}.inf_is_valid",
-                    f"false, with obstacles marked up to {source.obstacle_max_range:g} m",
-                    "inf_is_valid: true (if the lidar reports inf where nothing returns)",
-                )
+@RULES.warning
+def no_inflation(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """A costmap that takes the robot for a point has no inflation layer.
+
+    Why: the centre of the robot may go up to the wall.
+    """
+    if view.has(*MARKING_LAYERS) and not view.has(INFLATION) and _takes_robot_for_a_point(subject, view):
+        yield Finding(
+            "plugins",
+            "no enabled InflationLayer",
+            f'add one as the last layer: inflation_layer: {{plugin: "nav2_costmap_2d::InflationLayer", '
+            f"inflation_radius: {above(view.circumscribed + 0.2)}}}",
+        )
 
 
-def long_memory(subject: Subject) -> Iterator[Finding]:
-    """Old scans that are marked again and again."""
-    for view in subject.costmaps:
-        for name, source in view.sources():
-            if source.marking and source.observation_persistence > LONG_PERSISTENCE:
-                trail = WALKING_SPEED * source.observation_persistence
-                yield Finding(
-                    view.node,
-                    f"{name}.observation_persistence",
-                    f"{source.observation_persistence:g} s: a pedestrian drags {trail:.1f} m of obstacles behind",
-                    "observation_persistence: 0.0",
-                )
+@RULES.warning
+def short_clearing(view: CostmapView) -> Iterator[Finding]:
+    """Obstacles are marked farther away than they are cleared.
+
+    Why: what was marked beyond the clearing range stays for good: ghosts that block the way.
+    """
+    for name, source in view.sources():
+        if source.marking and source.clearing and source.raytrace_max_range < source.obstacle_max_range:
+            yield Finding(
+                f"{name}.raytrace_max_range",
+                f"clears up to {source.raytrace_max_range:g} m, but marks up to {source.obstacle_max_range:g} m",
+                f"raytrace_max_range: {decimal(source.obstacle_max_range + 0.5)}",
+            )
 
 
-def blind_source(subject: Subject) -> Iterator[Finding]:
-    """A source that sees only what lies at the height of the ground or below."""
-    for view in subject.costmaps:
-        for name, source in view.sources():
-            highest = subject.number(view.node, f"{name}.max_obstacle_height", 0.0)
-            if highest <= 0.0 and (source.marking or source.clearing):
-                is_given = subject.value(view.node, f"{name}.max_obstacle_height") is not None
-                yield Finding(
-                    view.node,
-                    f"{name}.max_obstacle_height",
-                    f"{highest:g} m" if is_given else "absent, and Nav2's default for a source is 0.0 m",
-                    "max_obstacle_height: 2.0",
-                )
+@RULES.warning
+def never_cleared(view: CostmapView) -> Iterator[Finding]:
+    """A layer marks obstacles and never clears them.
+
+    Why: whoever walked past stays in the costmap until it leaves the window or a recovery clears everything.
+    """
+    for layer in view.layers:
+        marking = [name for name, source in layer.sources.items() if source.marking]
+        if layer.type in SENSOR_LAYERS and marking and not any(each.clearing for each in layer.sources.values()):
+            yield Finding(
+                f"{layer.name}.{marking[0]}.clearing",
+                f"{', '.join(marking)} of {layer.name} only mark" if marking[1:] else f"{marking[0]} only marks",
+                f"{layer.name}.{marking[0]}.clearing: true",
+            )
 
 
-def unreached_threshold(subject: Subject) -> Iterator[Finding]:
-    """A voxel layer that wants more voxels in a column than its planar scans can fill."""
-    for view in subject.costmaps:
-        for layer in view.layers:
-            marking = [name for name, source in layer.sources.items() if source.marking]
-            kinds = {subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan") for name in marking}
-            threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)
-            if layer.type == VOXEL and kinds == {"LaserScan"} and threshold >= len(marking):
-                scans = "a LaserScan marks" if len(marking) == 1 else f"{len(marking)} LaserScans mark"
-                yield Finding(
-                    view.node,
-                    f"{layer.name}.mark_threshold",
-                    f"{threshold:g}: a cell needs more marked voxels than that, but {scans} {len(marking)} at most",
-                    "mark_threshold: 0",
-                )
+@RULES.warning
+def blind_source(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """An observation source without a max_obstacle_height above 0.
+
+    Why: Nav2 drops every point above it: on the robot the source neither marks nor clears, while here it does.
+    """
+    for name, source in view.sources():
+        highest = subject.number(view.node, f"{name}.max_obstacle_height", 0.0)
+        if highest <= 0.0 and (source.marking or source.clearing):
+            is_given = subject.value(view.node, f"{name}.max_obstacle_height") is not None
+            yield Finding(
+                f"{name}.max_obstacle_height",
+                f"{highest:g} m" if is_given else "absent, and Nav2's default for a source is 0.0 m",
+                "max_obstacle_height: 2.0",
+            )
+
+
+@RULES.warning
+def unreached_threshold(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """A voxel layer on planar scans wants more voxels in a column than they can fill.
+
+    Why: in Nav2 it never marks anything, while here it runs as an obstacle layer and does.
+    """
+    for layer in view.layers:
+        marking = [name for name, source in layer.sources.items() if source.marking]
+        kinds = {subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan") for name in marking}
+        threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)
+        if layer.type == VOXEL and kinds == {"LaserScan"} and threshold >= len(marking):
+            scans = "a LaserScan marks" if len(marking) == 1 else f"{len(marking)} LaserScans mark"
+            yield Finding(
+                f"{layer.name}.mark_threshold",
+                f"{threshold:g}: a cell needs more marked voxels than that, but {scans} {len(marking)} at most",
+                "mark_threshold: 0",
+            )
+
+
+@RULES.warning
+def endless_beams(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """Beams without a return clear nothing, although the sensor looks into the open.
+
+    Why: who crossed such a beam stays in the costmap: trails of ghosts in open places.
+    """
+    for name, source in view.sources():
+        is_scan = subject.value(view.node, f"{name}.data_type", "LaserScan") == "LaserScan"
+        sees_far = source.marking and source.obstacle_max_range > OPEN_SPACE
+        if is_scan and sees_far and source.clearing and not source.inf_is_valid:
+            yield Finding(
+                f"{name}.inf_is_valid",
+                f"false, with obstacles marked up to {source.obstacle_max_range:g} m",
+                "inf_is_valid: true (if the lidar reports inf where nothing returns)",
+            )
+
+
+@RULES.warning
+def long_memory(view: CostmapView) -> Iterator[Finding]:
+    """Old scans stay in the costmap.
+
+    Why: moving people leave a wall behind them that lasts as long as the persistence.
+    """
+    for name, source in view.sources():
+        if source.marking and source.observation_persistence > LONG_PERSISTENCE:
+            trail = WALKING_SPEED * source.observation_persistence
+            yield Finding(
+                f"{name}.observation_persistence",
+                f"{source.observation_persistence:g} s: a pedestrian drags {trail:.1f} m of obstacles behind",
+                "observation_persistence: 0.0",
+            )
 
 
 def _right_order(view: CostmapView) -> str:
@@ -207,83 +236,4 @@ def _takes_robot_for_a_point(subject: Subject, view: CostmapView) -> bool:
         planners = subject.names("planner_server", "planner_plugins") or ("GridBased",)
         kinds = [str(subject.value("planner_server", f"{name}.plugin", "NavfnPlanner")) for name in planners]
         return all(kind.endswith(("NavfnPlanner", "SmacPlanner2D", "ThetaStarPlanner")) for kind in kinds)
-    return subject.dwb is not None and "ObstacleFootprint" not in subject.dwb[1].critics
-
-
-RULES = (
-    Rule(
-        "narrow-inflation",
-        "The inflation radius is smaller than the robot",
-        "cells where the robot would touch cost nothing, so paths are planned through them (for a robot that is not "
-        "round its outer radius counts: its corners swing that far)",
-        narrow_inflation,
-    ),
-    Rule(
-        "flat-inflation",
-        "The inflated cost hardly falls up to its edge",
-        "the slope is too weak to keep the robot off: paths cut corners at the inscribed radius, where every error of "
-        "localization is a contact",
-        flat_inflation,
-    ),
-    Rule(
-        "steep-inflation",
-        "The inflated cost has fallen to nothing right beside the robot",
-        "paths hug walls at the inscribed radius, and every localization error becomes a contact",
-        steep_inflation,
-    ),
-    Rule(
-        "not-inflated",
-        "A layer marks obstacles after the inflation layer",
-        "what it marks is not inflated: planner and BaseObstacle see no need to keep the robot's width away from it",
-        not_inflated,
-    ),
-    Rule(
-        "static-hides-scan",
-        "A StaticLayer without use_maximum stands behind a layer that marks obstacles",
-        "it overwrites every cell of the map, free ones included: of what the sensors see there nothing is left, and "
-        "the robot drives into it",
-        static_hides_scan,
-    ),
-    Rule(
-        "no-inflation",
-        "A costmap that takes the robot for a point has no inflation layer",
-        "the centre of the robot may go up to the wall",
-        no_inflation,
-    ),
-    Rule(
-        "short-clearing",
-        "Obstacles are marked farther away than they are cleared",
-        "what was marked beyond the clearing range stays for good: ghosts that block the way",
-        short_clearing,
-    ),
-    Rule(
-        "never-cleared",
-        "A layer marks obstacles and never clears them",
-        "whoever walked past stays in the costmap until it leaves the window or a recovery clears everything",
-        never_cleared,
-    ),
-    Rule(
-        "blind-source",
-        "An observation source without a max_obstacle_height above 0",
-        "Nav2 drops every point above it: on the robot the source neither marks nor clears, while here it does",
-        blind_source,
-    ),
-    Rule(
-        "unreached-threshold",
-        "A voxel layer on planar scans wants more voxels in a column than they can fill",
-        "in Nav2 it never marks anything, while here it runs as an obstacle layer and does",
-        unreached_threshold,
-    ),
-    Rule(
-        "endless-beams",
-        "Beams without a return clear nothing, although the sensor looks into the open",
-        "who crossed such a beam stays in the costmap: trails of ghosts in open places",
-        endless_beams,
-    ),
-    Rule(
-        "long-memory",
-        "Old scans stay in the costmap",
-        "moving people leave a wall behind them that lasts as long as the persistence",
-        long_memory,
-    ),
-)
+    return subject.dwb is not None and "ObstacleFootprint" not in subject.dwb.critics

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule
+from navstack.params.lint.rule import Finding, RuleGroup
 from navstack.params.lint.subject import Subject
 
 AMCL = "amcl"
@@ -10,14 +10,20 @@ FEWEST_BEAMS, FEWEST_PARTICLES = 20, 200
 LONGEST_DRIFT = 0.5  # [m] between two corrections
 SHORTEST_TOLERANCE = 0.1  # [s]
 
+RULES = RuleGroup("AMCL", AMCL)
 
+
+@RULES.warning
 def crossed_particles(subject: Subject) -> Iterator[Finding]:
-    """More particles at least than at most."""
+    """AMCL's min_particles lies above max_particles.
+
+    Why: AMCL always has this one number of particles, more than the file allows, and never gets quicker once it knows
+    where it is.
+    """
     low, high = subject.number(AMCL, "min_particles", 500.0), subject.number(AMCL, "max_particles", 2000.0)
     if subject.has(AMCL) and low > high:
         is_given = subject.value(AMCL, "min_particles") is not None
         yield Finding(
-            AMCL,
             "min_particles" if is_given else "max_particles",
             f"max_particles is {high:.0f}, but min_particles {low:.0f}{'' if is_given else ' by default'}: Nav2 raises "
             f"max_particles to {low:.0f}",
@@ -25,76 +31,55 @@ def crossed_particles(subject: Subject) -> Iterator[Finding]:
         )
 
 
+@RULES.warning
 def few_particles(subject: Subject) -> Iterator[Finding]:
-    """Too few particles to cover a wrong belief."""
+    """AMCL has very few particles.
+
+    Why: after a bad start or a bump no particle is near the truth, and the robot stays lost.
+    """
     high = subject.number(AMCL, "max_particles", 2000.0)
     if subject.has(AMCL) and high < FEWEST_PARTICLES:
-        yield Finding(AMCL, "max_particles", f"{high:.0f}", "max_particles: 2000")
+        yield Finding("max_particles", f"{high:.0f}", "max_particles: 2000")
 
 
+@RULES.warning
 def few_beams(subject: Subject) -> Iterator[Finding]:
-    """Too few beams to tell places apart."""
+    """AMCL looks at very few beams.
+
+    Why: a passing pedestrian covers a good part of them and pulls the belief away.
+    """
     beams = subject.number(AMCL, "max_beams", 60.0)
     if subject.has(AMCL) and beams < FEWEST_BEAMS:
-        yield Finding(AMCL, "max_beams", f"{beams:.0f} of a scan", "max_beams: 60")
+        yield Finding("max_beams", f"{beams:.0f} of a scan", "max_beams: 60")
 
 
+@RULES.warning
 def blind_likelihood(subject: Subject) -> Iterator[Finding]:
-    """A sensor model in which hits do not count."""
+    """AMCL's z_hit is 0.
+
+    Why: the map has no influence on the particles' weights: the belief is odometry.
+    """
     if subject.has(AMCL) and subject.number(AMCL, "z_hit", 0.5) <= 0.0:
-        yield Finding(AMCL, "z_hit", f"{subject.number(AMCL, 'z_hit', 0.5):g}", "z_hit: 0.5, z_rand: 0.5")
+        yield Finding("z_hit", f"{subject.number(AMCL, 'z_hit', 0.5):g}", "z_hit: 0.5, z_rand: 0.5")
 
 
+@RULES.warning
 def rare_corrections(subject: Subject) -> Iterator[Finding]:
-    """Long ways on odometry alone."""
+    """AMCL corrects rarely.
+
+    Why: in between the robot drives on odometry, whose errors then come as one jump.
+    """
     distance = subject.number(AMCL, "update_min_d", 0.25)
     if subject.has(AMCL) and distance > LONGEST_DRIFT:
-        yield Finding(AMCL, "update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25")
+        yield Finding("update_min_d", f"{distance:g} m between two corrections", "update_min_d: 0.25")
 
 
+@RULES.warning
 def short_lived_transform(subject: Subject) -> Iterator[Finding]:
-    """A map frame that expires before the next scan."""
+    """AMCL's transform expires quickly.
+
+    Why: costmaps and controller wait for the next scan or fail with extrapolation errors.
+    """
     tolerance = subject.number(AMCL, "transform_tolerance", 1.0)
     if subject.has(AMCL) and tolerance < SHORTEST_TOLERANCE:
-        yield Finding(AMCL, "transform_tolerance", f"{tolerance:g} s", "transform_tolerance: 1.0")
-
-
-RULES = (
-    Rule(
-        "crossed-particles",
-        "AMCL's min_particles lies above max_particles",
-        "AMCL always has this one number of particles, more than the file allows, and never gets quicker once it knows "
-        "where it is",
-        crossed_particles,
-    ),
-    Rule(
-        "few-particles",
-        "AMCL has very few particles",
-        "after a bad start or a bump no particle is near the truth, and the robot stays lost",
-        few_particles,
-    ),
-    Rule(
-        "few-beams",
-        "AMCL looks at very few beams",
-        "a passing pedestrian covers a good part of them and pulls the belief away",
-        few_beams,
-    ),
-    Rule(
-        "blind-likelihood",
-        "AMCL's z_hit is 0",
-        "the map has no influence on the particles' weights: the belief is odometry",
-        blind_likelihood,
-    ),
-    Rule(
-        "rare-corrections",
-        "AMCL corrects rarely",
-        "in between the robot drives on odometry, whose errors then come as one jump",
-        rare_corrections,
-    ),
-    Rule(
-        "short-lived-transform",
-        "AMCL's transform expires quickly",
-        "costmaps and controller wait for the next scan or fail with extrapolation errors",
-        short_lived_transform,
-    ),
-)
+        yield Finding("transform_tolerance", f"{tolerance:g} s", "transform_tolerance: 1.0")

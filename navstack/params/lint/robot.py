@@ -5,31 +5,37 @@ from collections.abc import Iterator
 import numpy as np
 
 from navstack.geometry import footprint_radii
-from navstack.params.lint.rule import Finding, Rule, decimal
-from navstack.params.lint.subject import CONTROLLER, Subject
+from navstack.params.dwb import DwbParams
+from navstack.params.lint.costmap_view import CostmapView
+from navstack.params.lint.rule import Finding, RuleGroup, decimal
+from navstack.params.lint.subject import CONTROLLER, Drive, RobotLimits, Subject
 from navstack.types import FloatArray
 
 MORE = 1.01  # a limit is exceeded by more than rounding
 LEAST_GAP = 1e-3  # [m] by which the body sticks out
 
-
-def faster_than_robot(subject: Subject) -> Iterator[Finding]:
-    """Speeds beyond the drive."""
-    robot = subject.robot
-    if robot is None:
-        return
-    if subject.top_speed > MORE * robot.max_speed:
-        yield _exceeds(subject.speed_name, subject.top_speed, robot.max_speed, "m/s", robot.name)
-    if subject.dwb is not None and subject.dwb[1].max_vel_theta > MORE * robot.max_yaw_rate:
-        name, dwb = subject.dwb
-        yield _exceeds(f"{name}.max_vel_theta", dwb.max_vel_theta, robot.max_yaw_rate, "rad/s", robot.name)
+RULES = RuleGroup("With --robot", CONTROLLER)
 
 
-def harder_than_robot(subject: Subject) -> Iterator[Finding]:
-    """Accelerations beyond the drive."""
-    if subject.robot is None or subject.dwb is None:
-        return
-    (name, dwb), robot = subject.dwb, subject.robot
+@RULES.warning
+def faster_than_robot(subject: Subject, robot: RobotLimits, top_speed: float) -> Iterator[Finding]:
+    """The controller asks for more speed than the robot has.
+
+    Why: simulated trajectories are longer and wider than what the robot drives.
+    """
+    if top_speed > MORE * robot.max_speed:
+        yield _exceeds(subject.speed_name, top_speed, robot.max_speed, "m/s", robot.name)
+    drive, dwb = subject.drive, subject.dwb
+    if drive is not None and dwb is not None and dwb.max_vel_theta > MORE * robot.max_yaw_rate:
+        yield _exceeds(f"{drive.name}.max_vel_theta", dwb.max_vel_theta, robot.max_yaw_rate, "rad/s", robot.name)
+
+
+@RULES.warning
+def harder_than_robot(robot: RobotLimits, dwb: DwbParams, drive: Drive) -> Iterator[Finding]:
+    """DWB counts on accelerations that the robot does not have.
+
+    Why: the robot brakes later and turns wider than the trajectories that were checked.
+    """
     limits = (
         ("acc_lim_x", dwb.acc_lim_x, robot.max_acceleration, "m/s2"),
         ("decel_lim_x", -dwb.decel_lim_x, robot.max_deceleration, "m/s2"),
@@ -39,24 +45,23 @@ def harder_than_robot(subject: Subject) -> Iterator[Finding]:
     for key, wanted, possible, unit in limits:
         if wanted > MORE * possible:
             sign = -1.0 if key.startswith("decel") else 1.0
-            yield _exceeds(f"{name}.{key}", sign * wanted, sign * possible, unit, robot.name)
+            yield _exceeds(f"{drive.name}.{key}", sign * wanted, sign * possible, unit, robot.name)
 
 
-def larger_than_footprint(subject: Subject) -> Iterator[Finding]:
-    """A body that sticks out of the footprint."""
-    robot = subject.robot
-    if robot is None:
-        return
-    for view in subject.costmaps:
-        gap = max(_distance_outside(view.footprint, vertex) for vertex in robot.footprint)
-        if gap > LEAST_GAP:
-            text = ", ".join(f"[{x:g}, {y:g}]" for x, y in np.asarray(robot.footprint))
-            yield Finding(
-                view.node,
-                "footprint" if subject.value(view.node, "footprint") else "robot_radius",
-                f"{robot.name} sticks out of the padded footprint by up to {gap:.2f} m",
-                f'footprint: "[{text}]"',
-            )
+@RULES.warning
+def larger_than_footprint(subject: Subject, robot: RobotLimits, view: CostmapView) -> Iterator[Finding]:
+    """The robot is larger than its footprint in the file.
+
+    Why: what sticks out is not checked for collisions.
+    """
+    gap = max(_distance_outside(view.footprint, vertex) for vertex in robot.footprint)
+    if gap > LEAST_GAP:
+        text = ", ".join(f"[{x:g}, {y:g}]" for x, y in np.asarray(robot.footprint))
+        yield Finding(
+            "footprint" if subject.value(view.node, "footprint") else "robot_radius",
+            f"{robot.name} sticks out of the padded footprint by up to {gap:.2f} m",
+            f'footprint: "[{text}]"',
+        )
 
 
 def _distance_outside(polygon: FloatArray, point: FloatArray) -> float:
@@ -72,30 +77,7 @@ def _distance_outside(polygon: FloatArray, point: FloatArray) -> float:
 
 def _exceeds(name: str, wanted: float, possible: float, unit: str, robot: str) -> Finding:
     return Finding(
-        CONTROLLER,
         name,
         f"{wanted:g} {unit}, but {robot} can do {possible:g} {unit}",
         f"{name.rpartition('.')[2]}: {decimal(possible)}",
     )
-
-
-RULES = (
-    Rule(
-        "faster-than-robot",
-        "The controller asks for more speed than the robot has",
-        "simulated trajectories are longer and wider than what the robot drives",
-        faster_than_robot,
-    ),
-    Rule(
-        "harder-than-robot",
-        "DWB counts on accelerations that the robot does not have",
-        "the robot brakes later and turns wider than the trajectories that were checked",
-        harder_than_robot,
-    ),
-    Rule(
-        "larger-than-footprint",
-        "The robot is larger than its footprint in the file",
-        "what sticks out is not checked for collisions",
-        larger_than_footprint,
-    ),
-)

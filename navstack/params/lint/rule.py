@@ -1,8 +1,14 @@
-"""What a rule is and what it finds."""
+"""What a rule is and what it finds.
 
+A rule is one function. Its name is its id, its docstring has title and reason. Its parameters are parts of the file by
+the names that :class:`Subject` gives them: it is asked only about a file that has them all, and for each costmap if
+it takes a ``view``.
+"""
+
+import inspect
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from navstack.params.lint.subject import Subject
 
@@ -13,10 +19,10 @@ HUGE = 1e9  # larger values are mistakes that other findings name
 class Finding:
     """One place where a rule applies."""
 
-    node: str
     name: str  # dotted name of the parameter; of one that the file leaves out, the name it would have
     found: str  # with the numbers, e.g. "3.0 m/s x 1.0 s = 3.0 m"
     advice: str  # with a concrete value
+    node: str = ""  # empty: the costmap that the rule looks at, else the node of its group
 
 
 def decimal(value: float, digits: int = 3) -> str:
@@ -39,9 +45,6 @@ def whole_above(value: float) -> str:
     return str(math.ceil(min(value, HUGE)))
 
 
-Check = Callable[[Subject], Iterator[Finding]]
-
-
 @dataclass(frozen=True, slots=True)
 class Rule:
     """One combination to look for."""
@@ -49,5 +52,42 @@ class Rule:
     id: str  # stable, kebab-case
     title: str  # the combination, as a sentence
     why: str  # what it does to a real robot
-    check: Check
-    is_error: bool = False  # no robot can work so, as opposed to: it works badly
+    check: Callable[..., Iterator[Finding]]
+    node: str  # of findings that name none
+    is_error: bool  # no robot can work so, as opposed to: it works badly
+
+    def findings(self, subject: Subject) -> Iterator[tuple[str, Finding]]:
+        """What the rule finds in a file, each with its node; nothing where a part is missing that it looks at."""
+        names = [*inspect.signature(self.check).parameters]
+        parts = {name: getattr(subject, name) for name in names if name not in ("subject", "view")}
+        if any(part is None for part in parts.values()):
+            return
+        if "subject" in names:
+            parts["subject"] = subject
+        for view in subject.costmaps if "view" in names else (None,):
+            given = parts if view is None else {**parts, "view": view}
+            for finding in self.check(**given):
+                yield finding.node or (self.node if view is None else view.node), finding
+
+
+@dataclass(frozen=True, slots=True)
+class RuleGroup:
+    """The rules about one thing, as they follow each other in their module."""
+
+    title: str
+    node: str = ""  # of findings that name none
+    rules: list[Rule] = field(default_factory=list)
+
+    def warning(self, check: Callable[..., Iterator[Finding]]) -> Rule:
+        """Add what works badly."""
+        return self._add(check, is_error=False)
+
+    def error(self, check: Callable[..., Iterator[Finding]]) -> Rule:
+        """Add what cannot work."""
+        return self._add(check, is_error=True)
+
+    def _add(self, check: Callable[..., Iterator[Finding]], is_error: bool) -> Rule:
+        title, _, why = (inspect.getdoc(check) or "").partition(".\n\nWhy: ")
+        rule_id = check.__name__.replace("_", "-")
+        self.rules.append(Rule(rule_id, title, " ".join(why.split())[:-1], check, self.node, is_error))
+        return self.rules[-1]

@@ -16,25 +16,25 @@ from navstack.params.lint import (
     tree,
 )
 from navstack.params.lint.reader import ERRORS, WARNINGS, reader_notices
-from navstack.params.lint.rule import Rule
+from navstack.params.lint.rule import Rule, RuleGroup
 from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice
 
-GROUPS: dict[str, tuple[Rule, ...]] = {
-    "Behavior tree": tree.RULES,
-    "DWB: limits and samples": dwb_limits.RULES,
-    "DWB: trajectories and critics": dwb_scoring.RULES,
-    "MPPI": mppi.RULES,
-    "Goal, progress and turning on the spot": goal.RULES,
-    "Speed: smoother, recoveries, rates": speed.RULES,
-    "Collision monitor": safety.RULES,
-    "Costmap layers": layers.RULES,
-    "Costmaps and frames": costmaps.RULES,
-    "AMCL": localization.RULES,
-    "With --robot": robot.RULES,
-}
-RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS.values() for rule in group)
+GROUPS: tuple[RuleGroup, ...] = (
+    tree.RULES,
+    dwb_limits.RULES,
+    dwb_scoring.RULES,
+    mppi.RULES,
+    goal.RULES,
+    speed.RULES,
+    safety.RULES,
+    layers.RULES,
+    costmaps.RULES,
+    localization.RULES,
+    robot.RULES,
+)
+RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules)
 
 
 def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...]:
@@ -53,7 +53,7 @@ def catalog() -> str:
     groups = {
         "Errors in reading": list(ERRORS.items()),
         "Warnings in reading": list(WARNINGS.items()),
-        **{title: [(rule.id, _meaning(rule)) for rule in rules] for title, rules in GROUPS.items()},
+        **{group.title: [(rule.id, _meaning(rule)) for rule in group.rules] for group in GROUPS},
     }
     sections = (
         f"## {title}\n\n" + "".join(f"- **`{each}`** {text}\n" for each, text in findings)
@@ -68,12 +68,6 @@ def _meaning(rule: Rule) -> str:
 
 def _rule_notices(subject: Subject) -> Iterator[Notice]:
     for rule in RULES:
-        for finding in rule.check(subject):
-            yield Notice(
-                rule.id,
-                f"{finding.node}: {finding.name}",
-                f"{finding.found}; {rule.why}",
-                finding.advice,
-                subject.line(finding.node, finding.name),
-                rule.is_error,
-            )
+        for node, finding in rule.findings(subject):
+            message, line = f"{finding.found}; {rule.why}", subject.line(node, finding.name)
+            yield Notice(rule.id, f"{node}: {finding.name}", message, finding.advice, line, rule.is_error)

@@ -5,91 +5,106 @@ from collections.abc import Iterator
 
 from navstack.errors import ParameterError
 from navstack.params.collision_monitor import parse_polygon
-from navstack.params.lint.rule import Finding, Rule, above, below
+from navstack.params.lint.costmap_view import CostmapView
+from navstack.params.lint.rule import Finding, RuleGroup, above, below
 from navstack.params.lint.subject import MONITOR, Subject
 
 LARGEST_INT = 2**31 - 1  # min_points is a C++ int
 MANY_POINTS = 10_000  # in a zone at once: more than any planar lidar has in all
 LONGEST_STALE_DRIVE = 1.5  # [m] on a sensor that has died
 
+RULES = RuleGroup("Collision monitor", MONITOR)
 
-def never_triggers(subject: Subject) -> Iterator[Finding]:
-    """More points than can ever be in a zone."""
+
+@RULES.warning
+def monitor_never_triggers(subject: Subject) -> Iterator[Finding]:
+    """A zone of the collision monitor waits for more points than it can ever see.
+
+    Why: the zone never slows or stops the robot; the monitor only seems to be there.
+    """
     for name in _zones(subject):
         for key, usual in (("min_points", 4), ("max_points", 3)):
             points = subject.number(MONITOR, f"{name}.{key}", 0.0)
             if points > MANY_POINTS:
                 overflow = ", more than Nav2's 32 bits hold" if points > LARGEST_INT else ""
                 yield Finding(
-                    MONITOR,
                     f"{name}.{key}",
                     f"waits for {points:.0f} points in the zone at once{overflow}",
                     f"{key}: {usual}",
                 )
 
 
-def all_disabled(subject: Subject) -> Iterator[Finding]:
-    """A monitor without a zone that is on."""
+@RULES.warning
+def monitor_all_disabled(subject: Subject) -> Iterator[Finding]:
+    """No zone of the collision monitor is enabled.
+
+    Why: commands pass through it unchanged.
+    """
     if subject.has(MONITOR) and not list(_zones(subject)):
-        yield Finding(
-            MONITOR, "polygons", "no polygon is both listed and enabled", "enable one, e.g. FootprintApproach"
-        )
+        yield Finding("polygons", "no polygon is both listed and enabled", "enable one, e.g. FootprintApproach")
 
 
-def late_approach(subject: Subject) -> Iterator[Finding]:
-    """An approach zone that asks for more deceleration than there is."""
-    if subject.braking is None:
-        return
+@RULES.warning
+def late_approach(subject: Subject, braking: float, top_speed: float) -> Iterator[Finding]:
+    """An approach zone asks for more deceleration than there is.
+
+    Why: the monitor lowers the speed so that time_before_collision remains, but the robot cannot follow and touches.
+    """
     for name in _zones(subject, "approach"):
         time = subject.number(MONITOR, f"{name}.time_before_collision", 2.0)
-        if time > 0.0 and subject.top_speed / time > subject.braking:
+        if time > 0.0 and top_speed / time > braking:
             yield Finding(
-                MONITOR,
                 f"{name}.time_before_collision",
-                f"{time:g} s: slowing down from {subject.top_speed:g} m/s with it takes {subject.top_speed / time:.2f} "
-                f"m/s2, but {subject.braking:g} m/s2 are allowed",
-                f"time_before_collision: {above(subject.top_speed / subject.braking)}",
+                f"{time:g} s: slowing down from {top_speed:g} m/s with it takes {top_speed / time:.2f} "
+                f"m/s2, but {braking:g} m/s2 are allowed",
+                f"time_before_collision: {above(top_speed / braking)}",
             )
 
 
-def short_stop_zone(subject: Subject) -> Iterator[Finding]:
-    """A stop zone that ends where the robot cannot have stopped yet."""
-    if subject.local is None:
-        return
-    front = float(subject.local.footprint[:, 0].max())
+@RULES.warning
+def short_stop_zone(subject: Subject, local: CostmapView, top_speed: float) -> Iterator[Finding]:
+    """A stop zone is shorter than the braking distance.
+
+    Why: the robot stops after it has hit what it stops for.
+    """
+    front = float(local.footprint[:, 0].max())
     braking = subject.braking or math.inf
-    distance = subject.top_speed * subject.top_speed / (2.0 * braking)
+    distance = top_speed * top_speed / (2.0 * braking)
     for name in _zones(subject, "stop"):
         reach = _reach_ahead(subject, name)
         if reach is not None and reach - front < distance - 1e-9:
             yield Finding(
-                MONITOR,
                 _shape(subject, name),
                 f"the zone reaches {reach:.2f} m ahead of the base, {reach - front:.2f} m beyond the robot's front, "
-                f"but stopping from {subject.top_speed:g} m/s takes {distance:.2f} m",
+                f"but stopping from {top_speed:g} m/s takes {distance:.2f} m",
                 f"let it reach {above(front + distance + 0.05, 2)} m ahead",
             )
 
 
-def hidden_slow_zone(subject: Subject) -> Iterator[Finding]:
-    """A slowdown or limit zone inside the robot."""
-    if subject.local is None:
-        return
-    front = float(subject.local.footprint[:, 0].max())
+@RULES.warning
+def hidden_slow_zone(subject: Subject, local: CostmapView) -> Iterator[Finding]:
+    """A slowdown or limit zone lies inside the robot.
+
+    Why: nothing is ever in it ahead of the robot, so it never slows down.
+    """
+    front = float(local.footprint[:, 0].max())
     for name in _zones(subject, "slowdown", "limit"):
         reach = _reach_ahead(subject, name)
         if reach is not None and reach <= front:
             yield Finding(
-                MONITOR,
                 _shape(subject, name),
                 f"the zone reaches {reach:.2f} m ahead of the base, but the robot itself {front:.2f} m",
                 f"let it reach at least {front + 0.5:.2f} m ahead",
             )
 
 
-def stale_scan(subject: Subject) -> Iterator[Finding]:
-    """A sensor that may be dead for long before the robot stops."""
-    if not subject.has(MONITOR) or subject.top_speed <= 0.0:
+@RULES.warning
+def stale_scan(subject: Subject, top_speed: float) -> Iterator[Finding]:
+    """A sensor may be silent for long before the collision monitor stops the robot.
+
+    Why: with a dead lidar the robot drives on blindly for this long.
+    """
+    if not subject.has(MONITOR) or top_speed <= 0.0:
         return
     shared = subject.number(MONITOR, "source_timeout", 2.0)
     for name in subject.names(MONITOR, "observation_sources"):
@@ -98,16 +113,14 @@ def stale_scan(subject: Subject) -> Iterator[Finding]:
         own = f"{name}.source_timeout"
         key = own if subject.value(MONITOR, own) is not None else "source_timeout"
         timeout = subject.number(MONITOR, own, shared)
-        if timeout * subject.top_speed > LONGEST_STALE_DRIVE:
+        if timeout * top_speed > LONGEST_STALE_DRIVE:
             yield Finding(
-                MONITOR,
                 key,
-                f"{name} may be silent for {timeout:g} s: at {subject.top_speed:g} m/s that is "
-                f"{timeout * subject.top_speed:.1f} m",
-                f"{key}: {below(max(0.2, 0.5 / subject.top_speed), 1)}",
+                f"{name} may be silent for {timeout:g} s: at {top_speed:g} m/s that is {timeout * top_speed:.1f} m",
+                f"{key}: {below(max(0.2, 0.5 / top_speed), 1)}",
             )
         elif timeout == 0.0:
-            yield Finding(MONITOR, key, f"0 s: {name} may be silent for ever", f"{key}: 0.5")
+            yield Finding(key, f"0 s: {name} may be silent for ever", f"{key}: 0.5")
 
 
 def _zones(subject: Subject, *actions: str) -> Iterator[str]:
@@ -136,43 +149,3 @@ def _reach_ahead(subject: Subject, name: str) -> float | None:
     if isinstance(points, list) and points:  # [x, y, x, y, ...] up to Iron
         return max((float(x) for x in points[::2] if isinstance(x, int | float)), default=None)
     return None
-
-
-RULES = (
-    Rule(
-        "monitor-never-triggers",
-        "A zone of the collision monitor waits for more points than it can ever see",
-        "the zone never slows or stops the robot; the monitor only seems to be there",
-        never_triggers,
-    ),
-    Rule(
-        "monitor-all-disabled",
-        "No zone of the collision monitor is enabled",
-        "commands pass through it unchanged",
-        all_disabled,
-    ),
-    Rule(
-        "late-approach",
-        "An approach zone asks for more deceleration than there is",
-        "the monitor lowers the speed so that time_before_collision remains, but the robot cannot follow and touches",
-        late_approach,
-    ),
-    Rule(
-        "short-stop-zone",
-        "A stop zone is shorter than the braking distance",
-        "the robot stops after it has hit what it stops for",
-        short_stop_zone,
-    ),
-    Rule(
-        "hidden-slow-zone",
-        "A slowdown or limit zone lies inside the robot",
-        "nothing is ever in it ahead of the robot, so it never slows down",
-        hidden_slow_zone,
-    ),
-    Rule(
-        "stale-scan",
-        "A sensor may be silent for long before the collision monitor stops the robot",
-        "with a dead lidar the robot drives on blindly for this long",
-        stale_scan,
-    ),
-)

@@ -2,171 +2,200 @@
 
 from collections.abc import Iterator
 
-from navstack.params.lint.rule import Finding, Rule, above, decimal
-from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, PURSUIT, SMOOTHER, Subject
+from navstack.params.dwb import DwbParams
+from navstack.params.lint.costmap_view import CostmapView
+from navstack.params.lint.rule import Finding, RuleGroup, above, decimal
+from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, MONITOR, PURSUIT, SMOOTHER, Drive, Subject
+from navstack.params.safety import VelocitySmootherParams
+from navstack.params.servers import ControllerServerParams
 
 SOFTER = 0.8  # a limit this much below another one matters
 LARGE_DEADBAND = 0.25  # share of the top speed
 LONGEST_BLIND_DRIVE = 0.25  # [m] between two updates
 
+RULES = RuleGroup("Speed: smoother, recoveries, rates", SMOOTHER)
 
-def smoother_caps(subject: Subject) -> Iterator[Finding]:
-    """A smoother that lets less speed through than the controller counts on."""
-    smoother = subject.smoother
-    if smoother is None:
+
+@RULES.warning
+def smoother_caps(subject: Subject, smoother: VelocitySmootherParams, top_speed: float) -> Iterator[Finding]:
+    """The velocity smoother allows less speed than the controller commands.
+
+    Why: the robot is slower than simulated: DWB turns in curves that the robot does not drive, and never learns of it.
+    """
+    dwb = subject.dwb
+    if top_speed > 1.01 * smoother.max_velocity[0]:
+        yield _limit(subject, "max_velocity", 0, subject.speed_name, top_speed, "m/s")
+    if dwb is None or subject.drive is None:
         return
-    if subject.top_speed > 1.01 * smoother.max_velocity[0]:
-        yield _limit(subject, "max_velocity", 0, subject.speed_name, subject.top_speed, "m/s")
-    if subject.dwb is not None and subject.dwb[1].max_vel_theta > 1.01 * smoother.max_velocity[2]:
-        name, dwb = subject.dwb
-        yield _limit(subject, "max_velocity", 2, f"{name}.max_vel_theta", dwb.max_vel_theta, "rad/s")
-    elif subject.dwb is not None and subject.dwb[1].max_vel_theta > -1.01 * smoother.min_velocity[2]:
-        name, dwb = subject.dwb
+    name = f"{subject.drive.name}.max_vel_theta"
+    if dwb.max_vel_theta > 1.01 * smoother.max_velocity[2]:
+        yield _limit(subject, "max_velocity", 2, name, dwb.max_vel_theta, "rad/s")
+    elif dwb.max_vel_theta > -1.01 * smoother.min_velocity[2]:
         yield Finding(
-            SMOOTHER,
             "min_velocity",
-            f"{smoother.min_velocity[2]:g} rad/s, but the controller turns right at up to {name}.max_vel_theta "
+            f"{smoother.min_velocity[2]:g} rad/s, but the controller turns right at up to {name} "
             f"{dwb.max_vel_theta:g} rad/s",
-            f"min_velocity: [..., {decimal(-dwb.max_vel_theta)}], or {name}.max_vel_theta: "
-            f"{decimal(-smoother.min_velocity[2])}",
+            f"min_velocity: [..., {decimal(-dwb.max_vel_theta)}], or {name}: {decimal(-smoother.min_velocity[2])}",
         )
 
 
-def smoother_is_softer(subject: Subject) -> Iterator[Finding]:
-    """A smoother that accelerates or brakes more gently than DWB simulates."""
-    if subject.smoother is None or subject.dwb is None:
-        return
-    name, dwb = subject.dwb
+@RULES.warning
+def smoother_is_softer(
+    subject: Subject, smoother: VelocitySmootherParams, dwb: DwbParams, drive: Drive
+) -> Iterator[Finding]:
+    """The velocity smoother changes speed more gently than DWB simulates.
+
+    Why: DWB trusts in brakes that it does not have: stops end later and curves wider than the trajectories it checked.
+    """
     limits = (("max_accel", 0, "acc_lim_x", "m/s2"), ("max_decel", 0, "decel_lim_x", "m/s2"),
               ("max_accel", 2, "acc_lim_theta", "rad/s2"), ("max_decel", 2, "decel_lim_theta", "rad/s2"))  # fmt: skip
     for key, axis, dwb_key, unit in limits:
         assumed = getattr(dwb, dwb_key)
-        if abs(getattr(subject.smoother, key)[axis]) < SOFTER * abs(assumed):
-            yield _limit(subject, key, axis, f"{name}.{dwb_key}", assumed, unit)
+        if abs(getattr(smoother, key)[axis]) < SOFTER * abs(assumed):
+            yield _limit(subject, key, axis, f"{drive.name}.{dwb_key}", assumed, unit)
 
 
-def smoother_is_slower(subject: Subject) -> Iterator[Finding]:
-    """A smoother that runs less often than the controller."""
-    if subject.smoother is None or subject.server is None:
-        return
-    ours, theirs = subject.smoother.smoothing_frequency, subject.server.controller_frequency
+@RULES.warning
+def smoother_is_slower(smoother: VelocitySmootherParams, server: ControllerServerParams) -> Iterator[Finding]:
+    """The velocity smoother runs less often than the controller.
+
+    Why: it drops commands and adds up to a period of delay, so the controller corrects what it does not see.
+    """
+    ours, theirs = smoother.smoothing_frequency, server.controller_frequency
     if ours < 0.99 * theirs:
         yield Finding(
-            SMOOTHER,
             "smoothing_frequency",
             f"{ours:g} Hz, but the controller runs at {theirs:g} Hz",
             f"smoothing_frequency: {decimal(theirs)}",
         )
 
 
-def large_deadband(subject: Subject) -> Iterator[Finding]:
-    """A deadband that swallows a good part of the commands, or the slowest spin."""
-    if subject.smoother is None:
-        return
-    linear, _, angular = subject.smoother.deadband_velocity
-    if subject.top_speed > 0.0 and linear > LARGE_DEADBAND * subject.top_speed:
+@RULES.warning
+def large_deadband(subject: Subject, smoother: VelocitySmootherParams, top_speed: float) -> Iterator[Finding]:
+    """The deadband swallows commands that are needed.
+
+    Why: slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays there until it is
+    aborted.
+    """
+    linear, _, angular = smoother.deadband_velocity
+    if top_speed > 0.0 and linear > LARGE_DEADBAND * top_speed:
         yield Finding(
-            SMOOTHER,
             "deadband_velocity",
-            f"{linear:g} m/s of a top speed of {subject.top_speed:g} m/s",
-            f"at most {0.1 * subject.top_speed:.2g} m/s; the drive itself may keep a larger one",
+            f"{linear:g} m/s of a top speed of {top_speed:g} m/s",
+            f"at most {0.1 * top_speed:.2g} m/s; the drive itself may keep a larger one",
         )
     slowest = subject.number(BEHAVIORS, "min_rotational_vel", 0.4)
     if subject.has(BEHAVIORS) and angular > slowest:
         yield Finding(
-            SMOOTHER,
             "deadband_velocity",
             f"{angular:g} rad/s, but the Spin recovery slows down to min_rotational_vel {slowest:g} rad/s",
             f"behavior_server min_rotational_vel: {decimal(angular * 1.1, 2)}",
         )
 
 
-def no_way_back(subject: Subject) -> Iterator[Finding]:
-    """A smoother without reverse, although something wants to drive backwards."""
-    if subject.smoother is None or subject.smoother.min_velocity[0] < 0.0:
+@RULES.warning
+def no_way_back(subject: Subject, smoother: VelocitySmootherParams) -> Iterator[Finding]:
+    """The velocity smoother does not let the robot drive backwards.
+
+    Why: BackUp stands still until its time is up, so a robot that is stuck nose first stays stuck.
+    """
+    if smoother.min_velocity[0] < 0.0:
         return
-    reverses = subject.dwb is not None and subject.dwb[1].min_vel_x < 0.0
+    reverses = subject.dwb is not None and subject.dwb.min_vel_x < 0.0
     kinds = (
         str(subject.value(BEHAVIORS, f"{name}.plugin", "")) for name in subject.names(BEHAVIORS, "behavior_plugins")
     )
     if reverses or any(kind.endswith("BackUp") for kind in kinds):
         who = "DWB's min_vel_x is negative" if reverses else "the BackUp recovery is listed"
         yield Finding(
-            SMOOTHER,
             "min_velocity",
-            f"{subject.smoother.min_velocity[0]:g} m/s forwards at least, but {who}",
+            f"{smoother.min_velocity[0]:g} m/s forwards at least, but {who}",
             "min_velocity: [-0.3, 0.0, ...] with what the robot may drive backwards",
         )
 
 
+@RULES.error
 def crossed_spin(subject: Subject) -> Iterator[Finding]:
-    """The spin's slowest rate above its fastest."""
+    """min_rotational_vel lies above max_rotational_vel.
+
+    Why: the Spin recovery turns at a speed that the file forbids and overshoots.
+    """
     low, high = (subject.number(BEHAVIORS, name, value) for name, value in
                  (("min_rotational_vel", 0.4), ("max_rotational_vel", 1.0)))  # fmt: skip
     if subject.has(BEHAVIORS) and low > high:
         yield Finding(
-            BEHAVIORS,
             "min_rotational_vel",
             f"{low:g} rad/s is above max_rotational_vel {high:g} rad/s",
             f"min_rotational_vel: {decimal(0.4 * high)}",
+            BEHAVIORS,
         )
 
 
+@RULES.warning
 def blind_recoveries(subject: Subject) -> Iterator[Finding]:
-    """Recoveries that do not look where they go."""
+    """Spin and BackUp do not look ahead.
+
+    Why: they turn and drive into whatever stands beside or behind the robot.
+    """
     ahead, frequency = (subject.number(BEHAVIORS, name, value) for name, value in
                         (("simulate_ahead_time", 2.0), ("cycle_frequency", 10.0)))  # fmt: skip
     if subject.has(BEHAVIORS) and frequency > 0.0 and ahead < 1.0 / frequency:
         yield Finding(
-            BEHAVIORS,
             "simulate_ahead_time",
             f"{ahead:g} s, less than a cycle of {1.0 / frequency:g} s",
             "simulate_ahead_time: 2.0",
+            BEHAVIORS,
         )
 
 
-def blind_drive(subject: Subject) -> Iterator[Finding]:
-    """A local costmap that is old by the time it is used."""
-    if subject.local is None or subject.top_speed <= 0.0:
+@RULES.warning
+def blind_drive(local: CostmapView, top_speed: float) -> Iterator[Finding]:
+    """The local costmap is updated too rarely for the speed.
+
+    Why: a pedestrian who steps out is not in the costmap while the robot drives this far.
+    """
+    if top_speed <= 0.0:
         return
-    frequency = subject.local.params.update_frequency
-    driven = subject.top_speed / frequency
+    frequency = local.params.update_frequency
+    driven = top_speed / frequency
     if driven > LONGEST_BLIND_DRIVE:
         yield Finding(
-            "local_costmap",
             "update_frequency",
-            f"{frequency:g} Hz: at {subject.top_speed:g} m/s the robot drives {driven:.2f} m between two updates",
-            f"update_frequency: {above(subject.top_speed / 0.1, 0)} (every 10 cm)",
+            f"{frequency:g} Hz: at {top_speed:g} m/s the robot drives {driven:.2f} m between two updates",
+            f"update_frequency: {above(top_speed / 0.1, 0)} (every 10 cm)",
+            local.node,
         )
 
 
-def slow_controller(subject: Subject) -> Iterator[Finding]:
-    """A controller that decides too rarely for its speed."""
-    if subject.server is None or subject.top_speed <= 0.0:
+@RULES.warning
+def slow_controller(server: ControllerServerParams, top_speed: float) -> Iterator[Finding]:
+    """The controller decides too rarely for the speed.
+
+    Why: the command is kept while the robot drives this far, whatever appears.
+    """
+    if top_speed <= 0.0:
         return
-    frequency = subject.server.controller_frequency
-    driven = subject.top_speed / frequency
+    frequency = server.controller_frequency
+    driven = top_speed / frequency
     if driven > LONGEST_BLIND_DRIVE:
         yield Finding(
-            CONTROLLER,
             "controller_frequency",
-            f"{frequency:g} Hz: at {subject.top_speed:g} m/s the robot drives {driven:.2f} m between two commands",
+            f"{frequency:g} Hz: at {top_speed:g} m/s the robot drives {driven:.2f} m between two commands",
             "controller_frequency: 20.0",
-        )
-
-
-def blind_pursuit(subject: Subject) -> Iterator[Finding]:
-    """Pure pursuit that ignores obstacles, with nobody behind it."""
-    drive = subject.drive
-    if drive is None or drive.type != PURSUIT or subject.has(MONITOR):
-        return
-    if subject.value(CONTROLLER, f"{drive.name}.use_collision_detection", True) is False:
-        yield Finding(
             CONTROLLER,
-            f"{drive.name}.use_collision_detection",
-            "false, and the file has no collision_monitor",
-            "use_collision_detection: true",
         )
+
+
+@RULES.warning
+def blind_pursuit(subject: Subject, drive: Drive) -> Iterator[Finding]:
+    """Pure pursuit without collision detection, and no collision monitor.
+
+    Why: nothing between the planner's last path and the wheels looks at obstacles.
+    """
+    name = f"{drive.name}.use_collision_detection"
+    if drive.type == PURSUIT and not subject.has(MONITOR) and subject.value(CONTROLLER, name, True) is False:
+        advice = "use_collision_detection: true"
+        yield Finding(name, "false, and the file has no collision_monitor", advice, CONTROLLER)
 
 
 def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, unit: str) -> Finding:
@@ -174,74 +203,7 @@ def _limit(subject: Subject, key: str, axis: int, other: str, wanted: float, uni
     given = "" if subject.value(SMOOTHER, key) is not None else ", Nav2's default as the file leaves it out"
     triple = [decimal(wanted if i == axis else each) for i, each in enumerate(getattr(subject.smoother, key))]
     return Finding(
-        SMOOTHER,
         key,
         f"{value:g} {unit}{given}, but the controller counts on {other} {wanted:g} {unit}",
         f"{key}: [{', '.join(triple)}], or {other}: {decimal(value)}",
     )
-
-
-RULES = (
-    Rule(
-        "smoother-caps",
-        "The velocity smoother allows less speed than the controller commands",
-        "the robot is slower than simulated: DWB turns in curves that the robot does not drive, and never learns of it",
-        smoother_caps,
-    ),
-    Rule(
-        "smoother-is-softer",
-        "The velocity smoother changes speed more gently than DWB simulates",
-        "DWB trusts in brakes that it does not have: stops end later and curves wider than the trajectories it checked",
-        smoother_is_softer,
-    ),
-    Rule(
-        "smoother-is-slower",
-        "The velocity smoother runs less often than the controller",
-        "it drops commands and adds up to a period of delay, so the controller corrects what it does not see",
-        smoother_is_slower,
-    ),
-    Rule(
-        "large-deadband",
-        "The deadband swallows commands that are needed",
-        "slow commands are sent as 0: the robot stops in front of the goal or in its turn and stays there until it is "
-        "aborted",
-        large_deadband,
-    ),
-    Rule(
-        "no-way-back",
-        "The velocity smoother does not let the robot drive backwards",
-        "BackUp stands still until its time is up, so a robot that is stuck nose first stays stuck",
-        no_way_back,
-    ),
-    Rule(
-        "crossed-spin",
-        "min_rotational_vel lies above max_rotational_vel",
-        "the Spin recovery turns at a speed that the file forbids and overshoots",
-        crossed_spin,
-        is_error=True,
-    ),
-    Rule(
-        "blind-recoveries",
-        "Spin and BackUp do not look ahead",
-        "they turn and drive into whatever stands beside or behind the robot",
-        blind_recoveries,
-    ),
-    Rule(
-        "blind-drive",
-        "The local costmap is updated too rarely for the speed",
-        "a pedestrian who steps out is not in the costmap while the robot drives this far",
-        blind_drive,
-    ),
-    Rule(
-        "slow-controller",
-        "The controller decides too rarely for the speed",
-        "the command is kept while the robot drives this far, whatever appears",
-        slow_controller,
-    ),
-    Rule(
-        "blind-pursuit",
-        "Pure pursuit without collision detection, and no collision monitor",
-        "nothing between the planner's last path and the wheels looks at obstacles",
-        blind_pursuit,
-    ),
-)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from navstack.errors import ParameterError
 from navstack.params.checkers import SimpleGoalCheckerParams, SimpleProgressCheckerParams
@@ -39,6 +39,13 @@ _SPEEDS: dict[str, tuple[str, type[Any]]] = {
 }
 
 T = TypeVar("T")
+
+
+class Named(NamedTuple, Generic[T]):
+    """A plugin's parameters and the name of its section."""
+
+    name: str
+    params: T
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +113,13 @@ class Subject:
         return self._read(CONTROLLER, views.read_controller_server)
 
     @cached_property
-    def shim(self) -> tuple[str, RotationShimParams] | None:
+    def shim(self) -> Named[RotationShimParams] | None:
         """Name and parameters of a rotation shim."""
         name = self._driving_controller
         if name is None or self._type_of(name) != SHIM:
             return None
         params = self._read(CONTROLLER, lambda nav2: nav2.read(RotationShimParams, CONTROLLER, name))
-        return None if params is None else (name, params)
+        return None if params is None else Named(name, params)
 
     @cached_property
     def drive(self) -> Drive | None:
@@ -129,29 +136,26 @@ class Subject:
         return Drive(plugin_type(self.value(CONTROLLER, below, "")), name)
 
     @cached_property
-    def dwb(self) -> tuple[str, DwbParams] | None:
-        """Namespace and parameters of DWB, itself or below a rotation shim."""
+    def dwb(self) -> DwbParams | None:
+        """Parameters of DWB, itself or below a rotation shim."""
         drive = self.drive
         if drive is None or drive.type != DWB:
             return None
-        params = self._read(CONTROLLER, lambda nav2: views.read_dwb(nav2, drive.name))
-        return None if params is None else (drive.name, params)
+        return self._read(CONTROLLER, lambda nav2: views.read_dwb(nav2, drive.name))
 
     @cached_property
-    def mppi(self) -> tuple[str, MppiParams] | None:
-        """Namespace and parameters of MPPI, itself or below a rotation shim; without what the local costmap tells."""
+    def mppi(self) -> MppiParams | None:
+        """Parameters of MPPI, itself or below a rotation shim; without what the local costmap tells."""
         drive = self.drive
         if drive is None or drive.type != MPPI:
             return None
-        params = self._read(CONTROLLER, lambda nav2: nav2.read(MppiParams, CONTROLLER, drive.name))
-        return None if params is None else (drive.name, params)
+        return self._read(CONTROLLER, lambda nav2: nav2.read(MppiParams, CONTROLLER, drive.name))
 
     @cached_property
     def top_speed(self) -> float:
         """The highest forward speed that the controller asks for, in [m/s]; 0: unknown."""
         if self.dwb is not None:
-            params = self.dwb[1]
-            return params.max_vel_x if params.max_speed_xy < 0.0 else min(params.max_vel_x, params.max_speed_xy)
+            return self.dwb.max_vel_x if self.dwb.max_speed_xy < 0.0 else min(self.dwb.max_vel_x, self.dwb.max_speed_xy)
         if self.drive is None or self.drive.type not in _SPEEDS:
             return 0.0
         key, kind = _SPEEDS[self.drive.type]
@@ -169,7 +173,7 @@ class Subject:
         """The deceleration [m/s2] that is left of the controller's, the smoother's and the robot's; None: unknown."""
         limits = []
         if self.dwb is not None:
-            limits.append(-self.dwb[1].decel_lim_x)
+            limits.append(-self.dwb.decel_lim_x)
         if self.smoother is not None:
             limits.append(-self.smoother.max_decel[0])
         if self.robot is not None:
@@ -183,20 +187,20 @@ class Subject:
         return self._read(SMOOTHER, views.read_velocity_smoother)
 
     @cached_property
-    def goal_checker(self) -> tuple[str, SimpleGoalCheckerParams] | None:
+    def goal_checker(self) -> Named[SimpleGoalCheckerParams] | None:
         """Name and parameters of the goal checker."""
         plugin = self._read(CONTROLLER, views.read_goal_checker)
         if plugin is None or not isinstance(plugin.params, SimpleGoalCheckerParams):
             return None
-        return plugin.name, plugin.params
+        return Named(plugin.name, plugin.params)
 
     @cached_property
-    def progress_checker(self) -> tuple[str, SimpleProgressCheckerParams] | None:
+    def progress_checker(self) -> Named[SimpleProgressCheckerParams] | None:
         """Name and parameters of the progress checker."""
         plugin = self._read(CONTROLLER, views.read_progress_checker)
         if plugin is None or not isinstance(plugin.params, SimpleProgressCheckerParams):
             return None
-        return plugin.name, plugin.params
+        return Named(plugin.name, plugin.params)
 
     @cached_property
     def local(self) -> CostmapView | None:

@@ -1,7 +1,7 @@
 """A namespace of a parameter file, with what Nav2 and this program know of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from navstack.params.nav2_file.bindings import NO_EFFECT, ONLY_WITHOUT
 from navstack.params.nav2_file.catalog import Catalog, field_names, nested_params, plugin_type
@@ -80,13 +80,4 @@ def type_of(catalog: Catalog, plugins: PluginList, name: str, child: Section) ->
 
 def joined(block: Block, other: Block) -> Block:
     """A block with the parameters of both."""
-    return Block(
-        block.keys | other.keys,
-        {**block.groups, **other.groups},
-        {**block.plugins, **other.plugins},
-        {**block.named, **other.named},
-        {**block.renamed, **other.renamed},
-        {**block.newer, **other.newer},
-        {**block.delegates, **other.delegates},
-        block.is_open or other.is_open,
-    )
+    return Block(*(getattr(block, each.name) | getattr(other, each.name) for each in fields(Block)))

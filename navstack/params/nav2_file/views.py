@@ -96,8 +96,7 @@ def _read_zone(nav2: Nav2File, name: str) -> PolygonParams:
 
 def read_planner(nav2: Nav2File) -> Plugin:
     """The planner that drives: GridBased, for which Nav2's default tree asks, or else the first one listed."""
-    names = preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins)
-    return _plugin(nav2, PLANNER, "planners", _first(nav2, PLANNER, "planner_plugins", names))
+    return _first(nav2, PLANNER, "planners", preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins))
 
 
 def read_planners(nav2: Nav2File) -> list[Plugin]:
@@ -113,7 +112,7 @@ def read_smoothers(nav2: Nav2File) -> list[Plugin]:
 def read_controller(nav2: Nav2File) -> Plugin:
     """The controller that drives: FollowPath, for which Nav2's default tree asks, or else the first one listed."""
     names = preferred(DEFAULT_CONTROLLER, read_controller_server(nav2).controller_plugins)
-    return _plugin(nav2, CONTROLLER, "controllers", _first(nav2, CONTROLLER, "controller_plugins", names))
+    return _first(nav2, CONTROLLER, "controllers", names)
 
 
 def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
@@ -145,14 +144,12 @@ def read_primary_controller(nav2: Nav2File, shim: Plugin) -> Plugin:
 
 def read_goal_checker(nav2: Nav2File) -> Plugin:
     """The goal checker: the first one listed. Nav2's default tree names none, and Nav2 takes the only one or fails."""
-    names = read_controller_server(nav2).goal_checker_plugins
-    return _plugin(nav2, CONTROLLER, "goal_checkers", _first(nav2, CONTROLLER, "goal_checker_plugins", names))
+    return _first(nav2, CONTROLLER, "goal_checkers", read_controller_server(nav2).goal_checker_plugins)
 
 
 def read_progress_checker(nav2: Nav2File) -> Plugin:
     """The progress checker: the first one listed; as for the goal checker, Nav2 takes the only one or fails."""
-    names = read_controller_server(nav2).progress_checker_plugins
-    return _plugin(nav2, CONTROLLER, "progress_checkers", _first(nav2, CONTROLLER, "progress_checker_plugins", names))
+    return _first(nav2, CONTROLLER, "progress_checkers", read_controller_server(nav2).progress_checker_plugins)
 
 
 def read_dwb(nav2: Nav2File, name: str = "FollowPath") -> DwbParams:
@@ -265,7 +262,9 @@ def preferred(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     return (name, *names) if name in names else names
 
 
-def _first(nav2: Nav2File, node: str, key: str, names: tuple[str, ...]) -> str:
+def _first(nav2: Nav2File, node: str, family: str, names: tuple[str, ...]) -> Plugin:
+    """The first plugin of the list for a family."""
     if not names:
+        key = f"{family.removesuffix('s')}_plugins"
         raise ParameterError(f"{nav2.path.name}: {node}: {key} is empty; name at least one plugin")
-    return names[0]
+    return _plugin(nav2, node, family, names[0])

@@ -50,9 +50,16 @@ def parameter_of(field: str) -> str:
     return field.rstrip("_")
 
 
+def parameters(params: type[Any]) -> frozenset[str]:
+    """The parameters that the fields of a dataclass hold, without those that are namespaces."""
+    return frozenset(
+        parameter_of(each.name) for each in dataclasses.fields(params) if each.default_factory is dataclasses.MISSING
+    )
+
+
 def of_fields(params: type[Any], *more: str) -> Block:
-    """A block of the fields of a dataclass, for what is this program's own."""
-    return Block(frozenset(field.name for field in dataclasses.fields(params)).union(more))
+    """A block of the parameters that a dataclass holds, and of more."""
+    return Block(parameters(params).union(more))
 
 
 OPEN = Block(is_open=True)

@@ -1,30 +1,31 @@
 """Costmaps, their layers and filters."""
 
-from navstack.params.costmap import DenoiseLayerParams, InflationLayerParams, ObstacleLayerParams, StaticLayerParams
+from navstack.params.costmap import (
+    CostmapParams,
+    DenoiseLayerParams,
+    InflationLayerParams,
+    ObservationSourceParams,
+    ObstacleLayerParams,
+    StaticLayerParams,
+)
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
-from navstack.params.registry.block import OPEN, Block, PluginList, keys, words
+from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, parameters, words
 from navstack.params.registry.entry import Entry, Family
-from navstack.params.spatio_temporal import SpatioTemporalLayerParams
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
 
+_UNREAD = words("topic sensor_frame data_type transport_type min_obstacle_height max_obstacle_height")
 _SOURCE = Block(
-    words(
-        """topic sensor_frame observation_persistence expected_update_rate data_type transport_type
-        min_obstacle_height max_obstacle_height inf_is_valid marking clearing obstacle_max_range obstacle_min_range
-        raytrace_max_range raytrace_min_range"""
-    ),
+    parameters(ObservationSourceParams) | _UNREAD,
     renamed={"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_max_range"},
 )
-_STVL_SOURCE = keys(
-    """topic sensor_frame observation_persistence expected_update_rate data_type transport_type min_obstacle_height
-    max_obstacle_height inf_is_valid marking clearing obstacle_range min_z max_z vertical_fov_angle
-    vertical_fov_padding horizontal_fov_angle decay_acceleration filter voxel_min_points clear_after_reading enabled
-    model_type"""
+_STVL_SOURCE = of_fields(
+    SpatioTemporalSourceParams,
+    *_UNREAD,
+    *("vertical_fov_angle", "vertical_fov_padding", "filter", "voxel_min_points"),
 )
-_OBSTACLE = words(
-    """plugin enabled footprint_clearing_enabled min_obstacle_height max_obstacle_height combination_method
-    tf_filter_tolerance track_unknown_space transform_tolerance"""
+_OBSTACLE = parameters(ObstacleLayerParams) | words(
+    "plugin tf_filter_tolerance track_unknown_space transform_tolerance"
 )
-_FILTER = "plugin enabled filter_info_topic transform_tolerance"
 
 _MAP = ("navstack.costmap.kernels",)
 _BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", "navstack.costmap.spread_kernels")
@@ -36,10 +37,14 @@ _PLANAR = (
 
 _FILTERS: Family = {
     "nav2_costmap_2d::KeepoutFilter": Entry(
-        keys(_FILTER + " override_lethal_cost lethal_override_cost"), params=KeepoutFilterParams
+        of_fields(KeepoutFilterParams, "plugin", "transform_tolerance"), params=KeepoutFilterParams
     ),
-    "nav2_costmap_2d::SpeedFilter": Entry(keys(_FILTER + " speed_limit_topic"), params=SpeedFilterParams),
-    "nav2_costmap_2d::BinaryFilter": Entry(keys(_FILTER + " default_state binary_state_topic flip_threshold")),
+    "nav2_costmap_2d::SpeedFilter": Entry(
+        of_fields(SpeedFilterParams, "plugin", "transform_tolerance", "speed_limit_topic"), params=SpeedFilterParams
+    ),
+    "nav2_costmap_2d::BinaryFilter": Entry(
+        keys("plugin enabled filter_info_topic transform_tolerance default_state binary_state_topic flip_threshold")
+    ),
     "nav2_costmap_2d::ZoneParameterFilter": Entry(OPEN),
 }
 
@@ -67,10 +72,7 @@ LAYERS: Family = {
         note=_PLANAR,
     ),
     "nav2_costmap_2d::InflationLayer": Entry(
-        keys(
-            """plugin enabled inflation_radius cost_scaling_factor inflate_unknown inflate_around_unknown
-        num_threads distance_steps"""  # the last is this program's own
-        ),
+        of_fields(InflationLayerParams, "plugin", "num_threads"),
         params=InflationLayerParams,
         kernels=_INFLATION,
     ),
@@ -88,18 +90,16 @@ LAYERS: Family = {
         params=ObstacleLayerParams,  # without sources
         note="adds nothing: no robot here has range sensors",
     ),
-    "nav2_costmap_2d::DenoiseLayer": Entry(
-        keys("plugin enabled minimal_group_size group_connectivity_type"), params=DenoiseLayerParams
-    ),
+    "nav2_costmap_2d::DenoiseLayer": Entry(of_fields(DenoiseLayerParams, "plugin"), params=DenoiseLayerParams),
     "nav2_costmap_2d::PluginContainerLayer": Entry(
         Block(words("plugin enabled combination_method"), plugins={"plugins": PluginList("layers")})
     ),
     "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer": Entry(
         Block(
-            words(
-                """plugin enabled voxel_size voxel_decay voxel_distance_decay decay_model mark_threshold origin_z
-                update_footprint_enabled combination_method publish_voxel_map transform_tolerance mapping_mode
-                map_save_duration track_unknown_space unknown_threshold"""
+            parameters(SpatioTemporalLayerParams)
+            | words(
+                """plugin voxel_distance_decay mark_threshold origin_z publish_voxel_map transform_tolerance
+                mapping_mode map_save_duration unknown_threshold"""
             ),
             named={"observation_sources": _STVL_SOURCE},
         ),
@@ -111,11 +111,10 @@ LAYERS: Family = {
 }
 
 COSTMAP = Block(
-    words(
-        """always_send_full_costmap footprint_padding footprint global_frame height width lethal_cost_threshold
-        map_topic map_vis_z observation_sources origin_x origin_y publish_frequency resolution robot_base_frame
-        robot_radius use_radius rolling_window track_unknown_space transform_tolerance initial_transform_timeout
-        trinary_costmap unknown_cost_value update_frequency use_maximum clearable_layers
+    parameters(CostmapParams)
+    | words(
+        """always_send_full_costmap global_frame map_topic map_vis_z observation_sources publish_frequency
+        robot_base_frame use_radius transform_tolerance initial_transform_timeout unknown_cost_value clearable_layers
         subscribe_to_stamped_footprint"""
     ),
     plugins={

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 
+from navstack.params.amcl import AmclParams
 from navstack.params.amcl_gps import AmclGpsParams
+from navstack.params.filters import FilterInfoServerParams
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.registry import controllers, costmaps, planners, tasks
-from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, words
+from navstack.params.registry.block import OPEN, Block, PluginList, keys, of_fields, parameters, words
 from navstack.params.registry.entry import Family
 from navstack.params.registry.localizers import OWN_NODE
+from navstack.params.safety import VelocitySmootherParams
 from navstack.params.tracker import TrackerParams
 
 FAMILIES: Mapping[str, Family] = {
@@ -42,14 +45,11 @@ COMMON = Block(
 )
 
 _AMCL = Block(
-    words(
-        """alpha1 alpha2 alpha3 alpha4 alpha5 base_frame_id beam_skip_distance beam_skip_error_threshold
-        beam_skip_threshold do_beamskip global_frame_id lambda_short laser_likelihood_max_dist laser_max_range
-        laser_min_range laser_model_type set_initial_pose max_beams max_particles min_particles odom_frame_id pf_err
-        pf_z recovery_alpha_fast recovery_alpha_slow resample_interval robot_model_type save_pose_rate sigma_hit
-        tf_broadcast transform_tolerance update_min_a update_min_d z_hit z_max z_rand z_short first_map_only
-        always_reset_initial_pose scan_topic map_topic freespace_downsampling random_seed
-        recovery_candidates"""  # the last is this program's own
+    parameters(AmclParams)
+    | words(
+        """always_reset_initial_pose base_frame_id first_map_only freespace_downsampling global_frame_id
+        map_topic odom_frame_id save_pose_rate scan_topic set_initial_pose tf_broadcast
+        transform_tolerance"""
     ),
     groups={"initial_pose": keys("x y z yaw")},
 )
@@ -191,7 +191,6 @@ _ROUTE_SERVER = Block(
 )
 
 _MAP_SERVER = keys("yaml_filename topic_name frame_id")
-_FILTER_INFO = keys("type filter_info_topic mask_topic base multiplier")
 
 NODES = {
     "amcl": _AMCL,
@@ -212,10 +211,10 @@ NODES = {
         plugins={"smoother_plugins": PluginList("smoothers", {"simple_smoother": "nav2_smoother::SimpleSmoother"})},
     ),
     "behavior_server": _BEHAVIOR_SERVER,
-    "velocity_smoother": keys(
-        """smoothing_frequency scale_velocities feedback max_velocity min_velocity deadband_velocity velocity_timeout
-        max_accel max_decel odom_topic odom_duration use_realtime_priority enable_stamped_cmd_vel
-        stamp_smoothed_velocity_with_smoothing_time"""
+    "velocity_smoother": of_fields(
+        VelocitySmootherParams,
+        *("odom_topic", "odom_duration", "use_realtime_priority", "enable_stamped_cmd_vel"),
+        "stamp_smoothed_velocity_with_smoothing_time",
     ),
     "collision_monitor": _COLLISION_MONITOR,
     "collision_detector": _COLLISION_DETECTOR,
@@ -233,7 +232,7 @@ NODES = {
     "vector_object_server": OPEN,
     "map_server": _MAP_SERVER,
     "map_saver": keys("save_map_timeout free_thresh_default occupied_thresh_default map_subscribe_transient_local"),
-    "costmap_filter_info_server": _FILTER_INFO,
+    "costmap_filter_info_server": of_fields(FilterInfoServerParams),
     "filter_mask_server": _MAP_SERVER,
     "lifecycle_manager": keys(
         """node_names autostart bond_timeout bond_respawn_max_duration attempt_respawn_reconnection service_timeout

@@ -8,28 +8,24 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.registry.block import OPEN, Block, keys
-from navstack.params.registry.entry import Entry, Family
+from navstack.params.registry.block import OPEN, Block, keys, of_fields
+from navstack.params.registry.entry import Entry, Family, Params
 
+
+def _goal_checker(name: str, params: Params, *unread: str) -> Entry:
+    """A goal checker; ``unread``: parameters of Nav2's that its dataclass does not have."""
+    return Entry(of_fields(params, "plugin", *unread), f"navstack.control.goal_checker:{name}", params)
+
+
+def _progress_checker(name: str, params: Params) -> Entry:
+    return Entry(of_fields(params, "plugin"), f"navstack.control.progress_checker:{name}", params)
+
+
+_PLAN = "path_length_tolerance"
 GOAL_CHECKERS: Family = {
-    "nav2_controller::SimpleGoalChecker": Entry(
-        keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance symmetric_yaw_tolerance"),
-        "navstack.control.goal_checker:SimpleGoalChecker",
-        SimpleGoalCheckerParams,
-    ),
-    "nav2_controller::StoppedGoalChecker": Entry(
-        keys(
-            """plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance symmetric_yaw_tolerance
-        trans_stopped_velocity rot_stopped_velocity"""
-        ),
-        "navstack.control.goal_checker:StoppedGoalChecker",
-        StoppedGoalCheckerParams,
-    ),
-    "nav2_controller::PositionGoalChecker": Entry(
-        keys("plugin xy_goal_tolerance stateful path_length_tolerance"),
-        "navstack.control.goal_checker:PositionGoalChecker",
-        PositionGoalCheckerParams,
-    ),
+    "nav2_controller::SimpleGoalChecker": _goal_checker("SimpleGoalChecker", SimpleGoalCheckerParams, _PLAN),
+    "nav2_controller::StoppedGoalChecker": _goal_checker("StoppedGoalChecker", StoppedGoalCheckerParams, _PLAN),
+    "nav2_controller::PositionGoalChecker": _goal_checker("PositionGoalChecker", PositionGoalCheckerParams, _PLAN),
     "nav2_controller::SymmetricGoalChecker": Entry(
         keys("plugin xy_goal_tolerance yaw_goal_tolerance stateful path_length_tolerance"),
         "navstack.control.goal_checker:SymmetricGoalChecker",
@@ -44,16 +40,8 @@ GOAL_CHECKERS: Family = {
 }
 
 PROGRESS_CHECKERS: Family = {
-    "nav2_controller::SimpleProgressChecker": Entry(
-        keys("plugin required_movement_radius movement_time_allowance"),
-        "navstack.control.progress_checker:SimpleProgressChecker",
-        SimpleProgressCheckerParams,
-    ),
-    "nav2_controller::PoseProgressChecker": Entry(
-        keys("plugin required_movement_radius required_movement_angle movement_time_allowance"),
-        "navstack.control.progress_checker:PoseProgressChecker",
-        PoseProgressCheckerParams,
-    ),
+    "nav2_controller::SimpleProgressChecker": _progress_checker("SimpleProgressChecker", SimpleProgressCheckerParams),
+    "nav2_controller::PoseProgressChecker": _progress_checker("PoseProgressChecker", PoseProgressCheckerParams),
     "nav2_controller::RotationProgressChecker": Entry(OPEN),
 }
 
@@ -64,11 +52,11 @@ PATH_HANDLERS: Family = {
 }
 
 _SPIN = "plugin simulate_ahead_time max_rotational_vel min_rotational_vel rotational_acc_lim"
-_DRIVE = "plugin simulate_ahead_time acceleration_limit deceleration_limit minimum_speed"
+_DRIVE = of_fields(DriveParams, "plugin", "simulate_ahead_time")
 BEHAVIORS: Family = {
     "nav2_behaviors::Spin": Entry(keys(_SPIN), "navstack.behaviors.spin:Spin"),
-    "nav2_behaviors::BackUp": Entry(keys(_DRIVE), "navstack.behaviors.drive:BackUp", DriveParams),
-    "nav2_behaviors::DriveOnHeading": Entry(keys(_DRIVE), "navstack.behaviors.drive:DriveOnHeading", DriveParams),
+    "nav2_behaviors::BackUp": Entry(_DRIVE, "navstack.behaviors.drive:BackUp", DriveParams),
+    "nav2_behaviors::DriveOnHeading": Entry(_DRIVE, "navstack.behaviors.drive:DriveOnHeading", DriveParams),
     "nav2_behaviors::Wait": Entry(keys("plugin"), "navstack.behaviors.wait:Wait"),
     "nav2_behaviors::AssistedTeleop": Entry(keys("plugin projection_time simulation_time_step cmd_vel_teleop")),
 }
@@ -100,6 +88,7 @@ DOCKS: Family = {
 }
 DOCK_INSTANCE = keys("type frame pose id")
 
+_ORIENTATION = keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
 EDGE_SCORERS: Family = {
     "nav2_route::CostmapScorer": Entry(
         keys(
@@ -111,15 +100,9 @@ EDGE_SCORERS: Family = {
     "nav2_route::TimeScorer": Entry(keys("plugin weight speed_tag time_tag max_vel")),
     "nav2_route::PenaltyScorer": Entry(keys("plugin weight penalty_tag")),
     "nav2_route::SemanticScorer": Entry(Block(is_open=True)),
-    "nav2_route::StartPoseOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
-    "nav2_route::GoalPoseOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
-    "nav2_route::GoalOrientationScorer": Entry(
-        keys("plugin orientation_weight use_orientation_threshold orientation_tolerance")
-    ),
+    "nav2_route::StartPoseOrientationScorer": Entry(_ORIENTATION),
+    "nav2_route::GoalPoseOrientationScorer": Entry(_ORIENTATION),
+    "nav2_route::GoalOrientationScorer": Entry(_ORIENTATION),
     "nav2_route::DynamicEdgesScorer": Entry(keys("plugin")),
 }
 ROUTE_OPERATIONS: Family = {

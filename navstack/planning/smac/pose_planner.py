@@ -15,7 +15,8 @@ from navstack.planning.planner import Planner, RobotShape
 from navstack.planning.smac.common import downsampled, in_cells, in_metres, no_path, smoothed
 from navstack.planning.smac.grid_kernels import is_closed
 from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
-from navstack.planning.smac.pose_kernels import Expansion, Found, Goal, Ground, Penalties, search_poses
+from navstack.planning.smac.pose_kernels import Found, search_poses
+from navstack.planning.smac.pose_problem import Expansion, Goal, Ground, Penalties
 from navstack.types import FloatArray, Path, Pose2D
 
 LATTICE_RADIUS = 0.5  # [m] of turning, as Nav2's default lattice file has it
@@ -58,15 +59,9 @@ class _PosePlanner(Planner):
         ground = self._ground(used)
         motions, radius, reverses = self._motions(used)
         first, last = in_cells(start, used), in_cells(goal, used)
-        found = search_poses(
-            ground,
-            motions,
-            first,
-            nearest_heading(motions, start.yaw),
-            self._goal(last, motions, radius, reverses, used.resolution),
-            self._penalties(),
-            self._expansion(radius, reverses, used.resolution),
-        )
+        target = self._goal(last, motions, radius, reverses, used.resolution)
+        heading, way = nearest_heading(motions, start.yaw), self._expansion(radius, reverses, used.resolution)
+        found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
             raise no_path(start, goal)
         poses = in_metres(self._poses(found, motions, first, last), used)
@@ -94,15 +89,7 @@ class _PosePlanner(Planner):
         )
 
     def _penalties(self) -> Penalties:
-        params = self._params
-        return Penalties(
-            params.reverse_penalty,
-            params.change_penalty,
-            params.non_straight_penalty,
-            params.cost_penalty,
-            params.retrospective_penalty,
-            params.rotation_penalty,
-        )
+        return Penalties(*(getattr(self._params, f"{name}_penalty") for name in Penalties._fields))
 
     def _expansion(self, radius: float, reverses: bool, resolution: float) -> Expansion:
         params = self._params

@@ -22,8 +22,7 @@ class _AlignCritic(MapGridCritic):
         """The cells of the nose."""
         first = rollouts.x.shape[1] - 1 if only_last else 0
         c = scene.costmap
-        grid = (c.size_x, c.size_y, c.origin_x, c.origin_y, c.resolution)
-        cells: CellArray = nose_cells(rollouts.x, rollouts.y, rollouts.yaw, first, self._ahead, *grid)
+        cells: CellArray = nose_cells(rollouts.x, rollouts.y, rollouts.yaw, first, self._ahead, c.data.shape, c.grid)
         return cells
 
 

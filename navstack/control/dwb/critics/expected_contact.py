@@ -25,17 +25,8 @@ class ExpectedContactCritic(Critic):
         people = self._pricing.people(scene.tracks, scene.pose, scene.stamp)
         if not len(people):
             return np.zeros(len(rollouts.commands))
-        commands = rollouts.commands
-        return expected_contacts(
-            rollouts.x,
-            rollouts.y,
-            rollouts.yaw,
-            rollouts.lengths,
-            rollouts.sim_time / rollouts.steps,
-            np.ascontiguousarray(commands[:, :1]),
-            np.ascontiguousarray(commands[:, 2:]),
-            people,
-            body_of(scene.footprint),
-            self._pricing.rates,
-            self._pricing.contact_usd,
-        )
+        r = rollouts
+        poses = (r.x, r.y, r.yaw, r.lengths, r.sim_time / r.steps)
+        speeds, turns = np.ascontiguousarray(r.commands[:, :1]), np.ascontiguousarray(r.commands[:, 2:])
+        prices = (self._pricing.rates, self._pricing.contact_usd)
+        return expected_contacts(*poses, speeds, turns, people, body_of(scene.footprint), *prices)

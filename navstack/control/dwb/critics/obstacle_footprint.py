@@ -4,16 +4,15 @@ import math
 
 import numpy as np
 
+from navstack.control.dwb.choice_kernels import outline_score
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.end_score import OUTLINE_COST, EndScore
-from navstack.control.dwb.kernels import CellArray
+from navstack.control.dwb.end_score_kernels import Surface
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
-from navstack.control.footprint_cost import outline_cost
-from navstack.costmap.costmap import LETHAL_OBSTACLE
 from navstack.jit import njit
 from navstack.params.dwb import DwbParams, ObstacleParams
-from navstack.types import ByteArray, FloatArray, IntArray
+from navstack.types import FloatArray, IntArray
 
 
 class ObstacleFootprintCritic(Critic):
@@ -32,20 +31,8 @@ class ObstacleFootprintCritic(Critic):
 
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """The greatest cost 0..253 under the last outline, or the sum over all poses."""
-        c = scene.costmap
-        result: FloatArray = outline_costs(
-            rollouts.x,
-            rollouts.y,
-            rollouts.yaw,
-            rollouts.lengths,
-            scene.cells,
-            c.data,
-            c.origin_x,
-            c.origin_y,
-            c.resolution,
-            scene.footprint,
-            self._sum_scores,
-        )
+        r, surface = rollouts, Surface(scene.costmap.data, scene.costmap.grid, scene.footprint)
+        result: FloatArray = outline_costs(r.x, r.y, r.yaw, r.lengths, surface, self._sum_scores)
         return result
 
     def end_score(self, scene: Scene) -> EndScore | None:
@@ -55,27 +42,14 @@ class ObstacleFootprintCritic(Critic):
 
 @njit(cache=True)
 def outline_costs(
-    x: FloatArray,
-    y: FloatArray,
-    yaw: FloatArray,
-    lengths: IntArray,
-    cells: CellArray,
-    costs: ByteArray,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    footprint: FloatArray,
-    sum_scores: bool,
+    x: FloatArray, y: FloatArray, yaw: FloatArray, lengths: IntArray, surface: Surface, sum_scores: bool
 ) -> FloatArray:
     """Greatest cost (K,) under the outline at the last of the poses (K, T), or its sum over all; inf if illegal."""
     result = np.empty(len(x))
     for k in range(len(x)):
         total, last = 0.0, 0.0
         for t in range(lengths[k]):
-            last = math.inf
-            if cells[k, t] >= 0:
-                cost = outline_cost(costs, origin_x, origin_y, resolution, footprint, x[k, t], y[k, t], yaw[k, t])
-                last = math.inf if cost >= LETHAL_OBSTACLE else float(cost)
+            last = outline_score(x[k, t], y[k, t], yaw[k, t], surface)
             total += last
             if total == math.inf:
                 break
