@@ -86,7 +86,7 @@ def search_grid(
             approaching += 1
             if approaching > limits.max_on_approach_iterations:
                 return best
-        for k in range(8):
+        for k in range(len(NEIGHBOURS)):
             x, y = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
             if not (0 <= x < width and 0 <= y < height) or is_closed(costs[y, x], allow_unknown):
                 continue

@@ -70,7 +70,7 @@ def way_to_goal(
             continue
         field.is_known[n] = True
         row, column = n // field.columns, n % field.columns
-        for k in range(8):
+        for k in range(len(NEIGHBOURS)):
             u, v = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
             if not (0 <= u < field.columns and 0 <= v < field.rows):
                 continue
