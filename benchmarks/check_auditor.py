@@ -71,7 +71,7 @@ def main() -> int:
         alarms += bool(found.flagged)
         flagged = [check.key for check in found.flagged]
         table.add_row(*map(Text, (f"honest: {title}", gain_of(found), ", ".join(flagged) or "nothing")))
-    console = report_console(sys.stdout)
+    console = report_console()
     print_table(table, console)
     console.print(f"planted exploits flagged as what they are: {caught} of {len(EXPLOITS)}")
     console.print(f"false alarms: {alarms} of {arguments.studies} honest studies")

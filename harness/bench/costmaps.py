@@ -8,7 +8,6 @@ from itertools import cycle
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from harness.bench import twins
 from harness.bench.component import Component, Prepared, require_agreement, shipped_map
@@ -53,14 +52,15 @@ class View:
         sensor = self.sensor
         angles = sensor.yaw + self.scan.angle_min + np.arange(BEAMS) * self.scan.angle_increment
         ranges = np.where(np.isinf(self.scan.ranges), REACH - 1e-4, self.scan.ranges)
-        return np.column_stack((sensor.x + ranges * np.cos(angles), sensor.y + ranges * np.sin(angles)))
+        ends: FloatArray = (sensor.x, sensor.y) + ranges[:, None] * twins.unit(angles)
+        return ends
 
 
 def drive_by(grid: OccupancyGrid) -> list[View]:
     """Scans along a straight way on a map, past people who stand there."""
     angles = -np.pi + np.arange(BEAMS) * (2.0 * np.pi / BEAMS)
     rng = np.random.default_rng(0)
-    people = (START.x, START.y) + rng.uniform(1.5, 8.0, (PEOPLE, 1)) * _unit(rng.uniform(-np.pi, np.pi, PEOPLE))
+    people = (START.x, START.y) + rng.uniform(1.5, 8.0, (PEOPLE, 1)) * twins.unit(rng.uniform(-np.pi, np.pi, PEOPLE))
     occupied = grid.data > 0
     for x, y in people:
         column, row = int((x - grid.origin.x) / grid.resolution), int((y - grid.origin.y) / grid.resolution)
@@ -70,14 +70,10 @@ def drive_by(grid: OccupancyGrid) -> list[View]:
         pose = compose(START, Pose2D(STRIDE * k, 0.0, 0.0))
         sensor = compose(pose, SENSOR)
         x, y = (sensor.x - grid.origin.x) / grid.resolution, (sensor.y - grid.origin.y) / grid.resolution
-        ranges = twins.cast(occupied, x, y, _unit(angles + sensor.yaw), REACH / grid.resolution) * grid.resolution
+        ranges = twins.cast(occupied, x, y, twins.unit(angles + sensor.yaw), REACH / grid.resolution) * grid.resolution
         ranges += rng.normal(scale=NOISE, size=BEAMS)  # else beams end on the borders of cells, where rounding decides
         views.append(View(pose, LaserScan(0.0, ranges, -np.pi, 2.0 * np.pi / BEAMS, 0.0, REACH, SENSOR)))
     return views + views[-2:0:-1]
-
-
-def _unit(angles: npt.NDArray[np.floating]) -> FloatArray:
-    return np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 @dataclass(slots=True)

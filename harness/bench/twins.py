@@ -15,6 +15,11 @@ from navstack.types import BoolArray, ByteArray, FloatArray, IntArray
 LETHAL, INSCRIBED = 254, 253
 
 
+def unit(angles: FloatArray) -> FloatArray:
+    """Unit vectors (n, 2) of angles (n,) [rad]."""
+    return np.column_stack((np.cos(angles), np.sin(angles)))
+
+
 def inflate(costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float) -> ByteArray:
     """Costs (H, W) without unknown cells, raised around the lethal ones by their exact distance (Jazzy's rule)."""
     distance = ndimage.distance_transform_edt(costs != LETHAL)

@@ -1,6 +1,5 @@
 """``navbench map``: make a sidewalk world, or show any map beside what is known of the paper's."""
 
-import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ import click
 import numpy as np
 
 from harness.cli.options import JSON
+from harness.cli.streams import print_json
 from harness.report.map_picture import VIEWS, draw_map
 from harness.report.sheet import Sheet, print_sheet
 from harness.report.tables import report_console
@@ -110,9 +110,9 @@ def show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as
         draw_map(scene, out, view=view)
     document = map_document(scene, samples, seed)
     if as_json:
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        print_json(document)
         return
-    console = report_console(sys.stdout)
+    console = report_console()
     print_sheet(_measures_sheet(document), console)
     missions = _missions_sheet(document)
     print_sheet(missions, console)

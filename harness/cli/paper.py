@@ -1,14 +1,13 @@
 """The command ``navbench paper``: the cost model applied to what the paper measured."""
 
 import dataclasses
-import json
-import sys
 from typing import Any
 
 import click
 from rich.console import Console
 
 from harness.cli.options import JSON, PRICES
+from harness.cli.streams import print_json
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
@@ -24,10 +23,9 @@ def paper(prices: str, as_json: bool) -> None:
     """Print the paper's two tables from its published measurements, and its thresholds."""
     loaded = load_prices(prices)
     if as_json:
-        json.dump(paper_document(loaded), sys.stdout, indent=2)
-        sys.stdout.write("\n")
+        print_json(paper_document(loaded))
     else:
-        print_paper(report_console(sys.stdout), loaded)
+        print_paper(report_console(), loaded)
 
 
 def paper_document(prices: Prices) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from harness.cli.driving import (
 )
 from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
+from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.sheet import Sheet, print_sheet
@@ -207,11 +207,11 @@ def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tup
 
 def _print(results: Results, path: Path, as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(json.dumps({**overview(results), "folder": str(path)}, indent=2, allow_nan=False) + "\n")
+        print_json({**overview(results), "folder": str(path)})
         return
-    console = report_console(sys.stdout)
+    console = report_console()
     print_sheet(_sheet(results), console)
-    console.print(f"suite folder: {path}, with its page index.md", markup=False, soft_wrap=True)
+    console.print(f"suite folder: {path}, with its page index.md", soft_wrap=True)
 
 
 def _sheet(results: Results) -> Sheet:

@@ -1,7 +1,6 @@
 """The command ``navbench tune``: from a Nav2 file to one that earns more, with proof on missions it never saw."""
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from harness.cli.options import condition_options, refuse_others
+from harness.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
                 say(f"interrupted {progress.when}; {kept}")
                 return INTERRUPTED
     if as_json:
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        print_json(document)
     else:
         report()
     if journal.errors:
@@ -252,7 +252,7 @@ def _explain(
     write_tuning(result, scores, explanation, command, path, again, lint)
 
     def report() -> None:
-        console = report_console(sys.stdout)
+        console = report_console()
         print_tuning(result, scores, explanation, command, path, console)
         _print_files(lint, again, path)
 

@@ -43,8 +43,8 @@ def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, co
     for note in NOTES:
         console.print(Text(note, style="dim"))
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
-    console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
+    console.print(f"run folder: {folder}", soft_wrap=True)
 
 
 def _outcomes(ablation: Ablation) -> Sheet:

@@ -14,8 +14,8 @@ SURE = 0.05  # adjusted p below which a side is called better
 def print_comparison(comparison: Comparison, console: Console) -> None:
     """Print the differences, what they rest on, and what stands against comparing."""
     first, second = comparison.first, comparison.second
-    console.print(f"A: {first.run.folder} {first.stack.name}", markup=False, soft_wrap=True)
-    console.print(f"B: {second.run.folder} {second.stack.name}", markup=False, soft_wrap=True)
+    console.print(f"A: {first.run.folder} {first.stack.name}", soft_wrap=True)
+    console.print(f"B: {second.run.folder} {second.stack.name}", soft_wrap=True)
     console.print()
     headers = ("Metric", "A", "B", "B - A", "95 % interval", "p", "p Holm", "n", "needed", "better")
     rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]

@@ -65,7 +65,7 @@ def print_explanation(
     if saving is not None:
         _print_saving(saving, console)
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
 
 
 def _print_words(words: str, console: Console) -> None:

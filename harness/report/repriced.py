@@ -38,20 +38,17 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
         print_sheet(_accountings(each), console)
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
     for each in results:
-        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}", markup=False)
+        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}")
         if each.stack.errors:
-            console.print(
-                f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out", markup=False
-            )
+            console.print(f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out")
         for name, term in each.valuation.terms.items():
             console.print(
                 f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
                 f"{term.opex:.4f} $/run to OPEX",
-                markup=False,
             )
     for key, number in choices.settings.items():
-        console.print(f"set: {key} = {number:g}", markup=False)
-    console.print(f"run folder: {run.folder}", markup=False, soft_wrap=True)
+        console.print(f"set: {key} = {number:g}")
+    console.print(f"run folder: {run.folder}", soft_wrap=True)
 
 
 def risk_text(risk: Risk) -> str:

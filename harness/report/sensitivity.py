@@ -13,7 +13,7 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
     """Print the tornado and the break-even distribution of each stack."""
     for result in results:
         print_sheet(_tornado(result), console)
-        console.print(f"{result.stack.name}: {_break_even(result)}", markup=False)
+        console.print(f"{result.stack.name}: {_break_even(result)}")
         console.print()
     console.print(
         Text(
@@ -23,7 +23,7 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
         )
     )
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
 
 
 def _tornado(result: Sensitivity) -> Sheet:
