@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.options import condition_options, refuse_others
+from harness.cli.options import LOCALIZER, condition_options, refuse_others
 from harness.cli.streams import print_json
 from navstack.errors import InputError
 
@@ -41,10 +41,7 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @click.command()
 @click.option("--stack", default=DEFAULT_STACK, show_default=True,
               help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
-@click.option(
-    "--localizer",
-    help="Localizer instead of the stack's own, such as gps-ekf or amcl; docs/localization.md lists them.",
-)
+@LOCALIZER
 @click.option("--space", "spaces", multiple=True, default=("dwb_critics",), show_default=True,
               help="What may change: a name of params/search_spaces or a YAML file; may be repeated.")  # fmt: skip
 @click.option("--objective", default="margin", show_default=True,
