@@ -12,7 +12,7 @@ from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
 from harness.report.published import PublishedMethod, load_published, published_columns
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import render_tables, report_console
 
 
@@ -61,8 +61,7 @@ def _thresholds(limits: Thresholds) -> Sheet:
         ("Property contact", "fee / mean damage of the four published types", _percent(limits.property_contact_rate)),
         ("Physical assistance", "fee / repair per event", _percent(limits.physical_assistance_rate)),
     )
-    title = "Per-component break-even thresholds: more than this, alone, eats up the delivery fee"
-    return Sheet(title, ("Component", "Formula", "Above"), rows, texts=2)
+    return declared("thresholds", rows)
 
 
 def _percent(rate: float) -> str:

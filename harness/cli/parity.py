@@ -13,7 +13,7 @@ from harness.cli.options import JSON
 from harness.cli.streams import print_json
 from harness.parity.certificate import PartResult, certify, document, passes
 from harness.parity.golden import GoldenError, read_folder
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import declared, print_sheet
 from harness.report.tables import report_console
 
 DEFAULT_FOLDER = Path("tests/golden")
@@ -65,8 +65,7 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
         unexplained = len(result.deviations) - explained - not_compared
         counts = (result.cases, result.equal, explained, unexplained, not_compared)
         rows.append((result.part, *map(str, counts), largest))
-    headers = ("Part", "Cases", "Equal", "Explained", "Unexplained", "Not compared", "Largest deviation")
-    print_sheet(Sheet("Parity with Nav2's own C++: recorded inputs, run through navstack", headers, rows), console)
+    print_sheet(declared("parity", rows), console)
     deviations = [deviation for result in results for deviation in result.deviations]
     kinds = {
         "Explained deviations": (True, True),

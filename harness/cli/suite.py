@@ -19,7 +19,7 @@ from harness.cli.progress import say, shown
 from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
@@ -224,6 +224,4 @@ def _sheet(results: Results) -> Sheet:
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
         sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
         rows.append((*where, each.stack, people, str(each.n), str(each.errors), sla, margin))
-    headers = ("Map", "World", "Stack", "People", "n", "Errors", "SLA compliance", "Contribution margin ($/run)")
-    notes = ("[low, high]: 95 % interval, the seeds of a row together",)
-    return Sheet(results.suite.title, headers, rows, texts=3, notes=notes)
+    return declared("suite", rows, title=results.suite.title)

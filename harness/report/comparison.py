@@ -6,7 +6,7 @@ from rich.text import Text
 from harness.analysis.compare import Compared, Comparison
 from harness.metrics.metric import Better
 from harness.report.markdown import bounds_text, number_text, p_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import declared, print_sheet
 
 SURE = 0.05  # adjusted p below which a side is called better
 
@@ -17,9 +17,8 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     console.print(f"A: {first.run.folder} {first.stack.name}", soft_wrap=True)
     console.print(f"B: {second.run.folder} {second.stack.name}", soft_wrap=True)
     console.print()
-    headers = ("Metric", "A", "B", "B - A", "95 % interval", "p", "p Holm", "n", "needed", "better")
     rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]
-    print_sheet(Sheet(f"B minus A over {comparison.pairs} common missions", headers, rows), console)
+    print_sheet(declared("comparison", rows, pairs=comparison.pairs), console)
     for note in _notes(comparison):
         console.print(Text(note, style="dim"))
 

@@ -9,7 +9,7 @@ from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import own_column, render_tables
 from harness.study.stored_run import StoredRun
 
@@ -26,7 +26,6 @@ ACCOUNTING_NOTE = (
     "impacts, without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
     "into it; shared: by its share of the closing speed. Property is the robot's in all. Outcomes stay."
 )
-HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 
 
 def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
@@ -74,5 +73,4 @@ def _accountings(result: Repriced) -> Sheet:
         cells = [interval_text(found.intervals.get(term), absent="undefined") for term in VARIED]
         runs = found.break_even_runs
         rows.append((TITLES[name], *cells, "--" if runs is None else f"{runs:,.0f}"))
-    title = f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)"
-    return Sheet(title, ("Accounting", *HEADINGS, "BEP (runs)"), rows)
+    return declared("accountings", rows, stack=result.stack.name)
