@@ -76,20 +76,9 @@ def _drawn_row(
 
 def _event(kind: str, impulse: float, fault: str, number: int) -> Row:
     return {
-        **{
-            "type": kind,
-            "partner": PERSON,
-            "kind": PERSON,
-            "partner_id": number,
-            "fault": fault,
-            "stamp_s": 1.0 + number,
-        },
-        **{
-            "impulse_ns": impulse,
-            "peak_step_impulse_ns": 0.85 * impulse,
-            "robot_speed_mps": 0.9,
-            "partner_speed_mps": 0.6,
-        },
+        **{"type": kind, "partner": PERSON, "kind": PERSON, "partner_id": number, "fault": fault},
+        **{"stamp_s": 1.0 + number, "impulse_ns": impulse, "peak_step_impulse_ns": 0.85 * impulse},
+        **{"robot_speed_mps": 0.9, "partner_speed_mps": 0.6},
     }
 
 

@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from auditor_studies import EXPLOITS, drawn_deliveries, exploiting_study, honest_study, stored_deliveries
+from options import parsed
 from rich.text import Text
 
 from harness.economics.prices import load_prices
@@ -44,12 +45,9 @@ def gain_of(found: Audit) -> str:
 
 def main() -> int:
     """Audit all studies and print what was flagged; 0 if every exploit was, and at most 1 in 20 honest studies."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser()
     parser.add_argument("run", nargs="?", type=Path)
-    parser.add_argument("--studies", type=int, default=20)
-    parser.add_argument("--missions", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
+    arguments = parsed(__doc__, parser, studies=20, missions=200, seed=0)
     prices = load_prices("costnav")
     if arguments.run is None:
         stacks = drawn_deliveries(np.random.default_rng(arguments.seed), 100)
@@ -71,7 +69,7 @@ def main() -> int:
         alarms += bool(found.flagged)
         flagged = [check.key for check in found.flagged]
         table.add_row(*map(Text, (f"honest: {title}", gain_of(found), ", ".join(flagged) or "nothing")))
-    console = report_console(sys.stdout)
+    console = report_console()
     print_table(table, console)
     console.print(f"planted exploits flagged as what they are: {caught} of {len(EXPLOITS)}")
     console.print(f"false alarms: {alarms} of {arguments.studies} honest studies")

@@ -17,6 +17,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from options import parsed
 
 from harness.episode.episode import run_episode
 from harness.statistics.bootstrap import bootstrap_mean
@@ -165,14 +166,9 @@ def gate(stacks: list[str], wanted: int, seed: int, pedestrians: int) -> None:
 
 def main() -> None:
     """Read the arguments and check."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser, stacks = argparse.ArgumentParser(), ["nav2-stock", "paper-gps", "parked"]
     parser.add_argument("what", choices=("dose", "gate"))
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--episodes", type=int, default=100, help="eventful deliveries to look at")
-    parser.add_argument("--pedestrians", type=int, default=100, help="many, so that something happens")
-    parser.add_argument("--stack", nargs="*", default=["nav2-stock", "paper-gps", "parked"])
-    arguments = parser.parse_args()
+    arguments = parsed(__doc__, parser, seeds=20, seed=0, episodes=100, pedestrians=100, stack=stacks)
     if arguments.what == "dose":
         dose_response(arguments.seeds)
     else:

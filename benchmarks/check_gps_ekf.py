@@ -9,13 +9,13 @@ second old, for between houses it stands still without one. An outage counts if 
 or more; what grows is the error, and the drift is the way that the believed position moves from the true one.
 """
 
-import argparse
 import dataclasses
 from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from options import parsed
 
 from harness.episode.factory import Parts, rules_of
 from harness.execution.workers import Workers
@@ -30,21 +30,13 @@ PERIOD, OUTAGE = 45.0, 20.0  # [s] from outage to outage, and its length
 SHORTEST = 5.0  # [m] that a robot drives in an outage that counts
 
 
-class Outage(NamedTuple):
-    """What became of the position in an outage."""
-
-    distance: float  # [m] driven
-    growth: float  # [m] of the error
-    drift: float  # [m] between the errors before and after, as vectors
-
-
 class Delivery(NamedTuple):
     """Errors [m] at every tick of a delivery, and its outages."""
 
     fused: np.ndarray
     raw: np.ndarray
     is_fresh: np.ndarray  # whether raw GPS had a fix of late
-    outages: list[Outage]
+    outages: np.ndarray  # (n, 3) [m] driven, by which the error grew, and between the errors before and after
 
     def ratio(self, ticks: np.ndarray | slice) -> float:
         """The error of raw GPS over that of the GPS-EKF, at some ticks."""
@@ -68,61 +60,43 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D]]:
     world.close_episode()
 
 
-class Listener:
-    """A localizer that only listens."""
-
-    def __init__(self, localizer: Localizer, start: Pose2D) -> None:
-        self._localizer = localizer
-        localizer.reset(Belief(start), np.random.default_rng(0))
-
-    def error(self, observation: Observation, truth: Pose2D) -> np.ndarray:
-        """The error (2,) [m] of the believed position."""
-        believed = self._localizer.update(observation).pose
-        return np.array((believed.x - truth.x, believed.y - truth.y))
-
-
-class OutageWatch:
-    """Takes the fixes away now and then, and notes what that does."""
-
-    def __init__(self, listener: Listener, start: Pose2D) -> None:
-        self._listener, self._before, self._driven = listener, start, 0.0
-        self._begun: tuple[float, float, np.ndarray] | None = None
-        self._last = np.zeros(2)
-        self.found: list[Outage] = []
-
-    def watch(self, observation: Observation, truth: Pose2D) -> None:
-        """One tick."""
-        self._driven += float(np.hypot(truth.x - self._before.x, truth.y - self._before.y))
-        self._before = truth
-        is_out = observation.stamp % PERIOD >= PERIOD - OUTAGE
-        if is_out and self._begun is None:
-            self._begun = (observation.stamp, self._driven, self._last)
-        if not is_out and self._begun is not None:
-            stamp, driven, error = self._begun
-            distance, self._begun = self._driven - driven, None
-            if observation.stamp - stamp > OUTAGE - 0.5 and distance > SHORTEST:
-                growth = float(np.linalg.norm(self._last) - np.linalg.norm(error))
-                self.found.append(Outage(distance, growth, float(np.linalg.norm(self._last - error))))
-        given = dataclasses.replace(observation, gps=None) if is_out else observation
-        self._last = self._listener.error(given, truth)
-
-
 def listen(task: EpisodeTask, params: GpsEkfParams) -> Delivery:
     """Make a delivery with everybody listening."""
-    fused: list[float] = []
-    raw: list[float] = []
-    fresh: list[bool] = []
-    watch, last = None, -np.inf
+    listeners: list[Localizer] = [GpsEkfLocalizer(params), GpsLocalizer(), GpsEkfLocalizer(params)]
+    rows: list[tuple[float, ...]] = []
     for observation, truth in drive(task):
-        if watch is None:
-            watch = OutageWatch(Listener(GpsEkfLocalizer(params), truth), truth)
-            ekf, gps = Listener(GpsEkfLocalizer(params), truth), Listener(GpsLocalizer(), truth)
-        last = observation.gps.stamp if observation.gps is not None else last
-        fused.append(float(np.linalg.norm(ekf.error(observation, truth))))
-        raw.append(float(np.linalg.norm(gps.error(observation, truth))))
-        fresh.append(observation.stamp - last <= DEGRADED_AFTER)
-        watch.watch(observation, truth)
-    return Delivery(np.array(fused), np.array(raw), np.array(fresh), watch.found if watch else [])
+        if not rows:
+            for each in listeners:
+                each.reset(Belief(truth), np.random.default_rng(0))
+        cut_off = dataclasses.replace(observation, gps=None) if is_out(observation.stamp) else observation
+        heard = zip(listeners, (observation, observation, cut_off), strict=True)
+        poses = [listener.update(given).pose for listener, given in heard]
+        fix = observation.gps.stamp if observation.gps is not None else -np.inf
+        rows.append(
+            (observation.stamp, fix, truth.x, truth.y, *(number for pose in poses for number in (pose.x, pose.y)))
+        )
+    stamps, fixes, *_ = table = np.array(rows).T
+    errors = table[4:].T.reshape(-1, 3, 2) - table[2:4].T[:, None]
+    fused, raw, _ = np.linalg.norm(errors, axis=2).T
+    is_fresh = stamps - np.maximum.accumulate(fixes) <= DEGRADED_AFTER
+    return Delivery(fused, raw, is_fresh, outages(stamps, table[2:4], errors[:, 2]))
+
+
+def is_out(stamps: float | np.ndarray) -> bool | np.ndarray:
+    """Whether fixes are taken away then."""
+    return stamps % PERIOD >= PERIOD - OUTAGE
+
+
+def outages(stamps: np.ndarray, places: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """The outages that count, as :class:`Delivery` has them, from true places (2, T) and errors (T, 2)."""
+    driven = np.concatenate(([0.0], np.hypot(*np.diff(places)).cumsum()))
+    edges = np.flatnonzero(np.diff(is_out(stamps).astype(int))) + 1  # a delivery begins without one
+    begins, ends = edges[: len(edges) // 2 * 2].reshape(-1, 2).T
+    before, after = errors[begins - 1], errors[ends - 1]
+    growth = np.linalg.norm(after, axis=1) - np.linalg.norm(before, axis=1)
+    distances = driven[ends] - driven[begins]
+    counts = (stamps[ends] - stamps[begins] > OUTAGE - 0.5) & (distances > SHORTEST)
+    return np.column_stack((distances, growth, np.linalg.norm(after - before, axis=1)))[counts]
 
 
 def summary(deliveries: list[Delivery]) -> str:
@@ -136,12 +110,12 @@ def summary(deliveries: list[Delivery]) -> str:
             f"ratio {rms(raw[which]) / rms(fused[which]):.2f} (median of deliveries {np.median(ratios):.2f}); "
             f"median {np.median(fused[which]):.3f} m, 95th percentile {np.percentile(fused[which], 95):.3f} m"
         )
-    outages = [outage for each in deliveries for outage in each.outages]
-    if outages:
-        distance, growth, drift = np.array(outages).T
+    found = np.concatenate([each.outages for each in deliveries])
+    if len(found):
+        distance, growth, drift = found.T
         low, high = interval(growth, distance)
         lines.append(
-            f"  {len(outages)} outages of {OUTAGE:g} s, {distance.mean():.1f} m each: the error grows by "
+            f"  {len(found)} outages of {OUTAGE:g} s, {distance.mean():.1f} m each: the error grows by "
             f"{growth.sum() / distance.sum():.2%} [{low:.2%}, {high:.2%}] of the distance, 95th percentile "
             f"{np.percentile(growth / distance, 95):.2%}; drift {drift.sum() / distance.sum():.2%}"
         )
@@ -177,13 +151,7 @@ def missions(sensors: str, count: int, seed: int, workers: int) -> None:
 
 def main() -> None:
     """Read the arguments and check."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sensors", default="rtk_urban")
-    parser.add_argument("--count", type=int, default=50)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=1)
-    arguments = parser.parse_args()
-    missions(arguments.sensors, arguments.count, arguments.seed, arguments.workers)
+    missions(**vars(parsed(__doc__, sensors="rtk_urban", count=50, seed=0, workers=1)))
 
 
 if __name__ == "__main__":

@@ -7,10 +7,10 @@ Fixes once a second with the filter's own model of their errors (the defaults of
 Medians of the way and of the heading's error at that moment; means of the normalized squared errors of yaw and pose.
 """
 
-import argparse
 import math
 
 import numpy as np
+from options import parsed
 
 from harness.report.markdown import table
 from navstack.geometry import normalize_angle
@@ -51,11 +51,7 @@ def trial(seed: int, std: float, rest: float) -> tuple[float, float, float, floa
 
 def main() -> None:
     """Drive and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--std", type=float, nargs="+", default=[0.05, 0.5, 2.0, 4.0], help="[m] of a fix")
-    parser.add_argument("--rest", type=float, nargs="+", default=[0.0, 60.0], help="[s] before it drives")
-    given = parser.parse_args()
+    given = parsed(__doc__, count=60, std=[0.05, 0.5, 2.0, 4.0], rest=[0.0, 60.0])
     rows = []
     for std in given.std:
         for rest in given.rest:

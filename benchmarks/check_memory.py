@@ -19,6 +19,8 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
+from options import parsed
+
 from harness.execution.workers import Workers
 from harness.storage.run_folder import RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing
@@ -63,13 +65,7 @@ def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=int, default=500)
-    parser.add_argument("--stack", default="nav2-gps")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--map", default="sidewalk")
-    parser.add_argument("--timeout", type=float, default=3.0, help="simulated [s] of a delivery")
-    arguments = parser.parse_args()
+    arguments = parsed(__doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0)
     with tempfile.TemporaryDirectory() as name:
         sizes = measure(arguments, Path(name))
     failed = False

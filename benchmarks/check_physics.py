@@ -6,7 +6,6 @@ Impacts are plastic and central: the impulse is the speed times the reduced mass
 (the robot strikes, pitches and slides at once): its reference is the same world at 960 Hz.
 """
 
-import argparse
 import dataclasses
 import math
 from pathlib import Path
@@ -24,6 +23,7 @@ from laboratory import (
     tipping_speed,
     wall,
 )
+from options import parsed
 
 from harness.episode.factory import robot_of, world_params
 from harness.storage import shipped as resources
@@ -135,11 +135,9 @@ def curbs(robot: RobotParams, params: WorldParams) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robot", nargs="*", default=["segway_e1", "nova_carter"])
     files: Path = resources.shipped("params")
     params = world_params(str(files / "worlds" / "costnav.yaml"), None)
-    for name in parser.parse_args().robot:
+    for name in parsed(__doc__, robot=["segway_e1", "nova_carter"]).robot:
         robot = robot_of(str(files / "robots" / f"{name}.yaml"))
         print(f"\n=== {name}: {robot.mass:.0f} kg")
         for check in (impacts, tipping, driving, energy, curbs):

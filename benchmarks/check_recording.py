@@ -7,11 +7,12 @@ compiles and fills caches. Processor time; a kind's cost is the least of its rou
 status 1 where ``full`` costs more than MOST.
 """
 
-import argparse
 import sys
 import tempfile
 import time
 from pathlib import Path
+
+from options import parsed
 
 from harness.execution.workers import InProcess, Workers
 from harness.storage.run_folder import RunFolder, create_run
@@ -35,11 +36,8 @@ def spent(stack: str, episodes: int, record: str) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--stack", nargs="+", default=["nav2-gps-ekf", "paper-gps", "nav2-stock", "mpc-gps-ekf"])
-    parser.add_argument("--episodes", type=int, default=1)
-    parser.add_argument("--rounds", type=int, default=5)
-    asked = parser.parse_args()
+    stacks = ["nav2-gps-ekf", "paper-gps", "nav2-stock", "mpc-gps-ekf"]
+    asked = parsed(__doc__, stack=stacks, episodes=1, rounds=5)
     costs = {}
     for stack in asked.stack:
         spent(stack, asked.episodes, RECORDS[-1])

@@ -6,11 +6,11 @@ Each mission's shortest path is driven at 1.5 m/s in thought, with the receiver'
 each mission's fixes; an outage lasts longer than a second. Costs are those of a suite that is asked 30 times a second.
 """
 
-import argparse
 import time
 
 import numpy as np
 from fix_picture import fixes_along
+from options import parsed
 
 from harness.storage.shipped import shipped
 from harness.task.mission import Mission, MissionSampler
@@ -98,10 +98,7 @@ def costs(scene: Scene) -> None:
 
 def main() -> None:
     """Run it."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--missions", type=int, default=300)
-    parser.add_argument("--map", default="sidewalk")
-    arguments = parser.parse_args()
+    arguments = parsed(__doc__, missions=300, map="sidewalk")
     scene = load_scene(arguments.map)
     if arguments.missions:
         fixes(scene, arguments.missions)

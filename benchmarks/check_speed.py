@@ -27,7 +27,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -45,18 +45,8 @@ TIME_LIMIT = 1800.0  # [s]
 Answer = Mapping[str, Any]  # fields of harness.bench.loops.Driven
 
 
-class Driver(Protocol):
-    """Drives deliveries of one version."""
-
-    def ask(self, loop: str, episode: int, seconds: float | None) -> None:
-        """Begin a delivery."""
-
-    def answer(self) -> Answer:
-        """How the delivery went that was asked for."""
-
-
-class Process:
-    """A process of its own with the code of another folder."""
+class Driver:
+    """Drives deliveries in a process of its own, with the code of another folder."""
 
     def __init__(self, tree: Path) -> None:
         if not (tree / "harness" / "episode" / "episode.py").is_file():
@@ -69,7 +59,7 @@ class Process:
         )  # fmt: skip
 
     def ask(self, loop: str, episode: int, seconds: float | None) -> None:
-        """See :class:`Driver`."""
+        """Begin a delivery."""
         assert self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # it has died: there will be no answer
             print(
@@ -77,7 +67,7 @@ class Process:
             )
 
     def answer(self) -> Answer:
-        """See :class:`Driver`.
+        """How the delivery went that was asked for.
 
         Raises:
             Failure: the process has died.
@@ -226,7 +216,7 @@ def main() -> int:
     signal.setitimer(signal.ITIMER_REAL, arguments.time_limit)
     try:
         with version(arguments.against, arguments.tree) as folder, contextlib.ExitStack() as stack:
-            before, after = Process(folder), Process(arguments.tree.resolve())
+            before, after = Driver(folder), Driver(arguments.tree.resolve())
             stack.callback(before.end)
             stack.callback(after.end)
             return 0 if check(before, after, arguments) else 1

@@ -9,7 +9,6 @@ direction by 45 degrees or more within 0.5 s; its delay ends when a track at the
 Intervals: bootstrap over deliveries.
 """
 
-import argparse
 import dataclasses
 import math
 from collections import deque
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from options import parsed
 from scipy.optimize import linear_sum_assignment
 
 from harness.episode.episode import run_episode
@@ -45,8 +45,8 @@ class Listener:
 
     def __init__(self, tracker: Tracker) -> None:
         self.tracker = tracker
-        self.seen = self.matched = self.told = self.right = 0
-        self.speed2 = self.velocity2 = self.place2 = 0.0
+        # people seen, those of them with a track, tracks, those near anybody; squared errors of speed, velocity, place
+        self.sums = np.zeros(7)
         self.delays: list[float] = []  # [s]
         self._waiting: dict[int, int] = {}  # person -> scans since the turn
 
@@ -57,14 +57,14 @@ class Listener:
         rows, columns = linear_sum_assignment(np.where(apart < NEAR, apart, 1e3))
         pairs = {int(p): int(t) for p, t in zip(rows, columns, strict=True) if apart[p, t] < NEAR}
         off = {p: states[t, 2:] - people[p, 2:] for p, t in pairs.items() if is_seen[p]}
-        self.seen += int(is_seen.sum())
-        self.matched += len(off)
-        self.told += len(tracks)
-        self.right += len(pairs)
-        self.velocity2 += sum(float(d @ d) for d in off.values())
-        self.place2 += sum(apart[p, pairs[p]] ** 2 for p in off)
+        counts = (is_seen.sum(), len(off), len(tracks), len(pairs))
         speeds = (np.hypot(*states[pairs[p], 2:]) - np.hypot(*people[p, 2:]) for p in off)
-        self.speed2 += sum(float(d) ** 2 for d in speeds)
+        errors = (
+            sum(d**2 for d in speeds),
+            sum(d @ d for d in off.values()),
+            sum(apart[p, pairs[p]] ** 2 for p in off),
+        )
+        self.sums += (*counts, *errors)
         self._turns(is_seen, turned, off)
 
     def _turns(self, is_seen: BoolArray, turned: BoolArray, off: dict[int, FloatArray]) -> None:
@@ -134,10 +134,7 @@ class Watched:
 
 def rates(heard: list[Listener]) -> dict[str, float]:
     """What deliveries say together."""
-    seen, matched, told, right, speed2, velocity2, place2 = (
-        float(sum(getattr(each, name) for each in heard))
-        for name in ("seen", "matched", "told", "right", "speed2", "velocity2", "place2")
-    )
+    seen, matched, told, right, speed2, velocity2, place2 = sum(each.sums for each in heard).tolist()
     delays = [delay for each in heard for delay in each.delays] or [math.nan]
     return {
         "recall": matched / max(seen, 1.0),
@@ -151,12 +148,7 @@ def rates(heard: list[Listener]) -> dict[str, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--pedestrians", type=int, default=100)
-    parser.add_argument("--map", default="sidewalk_1")
-    given = parser.parse_args()
+    given = parsed(__doc__, episodes=40, seed=0, pedestrians=100, map="sidewalk_1")
     study = make_study(
         stacks=["evasive-gps-ekf"],
         episodes=given.episodes,
@@ -180,7 +172,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     for name, each in heard.items():
         turns = sum(len(one.delays) for one in each)
-        print(f"\n{name}: {given.episodes} deliveries, {sum(one.seen for one in each)} sights, {turns} turns")
+        print(f"\n{name}: {given.episodes} deliveries, {sum(one.sums[0] for one in each):.0f} sights, {turns} turns")
         drawn = [rates([each[k] for k in rng.integers(len(each), size=len(each))]) for _ in range(2000)]
         for key, value in rates(each).items():
             low, high = np.nanpercentile([one[key] for one in drawn], (2.5, 97.5))

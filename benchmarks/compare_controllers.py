@@ -21,6 +21,7 @@ from pathlib import Path
 from harness.analysis.compare import Comparison, Side, compare
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
+from harness.economics.valuation import OUTCOMES
 from harness.report.markdown import interval_text, table
 from harness.statistics.interval import wilson_interval
 from harness.storage.shipped import shipped
@@ -45,34 +46,8 @@ PAIRED = {  # key of navbench compare -> heading
     "avg_soft_contacts": "soft contacts",
     "avg_velocity_mps": "speed [m/s]",
 }
-FOLLOW_PATH = "controller_server.FollowPath."
-STACK = "stack."  # the stack file, not the Nav2 file
-DWB_CRITICS = ["RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"]
-MPPI_CRITICS = (
-    *("ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic"),
-    *("PathAlignCritic", "PathFollowCritic", "PathAngleCritic", "PreferForwardCritic"),
-)
-PARTS: dict[str, dict[str, dict[str, Value]]] = {  # stack -> variant -> parameters of its files
-    "evasive-gps-ekf": {
-        "stands-still": {FOLLOW_PATH + "evades_at_rest": False},
-        "no-squeeze": {FOLLOW_PATH + "squeeze_usd": 0.0},
-        "no-reversing": {FOLLOW_PATH + "max_reverse_speed": 0.0},
-        "no-commitment": {FOLLOW_PATH + "switch_usd": 0.0, FOLLOW_PATH + "switch_share": 0.0},
-        "no-corners": {FOLLOW_PATH + "corner_weight": 0.0},
-        "keeps-to-the-path": {FOLLOW_PATH + "corridor": 0.6},
-        "sees-6-m": {FOLLOW_PATH + "range": 6.0},
-        "straight-walkers": {"tracker.turning_acceleration_std": 0.0},
-        "true-people": {STACK + "tracker": "ground_truth"},
-    },
-    "nav2-gps-ekf": {
-        "expected-contact": {
-            FOLLOW_PATH + "critics": [*DWB_CRITICS, "ExpectedContact"],
-            FOLLOW_PATH + "ExpectedContact.scale": 50.0,
-        }
-    },
-    "mppi-gps-ekf": {"expected-contact": {FOLLOW_PATH + "critics": [*MPPI_CRITICS, "ExpectedContactCritic"]}},
-}
-OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
+STACK = "stack."  # begins parameters of the stack file, not of the Nav2 file
+PARTS: dict[str, dict[str, dict[str, Value]]] = load_yaml(Path(__file__).with_name("parts.yaml"))
 
 
 def what_each_does(comparisons: dict[str, Comparison], sides: list[Side]) -> str:

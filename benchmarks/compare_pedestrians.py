@@ -89,11 +89,9 @@ def report(title: str, recordings: list[Recording], values: dict[str, FloatArray
 
 def draw(results: dict[str, dict[str, FloatArray]], path: Path) -> None:
     """Cumulative distributions, one panel each."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 3.0), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
     panels = figure.subplots(1, 2)
     styles = {"real people": ("black", 2.2), "random_walk": ("#d1242f", 1.5), "social_force": ("#0b6e4f", 1.5)}
     for axes, name, label, limit in (

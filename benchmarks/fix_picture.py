@@ -44,7 +44,6 @@ def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tupl
         InputError: the run has no recording of this delivery, or a preset is unknown.
     """
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     recording = run / "recordings" / f"{stack}-{episode}.npz"
@@ -59,7 +58,6 @@ def draw_fixes(run: Path, stack: str, episode: int, picture: Path, presets: tupl
     measured = {name: fixes_along(way, scene, name, settings["seed"], episode) for name in presets}
     with rc_context(FONT):
         figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI, layout="constrained")
-        FigureCanvasAgg(figure)
         places, errors, sky = figure.subplot_mosaic([["places", "errors"], ["places", "sky"]], **_LAYOUT).values()
         _draw_places(places, scene, way, measured)
         _draw_errors(errors, measured)

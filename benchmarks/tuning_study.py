@@ -32,6 +32,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from harness.cli.app import main as navbench
+from harness.economics.valuation import OUTCOMES
 from harness.execution.workers import Workers
 from harness.metrics.columns import Row
 from harness.report.markdown import interval_text, table
@@ -51,7 +52,6 @@ from navstack.params.strict import dump_dataclass, read_text
 from navstack.types import FloatArray
 
 EXACT, INCREMENTAL = "nav2_navfn_planner::NavfnPlanner", "navstack::IncrementalNavfn"
-OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
 KEPT, DRIVEN = Path("results/baseline/tuning"), Path("results/tuning")
 ARCHIVE, PERIOD = "study.tar.xz", 600.0  # [s] between writings
 NEEDED = ("study/run.json", "study/params", f"study/{JOURNAL}", f"rival/{JOURNAL}")  # to go on from

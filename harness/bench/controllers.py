@@ -7,36 +7,19 @@ import numpy as np
 
 from harness.bench import twin_dwb
 from harness.bench.component import Component, Prepared, golden, require_agreement
+from harness.storage.shipped import shipped
 from navstack.control.controller import Surroundings
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.plan_handling import PlanWindow
 from navstack.costmap.costmap import Costmap
-from navstack.params.dwb import AlignParams, DistParams, DwbParams, ObstacleParams, RotateToGoalParams
+from navstack.params.dwb import DwbParams
+from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.views import read_dwb
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
 RESOLUTION = 0.05  # [m]
 FREQUENCY = 30.0  # [Hz]
 FOOTPRINT = ((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3))  # [m]
-PARAMS = DwbParams(  # as the published file has them
-    critics=("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist"),
-    max_vel_x=3.0,
-    max_speed_xy=3.0,
-    max_vel_theta=1.2,
-    min_speed_theta=0.3,
-    acc_lim_x=4.0,
-    decel_lim_x=-4.0,
-    acc_lim_theta=3.5,
-    decel_lim_theta=-3.5,
-    sim_time=1.0,
-    linear_granularity=0.05,
-    xy_goal_tolerance=1.8,
-    RotateToGoal=RotateToGoalParams(scale=32.0),
-    BaseObstacle=ObstacleParams(scale=0.05),
-    GoalAlign=AlignParams(scale=12.0, forward_point_distance=0.1),
-    PathAlign=AlignParams(scale=16.0, forward_point_distance=0.1),
-    PathDist=DistParams(scale=16.0),
-    GoalDist=DistParams(scale=12.0),
-)
 STATES = [  # of the robot; the first is timed
     RobotState(Pose2D(0.02 + 0.03 * k, 0.03 - 0.02 * k, 0.1 - 0.04 * k), Twist2D(1.0 + 0.2 * k, 0.0, 0.1 - 0.07 * k))
     for k in range(8)
@@ -45,23 +28,23 @@ STATES = [  # of the robot; the first is timed
 
 def cycle(file: str, costs: str, path: str) -> Prepared:
     """A cycle with 419 samples, the plan pruned to 2 m ahead as in Jazzy."""
-    vectors = golden(file)
+    vectors, params = golden(file), read_dwb(load_nav2(shipped("params") / "nav2" / "tuned.yaml"))
     grid, plan = vectors[costs], Path(vectors[path])
     half = grid.shape[0] * RESOLUTION / 2.0
     surroundings = Surroundings(Costmap(grid, RESOLUTION, -half, -half))
-    controller = DwbController(PARAMS, np.array(FOOTPRINT), FREQUENCY)
+    controller = DwbController(params, np.array(FOOTPRINT), FREQUENCY)
 
     def given(state: RobotState) -> tuple[DwbParams, RobotState, FloatArray, FloatArray, Costmap]:
         window = PlanWindow(
-            PARAMS.prune_plan, PARAMS.prune_distance, PARAMS.forward_prune_distance, PARAMS.shorten_transformed_plan
+            params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
         )
         near = window.near(plan, state.pose, surroundings.costmap).copy()
-        return PARAMS, state, near, plan.poses[-1], surroundings.costmap
+        return params, state, near, plan.poses[-1], surroundings.costmap
 
     for state in STATES:
         controller.reset()
         command = controller.compute_velocity(state, plan, surroundings)
-        samples, totals = twin_dwb.commands_of(PARAMS, state), twin_dwb.totals(*given(state))
+        samples, totals = twin_dwb.commands_of(params, state), twin_dwb.totals(*given(state))
         chosen = np.abs(samples - (command.linear_x, command.linear_y, command.angular_z)).sum(axis=1).argmin()
         require_agreement("DWB cycle: the least sum", totals[chosen], totals.min(), 1e-6)  # 32-bit sums there
     controller.reset()

@@ -65,7 +65,7 @@ def sensor_update(count: int, beams: int) -> Prepared:
     def likelihoods() -> FloatArray:
         angles = scan.angle_min + np.arange(beams) * scan.angle_increment
         returned = ranges < scan.range_max
-        ends = ranges[returned, None] * np.column_stack((np.cos(angles), np.sin(angles)))[returned]
+        ends = ranges[returned, None] * twins.unit(angles)[returned]
         origin = (grid.origin.x, grid.origin.y)
         given = (params.sigma_hit, params.z_hit, params.z_rand, scan.range_max, FARTHEST)
         return twins.likelihoods(distances, origin, grid.resolution, particles.poses, ends, *given)
@@ -124,7 +124,7 @@ def scan() -> Prepared:
     field = clearance_field(occupied)
     x, y = (START.x - grid.origin.x) / grid.resolution, (START.y - grid.origin.y) / grid.resolution
     angles = -np.pi + np.arange(BEAMS) * (2.0 * np.pi / BEAMS) + 0.001
-    directions, reach = np.column_stack((np.cos(angles), np.sin(angles))), REACH / grid.resolution
+    directions, reach = twins.unit(angles), REACH / grid.resolution
     ranges = np.empty(BEAMS)
 
     def ours() -> None:

@@ -104,34 +104,23 @@ def component_rows(component: Component, effort: Effort) -> list[Row]:
     steps = [prepared.ours] if prepared.twin is None else [prepared.ours, prepared.twin]
     taken = 1e3 * readings(steps, effort.runs, effort.budget, effort.fewest)
     ours = taken[:, 0, PROCESSOR]
-    known = {
-        "name": component.name,
-        "ours_ms": float(np.median(ours)),
-        "ours_wall_ms": float(np.median(taken[:, 0, WALL])),
-    }
-    rows = []
-    if component.recorded_ms is not None:
-        bar = component.recorded_ms
-        rows.append(
-            {**known, "reference": CPP, "reference_ms": bar, **_ratio(ours / bar, component.target), "note": SOURCE}
-        )
-    if prepared.twin is not None:
-        twin = taken[:, 1, PROCESSOR]
-        row = {
-            **known,
-            "reference": component.reference,
-            "reference_ms": float(np.median(twin)),
-            **_ratio(ours / twin, None),
-        }
-        rows.append({**row, "note": component.agrees})
-    return rows
+    references: list[tuple[str, FloatArray | float | None, float | None, str]] = [
+        (CPP, component.recorded_ms, component.target, SOURCE),
+        (component.reference, None if prepared.twin is None else taken[:, 1, PROCESSOR], None, component.agrees),
+    ]
+    known = {"name": component.name, "ours_ms": np.median(ours), "ours_wall_ms": np.median(taken[:, 0, WALL])}
+    return [
+        {**known, "reference": name, "reference_ms": np.median(took), **_ratio(ours / took, target), "note": note}
+        for name, took, target, note in references
+        if took is not None
+    ]
 
 
 def _ratio(ratios: FloatArray, target: float | None) -> Row:
     """Median and quartiles of ratios (n,), and whether the median keeps below the target."""
     spread = Spread.of(ratios)
     met = None if target is None else spread.median <= target
-    return {"ratio": spread.median, "low": spread.low, "high": spread.high, "n": spread.n, "target": target, "met": met}
+    return {**spread.as_json("ratio"), "target": target, "met": met}
 
 
 def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
@@ -168,13 +157,9 @@ def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
 
 def _factors(loop: Loop, driven: Sequence[Driven]) -> Row:
     """Simulated seconds per second of one core over some deliveries."""
-    spread = Spread.of(np.array([each.factor for each in driven]))
     return {
         "name": loop.name,
-        "real_time_factor": spread.median,
-        "low": spread.low,
-        "high": spread.high,
-        "n": spread.n,
+        **Spread.of(np.array([each.factor for each in driven])).as_json("real_time_factor"),
         "wall_real_time_factor": float(np.median([each.simulated / each.wall for each in driven])),
         "simulated_s": sum(each.simulated for each in driven),
     }
@@ -202,14 +187,10 @@ def workers_row(effort: Effort, folder: Path) -> Row:
             speedups.append(wall_one / wall_two)
             factors.append(sum(each.simulated for each in by_two) / wall_two)
             slower.append(sum(each.processor for each in by_two) / sum(each.processor for each in by_one))
-    spread = Spread.of(np.array(factors))
     speedup = Spread.of(np.array(speedups))
     return {
         "name": TWO_WORKERS,
-        "real_time_factor": spread.median,
-        "low": spread.low,
-        "high": spread.high,
-        "n": spread.n,
+        **Spread.of(np.array(factors)).as_json("real_time_factor"),
         "loop": SHARED_LOOP,
         "deliveries": effort.shared,
         "of_one_worker": speedup.as_json(),

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache, partial
-from itertools import cycle
+from itertools import cycle, islice
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from navstack.types import FloatArray, Path, Pose2D, Twist2D
 INFLATION = InflationLayerParams(inflation_radius=1.0, cost_scaling_factor=0.3)  # as published, global costmap
 INSCRIBED = 0.39  # [m] of the padded footprint there
 MISSIONS = 12
+LONGEST = 12  # plans of a drive
 STRIDE = 60  # path points between two plans: 1.5 m
 PEDESTRIANS = 3  # who are somewhere else at each plan, within 10 m of the robot
 FIELD = 120  # [cells] of the map on which the wave is compared with its twin
@@ -114,39 +115,6 @@ def drive(route: FloatArray) -> Iterator[tuple[Pose2D, Costmap]]:
         yield Pose2D(x, y), Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.data)
 
 
-class Replanning:
-    """Plans to one goal from along the way, past other people each time, in an endless round of drives.
-
-    A drive's costmaps are made while no time is taken: :meth:`plan` is timed from outside, in single calls.
-    """
-
-    LONGEST = 12  # plans of a drive
-
-    def __init__(self) -> None:
-        self._planner = IncrementalNavfn(IncrementalNavfnParams())
-        costmap = sidewalk()[0]
-        start, self._goal = missions()[0]
-        route = NavfnPlanner(NavfnParams()).plan(start, self._goal, costmap).poses
-        self._scenes = [scene for _, scene in zip(range(self.LONGEST), drive(route), strict=False)]
-        self._check()
-        order = [*self._scenes, *self._scenes[-2:0:-1]]
-        self._coming = cycle(order)
-
-    def plan(self) -> None:
-        """The next one."""
-        pose, costmap = next(self._coming)
-        self._planner.plan(pose, self._goal, costmap)
-
-    def _check(self) -> None:
-        """Every plan costs what the exact NavFn's does, but for the corners that either cuts."""
-        exact = NavfnPlanner(NavfnParams())
-        for pose, costmap in self._scenes:
-            both = [each.plan(pose, self._goal, costmap) for each in (self._planner, exact)]
-            ours, twin = (_cost(path, costmap) for path in both)
-            if ours > 1.02 * twin:
-                raise TwinError(f"IncrementalNavfn: a path that costs {ours:g} m where NavFn's costs {twin:g} m")
-
-
 def _cost(path: Path, costmap: Costmap) -> float:
     """Length [m], each piece times 1 + 4 cost / 252."""
     points = (path.poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
@@ -154,8 +122,26 @@ def _cost(path: Path, costmap: Costmap) -> float:
 
 
 def replanning() -> Prepared:
-    """Replanning at 1.5 m intervals."""
-    return Prepared(Replanning().plan)
+    """Plans to one goal from along the way, every 1.5 m, past other people each time, in an endless round of drives.
+
+    Every plan costs what the exact NavFn's does, but for the corners that either cuts. The costmaps are made before any
+    time is taken.
+    """
+    planner, exact = IncrementalNavfn(IncrementalNavfnParams()), NavfnPlanner(NavfnParams())
+    start, goal = missions()[0]
+    route = exact.plan(start, goal, sidewalk()[0]).poses
+    scenes = list(islice(drive(route), LONGEST))
+    for pose, costmap in scenes:
+        ours, twin = (_cost(each.plan(pose, goal, costmap), costmap) for each in (planner, exact))
+        if ours > 1.02 * twin:
+            raise TwinError(f"IncrementalNavfn: a path that costs {ours:g} m where NavFn's costs {twin:g} m")
+    coming = cycle([*scenes, *scenes[-2:0:-1]])
+
+    def ours_next() -> None:
+        pose, costmap = next(coming)
+        planner.plan(pose, goal, costmap)
+
+    return Prepared(ours_next)
 
 
 def smoothing() -> Prepared:

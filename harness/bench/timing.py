@@ -30,9 +30,9 @@ class Spread:
         low, median, high = np.percentile(values, (25.0, 50.0, 75.0)).tolist()
         return cls(median, low, high, len(values))
 
-    def as_json(self) -> dict[str, float | int]:
-        """The quantity as one JSON object; its bounds are quartiles, not a confidence interval."""
-        return {"value": self.median, "low": self.low, "high": self.high, "n": self.n}
+    def as_json(self, name: str = "value") -> dict[str, float | int]:
+        """The quantity as one JSON object, its median under ``name``; bounds are quartiles, no confidence interval."""
+        return {name: self.median, "low": self.low, "high": self.high, "n": self.n}
 
 
 def readings(steps: Sequence[Step], runs: int, budget: float, fewest: int = 1) -> FloatArray:

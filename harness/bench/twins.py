@@ -8,11 +8,17 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 from scipy import ndimage
 
 from navstack.types import BoolArray, ByteArray, FloatArray, IntArray
 
 LETHAL, INSCRIBED = 254, 253
+
+
+def unit(angles: npt.NDArray[np.floating]) -> FloatArray:
+    """Unit vectors (n, 2) of angles (n,) [rad]."""
+    return np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def inflate(costs: ByteArray, resolution: float, inscribed: float, radius: float, scaling: float) -> ByteArray:

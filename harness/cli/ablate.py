@@ -1,6 +1,5 @@
 """The command ``navbench ablate``: one localizer after the other on the same deliveries."""
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from harness.cli.options import refuse_others, study_options
+from harness.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -155,10 +155,10 @@ def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where
     write_document(path / "ablation.json", content)
     if as_json:
         content = {**content, "figures": [str(figure) for figure in figures], "folder": str(path)}
-        sys.stdout.write(json.dumps(content, indent=2, allow_nan=False) + "\n")
+        print_json(content)
     else:
         from harness.report.ablation import print_ablation
         from harness.report.tables import report_console
 
-        print_ablation(ablation, figures, path, report_console(sys.stdout))
+        print_ablation(ablation, figures, path, report_console())
     return exit_status(results, interrupted)

@@ -97,7 +97,7 @@ def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: 
     if as_json:
         sys.stdout.write(text)
     else:
-        print_bench(rows, notes, report_console(sys.stdout))
+        print_bench(rows, notes, report_console())
 
 
 @contextlib.contextmanager

@@ -1,13 +1,11 @@
 """The command ``navbench compare``: two runs, or two stacks of one, mission by mission."""
 
-import json
-import sys
-
 import click
 
 from harness.analysis import compare as analysis
 from harness.cli.options import JSON
 from harness.cli.progress import say
+from harness.cli.streams import print_json
 from harness.report.comparison import print_comparison
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
@@ -33,6 +31,6 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
     for warning in comparison.warnings:
         say(f"warning: not comparable: {warning}")
     if as_json:
-        sys.stdout.write(json.dumps(analysis.document(comparison), indent=2, allow_nan=False) + "\n")
+        print_json(analysis.document(comparison))
         return
-    print_comparison(comparison, report_console(sys.stdout))
+    print_comparison(comparison, report_console())

@@ -1,6 +1,5 @@
 """What the commands that drive have in common: progress while they do, and what is said of it."""
 
-import json
 import statistics
 import sys
 from collections import Counter
@@ -8,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.cli.progress import Bar, say, shown
+from harness.cli.streams import print_json
 from harness.episode.episode import Delivery
 from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
@@ -156,6 +156,6 @@ def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:
 def _print(results: list[StackResult], study: Study, path: Path, as_json: bool) -> None:
     if as_json:
         document = {"schema": 1, "runs": [run_document(result, study, path) for result in results]}
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        print_json(document)
         return
-    print_results(results, study, prices_of(study.template.prices), path, report_console(sys.stdout))
+    print_results(results, study, prices_of(study.template.prices), path, report_console())

@@ -87,7 +87,7 @@ def explain(
     if as_json:
         sys.stdout.write(document_text)
         return
-    print_explanation(evidence, told, saving, figures, report_console(sys.stdout))
+    print_explanation(evidence, told, saving, figures, report_console())
 
 
 def _evidence(run: "StoredRun", episode: int, again: bool) -> "Evidence | None":

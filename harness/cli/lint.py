@@ -1,6 +1,5 @@
 """``navbench lint``: what is wrong with a Nav2 parameter file, and what hurts on a real robot."""
 
-import json
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.cli.options import JSON
+from harness.cli.streams import print_json
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
 from harness.world.robot import RobotParams
@@ -67,9 +67,9 @@ def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
     warnings = [notice for notice in notices if not notice.is_error]
     if as_json:
         document = {"errors": _plain(errors), "warnings": _plain(warnings), "ignored": list(ignored)}
-        sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+        print_json(document, ensure_ascii=False)
     else:
-        _print(path, errors, warnings, ignored, report_console(sys.stdout))
+        _print(path, errors, warnings, ignored, report_console())
     if errors:
         more = f" and {len(errors) - 1} more" if len(errors) > 1 else ""
         advice = "" if errors[0].advice else "; correct it, or see navbench lint --help"

@@ -1,6 +1,5 @@
 """``navbench map``: make a sidewalk world, or show any map beside what is known of the paper's."""
 
-import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,8 +9,9 @@ import click
 import numpy as np
 
 from harness.cli.options import JSON
+from harness.cli.streams import print_json
 from harness.report.map_picture import VIEWS, draw_map
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import report_console
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
@@ -110,9 +110,9 @@ def show(map_name: str, out: Path | None, view: str, samples: int, seed: int, as
         draw_map(scene, out, view=view)
     document = map_document(scene, samples, seed)
     if as_json:
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        print_json(document)
         return
-    console = report_console(sys.stdout)
+    console = report_console()
     print_sheet(_measures_sheet(document), console)
     missions = _missions_sheet(document)
     print_sheet(missions, console)
@@ -184,8 +184,8 @@ def _measures_sheet(document: Row) -> Sheet:
             rows += [(f"{label} {p}", _number(value, form), _number(theirs[p], form)) for p, value in ours.items()]
         else:
             rows.append((label, _number(ours, form), _number(theirs, form)))
-    title = f"Map {document['map']}, {document['size_m'][0]:g} x {document['size_m'][1]:g} m"
-    return Sheet(title, ("Measure", "This map", "The paper's"), rows)
+    width, depth = document["size_m"]
+    return declared("map", rows, map_name=document["map"], width=width, depth=depth)
 
 
 def _missions_sheet(document: Row) -> Sheet:

@@ -31,6 +31,8 @@ SETTINGS = click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
 TERMS = click.option("--with", "terms", multiple=True, metavar="TERM[,TERM]",
                      help="Costs that the paper leaves out: mapping_survey, operator, remote_assistance, "
                      "on_site_assistance, battery_wear.")  # fmt: skip
+LOCALIZER = click.option("--localizer", help="Localizer instead of the stack's own, such as gps-ekf or amcl; "
+                         "docs/localization.md lists them.")  # fmt: skip
 _WHERE = (
     click.option("--workers", type=int,
                  help="Processes, or deliveries at a time on a cluster; default: one per core, or per worker of it."),

@@ -1,19 +1,18 @@
 """The command ``navbench paper``: the cost model applied to what the paper measured."""
 
 import dataclasses
-import json
-import sys
 from typing import Any
 
 import click
 from rich.console import Console
 
 from harness.cli.options import JSON, PRICES
+from harness.cli.streams import print_json
 from harness.economics.break_even import Thresholds, thresholds
 from harness.economics.cost_model import price
 from harness.economics.prices import Prices, load_prices
 from harness.report.published import PublishedMethod, load_published, published_columns
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import render_tables, report_console
 
 
@@ -24,10 +23,9 @@ def paper(prices: str, as_json: bool) -> None:
     """Print the paper's two tables from its published measurements, and its thresholds."""
     loaded = load_prices(prices)
     if as_json:
-        json.dump(paper_document(loaded), sys.stdout, indent=2)
-        sys.stdout.write("\n")
+        print_json(paper_document(loaded))
     else:
-        print_paper(report_console(sys.stdout), loaded)
+        print_paper(report_console(), loaded)
 
 
 def paper_document(prices: Prices) -> dict[str, Any]:
@@ -63,8 +61,7 @@ def _thresholds(limits: Thresholds) -> Sheet:
         ("Property contact", "fee / mean damage of the four published types", _percent(limits.property_contact_rate)),
         ("Physical assistance", "fee / repair per event", _percent(limits.physical_assistance_rate)),
     )
-    title = "Per-component break-even thresholds: more than this, alone, eats up the delivery fee"
-    return Sheet(title, ("Component", "Formula", "Above"), rows, texts=2)
+    return declared("thresholds", rows)
 
 
 def _percent(rate: float) -> str:

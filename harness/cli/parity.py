@@ -1,6 +1,5 @@
 """The command ``navbench parity``: the certificate that navstack computes what Nav2's own C++ computes."""
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -11,9 +10,10 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.cli.options import JSON
+from harness.cli.streams import print_json
 from harness.parity.certificate import PartResult, certify, document, passes
 from harness.parity.golden import GoldenError, read_folder
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import declared, print_sheet
 from harness.report.tables import report_console
 
 DEFAULT_FOLDER = Path("tests/golden")
@@ -38,9 +38,9 @@ def parity(folder: Path | None, as_json: bool) -> None:
     if not results:
         raise GoldenError(f"golden folder '{folder}' holds no case of any part; see docs/parity.md for their names")
     if as_json:
-        sys.stdout.write(json.dumps(document(results), indent=2, allow_nan=False) + "\n")
+        print_json(document(results))
     else:
-        print_certificate(results, report_console(sys.stdout))
+        print_certificate(results, report_console())
     if passes(results):
         return
     deviations = [deviation for result in results for deviation in result.deviations if not deviation.is_explained]
@@ -65,8 +65,7 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
         unexplained = len(result.deviations) - explained - not_compared
         counts = (result.cases, result.equal, explained, unexplained, not_compared)
         rows.append((result.part, *map(str, counts), largest))
-    headers = ("Part", "Cases", "Equal", "Explained", "Unexplained", "Not compared", "Largest deviation")
-    print_sheet(Sheet("Parity with Nav2's own C++: recorded inputs, run through navstack", headers, rows), console)
+    print_sheet(declared("parity", rows), console)
     deviations = [deviation for result in results for deviation in result.deviations]
     kinds = {
         "Explained deviations": (True, True),

@@ -116,10 +116,10 @@ def plan_command(request: Request) -> int:
         document = plan_document(ends, answers) | {"map": task.map_name, "seed": request.seed}
         sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
     else:
-        console = report_console(sys.stdout)
+        console = report_console()
         render_plan(ends, answers, request.smoother, console)
         if request.picture is not None:
-            console.print(f"picture: {request.picture}", markup=False, soft_wrap=True)
+            console.print(f"picture: {request.picture}", soft_wrap=True)
     return 0 if any(answer.path is not None for answer in answers) else 1
 
 

@@ -1,12 +1,10 @@
 """The command ``navbench price``: a finished run at other prices, without simulating again."""
 
-import json
-import sys
-
 import click
 
 from harness.analysis.repricing import choose, document, reprice
 from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from harness.cli.streams import print_json
 from harness.report.repriced import print_repriced
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
@@ -36,6 +34,6 @@ def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[
     if not results:
         raise InputError(f"run folder '{stored.folder}' has no finished delivery; there is nothing to price")
     if as_json:
-        sys.stdout.write(json.dumps(document(stored, results, choices), indent=2, allow_nan=False) + "\n")
+        print_json(document(stored, results, choices))
         return
-    print_repriced(stored, results, choices, report_console(sys.stdout))
+    print_repriced(stored, results, choices, report_console())

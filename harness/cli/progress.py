@@ -74,39 +74,28 @@ def shown(progress: Progress, tells_end: bool = True) -> Iterator[None]:
         with Live(progress, console=console, refresh_per_second=2.0):
             yield
         return
-    teller = _Teller(progress)
+    said, stopped = progress.text, threading.Event()
+
+    def tell() -> None:
+        nonlocal said
+        if (text := progress.text) != said:
+            sys.stderr.write(f"{text}\n")
+            sys.stderr.flush()
+        said = text
+
+    def tell_now_and_then() -> None:
+        while not stopped.wait(LINE_PERIOD):
+            tell()
+
+    teller = threading.Thread(target=tell_now_and_then, daemon=True)
     teller.start()
     try:
         yield
     finally:
-        teller.stop(tells_end)
-
-
-class _Teller(threading.Thread):
-    """Writes a line every ten seconds, and where it ended."""
-
-    def __init__(self, progress: Progress) -> None:
-        super().__init__(daemon=True)
-        self._progress, self._stopped = progress, threading.Event()
-        self._said = progress.text
-
-    def run(self) -> None:
-        """Until it is stopped."""
-        while not self._stopped.wait(LINE_PERIOD):
-            self._tell()
-
-    def stop(self, tells_end: bool) -> None:
-        """Tell the last of it, if that is wanted."""
-        self._stopped.set()
-        self.join()
+        stopped.set()
+        teller.join()
         if tells_end:
-            self._tell()
-
-    def _tell(self) -> None:
-        if (text := self._progress.text) != self._said:
-            sys.stderr.write(f"{text}\n")
-            sys.stderr.flush()
-        self._said = text
+            tell()
 
 
 @contextlib.contextmanager

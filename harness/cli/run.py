@@ -6,17 +6,14 @@ from typing import Any
 
 import click
 
-from harness.cli.options import refuse_others, study_options
+from harness.cli.options import LOCALIZER, refuse_others, study_options
 from harness.study.places import Where
 
 
 @click.command()
 @click.option("--stack", "stacks", multiple=True, default=("nav2-gps",), show_default=True,
               help="A name of params/stacks, a stack file or a Nav2 parameter file; repeatable.")  # fmt: skip
-@click.option(
-    "--localizer",
-    help="Localizer instead of the stack's own, such as gps-ekf or amcl; docs/localization.md lists them.",
-)
+@LOCALIZER
 @study_options
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",

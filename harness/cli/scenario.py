@@ -1,6 +1,5 @@
 """The command ``navbench scenario``: situations written down as data, driven and judged."""
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.cli.options import JSON
+from harness.cli.streams import print_json
 from harness.report.tables import report_console, report_table
 from harness.scenarios.runner import Result, run_scenario
 from navstack.errors import InputError
@@ -36,9 +36,9 @@ def scenario(files: tuple[Path, ...], everything: bool, as_json: bool) -> None:
     """
     results = [run_scenario(path) for path in _chosen(files, everything)]
     if as_json:
-        sys.stdout.write(json.dumps(document(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        print_json(document(results), ensure_ascii=False)
     else:
-        print_results(results, report_console(sys.stdout))
+        print_results(results, report_console())
     others = [result.path.stem for result in results if not result.as_expected]
     if others:
         sys.stderr.write(f"navbench: not as expected: {', '.join(others)}; see the checks, or 'expect' in the files\n")

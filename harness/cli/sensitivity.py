@@ -1,7 +1,5 @@
 """The command ``navbench sensitivity``: what the money of a finished run hangs on."""
 
-import json
-import sys
 from pathlib import Path
 
 import click
@@ -9,6 +7,7 @@ import click
 from harness.analysis.repricing import choose
 from harness.analysis.sensitivity import document, sensitivities
 from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
+from harness.cli.streams import print_json
 from harness.report.sensitivity import print_sensitivity
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
@@ -51,6 +50,6 @@ def sensitivity(
 
         figures = [str(path) for result in results for path in draw_figures(result, out)]
     if as_json:
-        sys.stdout.write(json.dumps(document(stored, results, choices, figures), indent=2, allow_nan=False) + "\n")
+        print_json(document(stored, results, choices, figures))
         return
-    print_sensitivity(results, figures, report_console(sys.stdout))
+    print_sensitivity(results, figures, report_console())

@@ -1,7 +1,9 @@
 """Standard output and error that are closed, full, or left by their reader."""
 
+import json
 import os
 import sys
+from typing import Any
 
 
 def provide_streams() -> None:
@@ -24,3 +26,12 @@ def lost_output() -> OSError | None:
         os.close(nowhere)
         return error
     return None
+
+
+def print_json(document: Any, ensure_ascii: bool = True) -> None:
+    """Write a JSON document on standard output.
+
+    Raises:
+        ValueError: it holds a number that is none; the document says null in its place.
+    """
+    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=ensure_ascii, allow_nan=False) + "\n")

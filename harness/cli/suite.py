@@ -1,7 +1,6 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 
@@ -17,9 +16,10 @@ from harness.cli.driving import (
 )
 from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
+from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
@@ -207,11 +207,11 @@ def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tup
 
 def _print(results: Results, path: Path, as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(json.dumps({**overview(results), "folder": str(path)}, indent=2, allow_nan=False) + "\n")
+        print_json({**overview(results), "folder": str(path)})
         return
-    console = report_console(sys.stdout)
+    console = report_console()
     print_sheet(_sheet(results), console)
-    console.print(f"suite folder: {path}, with its page index.md", markup=False, soft_wrap=True)
+    console.print(f"suite folder: {path}, with its page index.md", soft_wrap=True)
 
 
 def _sheet(results: Results) -> Sheet:
@@ -224,6 +224,4 @@ def _sheet(results: Results) -> Sheet:
         people = "own" if condition.pedestrians is None else str(condition.pedestrians)
         sla, margin = interval_text(each.interval("sla"), 3), interval_text(each.interval(MARGIN), 2)
         rows.append((*where, each.stack, people, str(each.n), str(each.errors), sla, margin))
-    headers = ("Map", "World", "Stack", "People", "n", "Errors", "SLA compliance", "Contribution margin ($/run)")
-    notes = ("[low, high]: 95 % interval, the seeds of a row together",)
-    return Sheet(results.suite.title, headers, rows, texts=3, notes=notes)
+    return declared("suite", rows, title=results.suite.title)

@@ -1,7 +1,6 @@
 """The command ``navbench tune``: from a Nav2 file to one that earns more, with proof on missions it never saw."""
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from harness.cli.options import condition_options, refuse_others
+from harness.cli.options import LOCALIZER, condition_options, refuse_others
+from harness.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,10 +41,7 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @click.command()
 @click.option("--stack", default=DEFAULT_STACK, show_default=True,
               help="What is tuned: a name of params/stacks, a stack file or a Nav2 parameter file.")  # fmt: skip
-@click.option(
-    "--localizer",
-    help="Localizer instead of the stack's own, such as gps-ekf or amcl; docs/localization.md lists them.",
-)
+@LOCALIZER
 @click.option("--space", "spaces", multiple=True, default=("dwb_critics",), show_default=True,
               help="What may change: a name of params/search_spaces or a YAML file; may be repeated.")  # fmt: skip
 @click.option("--objective", default="margin", show_default=True,
@@ -197,7 +194,7 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
                 say(f"interrupted {progress.when}; {kept}")
                 return INTERRUPTED
     if as_json:
-        sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+        print_json(document)
     else:
         report()
     if journal.errors:
@@ -252,7 +249,7 @@ def _explain(
     write_tuning(result, scores, explanation, command, path, again, lint)
 
     def report() -> None:
-        console = report_console(sys.stdout)
+        console = report_console()
         print_tuning(result, scores, explanation, command, path, console)
         _print_files(lint, again, path)
 

@@ -87,7 +87,8 @@ class ReplayLog:
         if brain.plan is not self._plan:
             self._plan = brain.plan
             self._plan_stamps.append(observation.stamp)
-            self._plans.append(_simplified(self._plan))
+            points = np.empty((0, 2)) if self._plan is None or len(self._plan) < 2 else self._plan.poses[:, :2]
+            self._plans.append(simplified(points, PLAN_TOLERANCE).astype(np.float32))
 
     def _keep(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
         odometry, belief = self._odometry, brain.belief or NOWHERE
@@ -168,12 +169,13 @@ def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
     return np.where(scaled <= FARTHEST_MM, scaled, NO_RETURN).astype(np.uint16)
 
 
-def _simplified(plan: Path | None) -> npt.NDArray[np.float32]:
-    """Corners (n, 2) [m] of a plan, without those that lie on the line between others."""
-    if plan is None or len(plan) < 2:
-        return np.empty((0, 2), np.float32)
-    line = shapely.simplify(shapely.linestrings(plan.poses[:, :2]), PLAN_TOLERANCE, preserve_topology=False)
-    return np.asarray(shapely.get_coordinates(line), dtype=np.float32)
+def simplified(points: FloatArray, tolerance: float) -> FloatArray:
+    """Corners (n, 2) [m] of a line, without those that lie within ``tolerance`` [m] of the line between others."""
+    if len(points) < 2:
+        return points
+    line = shapely.simplify(shapely.linestrings(points), tolerance, preserve_topology=False)
+    corners: FloatArray = shapely.get_coordinates(line)
+    return corners
 
 
 def _geometry(scan: LaserScan | None) -> FloatArray:

@@ -10,10 +10,9 @@ from harness.ablation.analysis import MARGIN, SURE, Ablation, Arm, Difference, E
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
 from harness.economics.valuation import OUTCOMES
 from harness.report.markdown import interval_text, number_text, p_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.statistics.interval import Interval
 
-OUTCOME_TITLES = ("SLA compliance", "Spoiled", "Timeout", "Phys. assistance")
 METRICS = {
     MARGIN: "margin [USD/run]",
     "sla": "SLA compliance",
@@ -43,8 +42,8 @@ def print_ablation(ablation: Ablation, figures: Sequence[Path], folder: Path, co
     for note in NOTES:
         console.print(Text(note, style="dim"))
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
-    console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
+    console.print(f"run folder: {folder}", soft_wrap=True)
 
 
 def _outcomes(ablation: Ablation) -> Sheet:
@@ -52,8 +51,7 @@ def _outcomes(ablation: Ablation) -> Sheet:
     for arm in ablation.arms:
         rates = [interval_text(arm.result.intervals.get(name), absent="not modelled") for name in OUTCOMES]
         rows.append((arm.name, str(arm.result.episodes), str(arm.result.errors), *rates))
-    title = f"{ablation.declaration.stack}, another localizer in each arm: how deliveries ended"
-    return Sheet(title, ("Arm", "n", "Errors", *OUTCOME_TITLES), rows)
+    return declared("ablation_outcomes", rows, stack=ablation.declaration.stack)
 
 
 def _money(ablation: Ablation) -> Sheet:
@@ -65,9 +63,7 @@ def _money(ablation: Ablation) -> Sheet:
         heading = number_text(arm.errors["heading_error_median_deg"].value)
         margin = interval_text(arm.margin, absent="undefined")
         rows.append((arm.name, sensors, position, tail, heading, margin, *investment))
-    errors = ("Error [m]", "95 % [m]", "Error [deg]")
-    headers = ("Arm", "Sensors", *errors, "Margin [USD/run]", "CAPEX [USD]", "BEP [runs]")
-    return Sheet("What they knew of their position, and what that earned", headers, rows, texts=2)
+    return declared("ablation_money", rows)
 
 
 def _investment(arm: Arm) -> tuple[str, str, str]:
@@ -99,8 +95,7 @@ def _differences(ablation: Ablation) -> Sheet:
             "--" if paired.needed is None else f"{paired.needed:,d}",
         )
         rows.append((difference.arm, difference.against, METRICS[difference.metric], *cells))
-    headers = ("Arm", "Against", "Metric", "Difference", "p Holm", "n", "Detectable", "Needed")
-    return Sheet("Differences on the same missions: arm minus the one that it is held against", headers, rows, texts=3)
+    return declared("ablation_differences", rows)
 
 
 def sentence(difference: Difference) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 
 Row = Mapping[str, Any]
 
@@ -26,18 +26,16 @@ def print_bench(rows: Sequence[Row], notes: Sequence[str], console: Console) -> 
 
 def _components(rows: Sequence[Row]) -> Sheet:
     """A line per component and reference."""
-    headers = ("component", "reference", "ours [ms]", "reference [ms]", "ratio", "quartiles", "n", "at most", "")
     lines = []
     for row in rows:
         numbers = map(_short, (row["ours_ms"], row["reference_ms"], row["ratio"]))
         span = f"{_short(row['low'])} to {_short(row['high'])}"
         lines.append((row["name"], row["reference"], *numbers, span, str(row["n"]), *_target(row)))
-    return Sheet("Components: ours / reference, processor time of one core", headers, lines, texts=2)
+    return declared("bench_components", lines)
 
 
 def _loops(rows: Sequence[Row]) -> Sheet:
     """A line per closed loop; ratios of one with another stand beside it."""
-    headers = ("loop", "x real time", "quartiles", "n", "by wall clock", "of the one before", "at least", "")
     lines = []
     for row in rows:
         relative = row.get("of_value_without") or row.get("of_one_worker")
@@ -46,7 +44,7 @@ def _loops(rows: Sequence[Row]) -> Sheet:
         span = f"{row['low']:.1f} to {row['high']:.1f}"
         cells = (f"{row['real_time_factor']:.1f}", span, str(row["n"]), "" if wall is None else f"{wall:.1f}", ratio)
         lines.append((row["name"], *cells, *_target(row)))
-    return Sheet("Closed loops: simulated seconds per second of one core's time", headers, lines)
+    return declared("bench_loops", lines)
 
 
 def _breakdown(rows: Sequence[Row]) -> Sheet:

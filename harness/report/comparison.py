@@ -6,7 +6,7 @@ from rich.text import Text
 from harness.analysis.compare import Compared, Comparison
 from harness.metrics.metric import Better
 from harness.report.markdown import bounds_text, number_text, p_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import declared, print_sheet
 
 SURE = 0.05  # adjusted p below which a side is called better
 
@@ -14,12 +14,11 @@ SURE = 0.05  # adjusted p below which a side is called better
 def print_comparison(comparison: Comparison, console: Console) -> None:
     """Print the differences, what they rest on, and what stands against comparing."""
     first, second = comparison.first, comparison.second
-    console.print(f"A: {first.run.folder} {first.stack.name}", markup=False, soft_wrap=True)
-    console.print(f"B: {second.run.folder} {second.stack.name}", markup=False, soft_wrap=True)
+    console.print(f"A: {first.run.folder} {first.stack.name}", soft_wrap=True)
+    console.print(f"B: {second.run.folder} {second.stack.name}", soft_wrap=True)
     console.print()
-    headers = ("Metric", "A", "B", "B - A", "95 % interval", "p", "p Holm", "n", "needed", "better")
     rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]
-    print_sheet(Sheet(f"B minus A over {comparison.pairs} common missions", headers, rows), console)
+    print_sheet(declared("comparison", rows, pairs=comparison.pairs), console)
     for note in _notes(comparison):
         console.print(Text(note, style="dim"))
 

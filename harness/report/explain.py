@@ -15,7 +15,7 @@ from harness.explain.words import alternatives_at, gaps_to, is_same
 from harness.metrics.columns import Row
 from harness.report.markdown import number_text
 from harness.report.names import COSTS
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from navstack.control.decision import RUNNER_UP, SLOWER
 
 WORDS_WIDTH = 100  # [characters]
@@ -65,7 +65,7 @@ def print_explanation(
     if saving is not None:
         _print_saving(saving, console)
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
 
 
 def _print_words(words: str, console: Console) -> None:
@@ -125,7 +125,7 @@ def _print_saving(saving: Saving, console: Console) -> None:
         values = (saving.costs[name], saving.new_costs[name], saving.difference(name))
         rows.append((TITLES.get(name, name), *map(number_text, values)))
     console.print()
-    print_sheet(Sheet("What the delivery comes to [USD]", ("", "as it was", "rewound", "difference"), rows), console)
+    print_sheet(declared("rewind", rows), console)
     for note in (_handed_over(saving), SHADOW, NO_PROOF):
         _print_words(note, console)
 

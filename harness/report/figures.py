@@ -80,12 +80,10 @@ def save_as(
         InputError: a file cannot be written.
     """
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     with rc_context(FONT | {"font.size": font_size}):
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
-        FigureCanvasAgg(figure)
         draw(figure)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # it is laid out now; saving would do it again for each file

@@ -65,7 +65,6 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones"
     Raises:
         InputError: the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     extent = _extent(scene)
@@ -74,7 +73,6 @@ def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones"
     height = inner * min(extent.depth / extent.width, 3.0)
     total = max(height + bottom + 0.15, 3.2)
     figure = Figure(figsize=(width, total), dpi=width_px / width)
-    FigureCanvasAgg(figure)
     axes = figure.add_axes((left / width, 1.0 - (height + 0.15) / total, inner / width, height / total))
     draw_scene(axes, scene)
     shown = VIEWS[view]

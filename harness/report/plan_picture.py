@@ -43,7 +43,6 @@ def draw_plan(
     Raises:
         InputError: the picture cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     points = [np.array([(pose.x, pose.y) for pose in ends])]
@@ -54,7 +53,6 @@ def draw_plan(
     legend = ROW_INCH * (math.ceil((found + 2) / LEGEND_COLUMNS) + 0.7)
     total = height + legend
     figure = Figure(figsize=(WIDTH_INCH, total), dpi=DPI)
-    FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, legend / total, 1.0, height / total))
     _draw_costmap(axes, costmap, low, high)
     for number, answer in enumerate(answers):

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from harness.plan.question import COST_WEIGHT, Answer
 from harness.report.markdown import number_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import declared, print_sheet
 from navstack.types import Pose2D
 
 DECIMALS = 6  # of numbers in the document
@@ -48,10 +48,9 @@ def _rounded(value: float | None) -> float | None:
 def render_plan(ends: Sequence[Pose2D], answers: Sequence[Answer], smoother: str | None, console: Console) -> None:
     """Print a table, and below it why a planner found nothing."""
     start, goal = ends
-    title = f"From ({start.x:.2f}, {start.y:.2f}) m to ({goal.x:.2f}, {goal.y:.2f}) m"
-    title += "" if smoother is None else f", paths smoothed by {smoother}"
-    headers = ("Planner", "Length [m]", "Clearance [m]", "Cost [m]", "Time [ms]", "First path [m]", "after [ms]")
-    print_sheet(Sheet(title, headers, [(answer.planner, *_cells(answer)) for answer in answers]), console)
+    rows = [(answer.planner, *_cells(answer)) for answer in answers]
+    smoothed = "" if smoother is None else f", paths smoothed by {smoother}"
+    print_sheet(declared("plan", rows, start=start, goal=goal, smoothed=smoothed), console)
     for answer in answers:
         if answer.why:
             console.print(Text(f"{answer.planner}: {answer.why.removeprefix(f'{answer.planner}: ')}"), soft_wrap=True)

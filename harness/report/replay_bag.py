@@ -64,7 +64,7 @@ def _fixed(arrays: Mapping[str, Any], grid: OccupancyGrid | None) -> Iterator[Me
     first = float(arrays["trace"][0, 0])
     part = None if grid is None else grid_around(grid, arrays["trace"])
     if part is not None:
-        yield "/map", "nav_msgs/msg/OccupancyGrid", first, _map(part, first)
+        yield _map(part, first)
     mount = _transform("base_link", "laser", first, Pose2D(*arrays["scan_geometry"][4:7].tolist()))
     yield "/tf_static", "tf2_msgs/msg/TFMessage", first, {"transforms": [mount]}
 
@@ -80,7 +80,6 @@ def _states(arrays: Mapping[str, Any], footprint: FloatArray) -> Iterator[Messag
     for row, odometry, spread in zip(arrays["trace"], arrays["odometry"], arrays["belief_covariance"], strict=True):
         stamp, true, believed = float(row[0]), Pose2D(*row[1:4].tolist()), Pose2D(*row[6:9].tolist())
         in_odom = Pose2D(*odometry[:3].tolist())
-        fields: Fields
         transforms = [
             _transform("odom", "base_link", stamp, in_odom),
             _transform("map", "base_link_true", stamp, true),
@@ -90,38 +89,29 @@ def _states(arrays: Mapping[str, Any], footprint: FloatArray) -> Iterator[Messag
             covariance = np.zeros((6, 6))
             covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = spread[[0, 1, 1, 2]]
             pose = {"pose": _pose(believed), "covariance": covariance.ravel()}
-            fields = {"header": _header("map", stamp), "pose": pose}
-            yield "/belief", "geometry_msgs/msg/PoseWithCovarianceStamped", stamp, fields
+            yield _stamped("/belief", "geometry_msgs/msg/PoseWithCovarianceStamped", "map", stamp, pose=pose)
         yield "/tf", "tf2_msgs/msg/TFMessage", stamp, {"transforms": transforms}
         twist = {"linear": {"x": float(odometry[3])}, "angular": {"z": float(odometry[4])}}
         fields = {"pose": {"pose": _pose(in_odom)}, "twist": {"twist": twist}, "child_frame_id": "base_link"}
-        yield "/odom", "nav_msgs/msg/Odometry", stamp, {"header": _header("odom", stamp), **fields}
-        truth = {"header": _header("map", stamp), "pose": _pose(true)}
-        yield "/ground_truth", "geometry_msgs/msg/PoseStamped", stamp, truth
+        yield _stamped("/odom", "nav_msgs/msg/Odometry", "odom", stamp, **fields)
+        yield _stamped("/ground_truth", "geometry_msgs/msg/PoseStamped", "map", stamp, pose=_pose(true))
         polygon = {"points": [{"x": x, "y": y} for x, y in footprint.tolist()]}
-        fields = {"header": _header("base_link_true", stamp), "polygon": polygon}
-        yield "/footprint", "geometry_msgs/msg/PolygonStamped", stamp, fields
+        yield _stamped("/footprint", "geometry_msgs/msg/PolygonStamped", "base_link_true", stamp, polygon=polygon)
         command = {"linear": {"x": float(row[9])}, "angular": {"z": float(row[10])}}
-        fields = {"header": _header("base_link", stamp), "twist": command}
-        yield "/cmd_vel", "geometry_msgs/msg/TwistStamped", stamp, fields
+        yield _stamped("/cmd_vel", "geometry_msgs/msg/TwistStamped", "base_link", stamp, twist=command)
 
 
 def _scans(arrays: Mapping[str, Any]) -> Iterator[Message]:
     least, increment, closest, farthest = arrays["scan_geometry"][:4].tolist()
     for stamp, scan in zip(arrays["scan_stamp"].tolist(), arrays["scan_mm"], strict=True):
-        yield (
-            "/scan",
-            "sensor_msgs/msg/LaserScan",
-            stamp,
-            {
-                "header": _header("laser", stamp),
-                "angle_min": least,
-                "angle_max": least + increment * (len(scan) - 1),
-                "angle_increment": increment,
-                "range_min": closest,
-                "range_max": min(farthest, FARTHEST_MM / 1000.0),
-                "ranges": np.where(scan == NO_RETURN, np.inf, scan / 1000.0),
-            },
+        yield _stamped(
+            *("/scan", "sensor_msgs/msg/LaserScan", "laser", stamp),
+            angle_min=least,
+            angle_max=least + increment * (len(scan) - 1),
+            angle_increment=increment,
+            range_min=closest,
+            range_max=min(farthest, FARTHEST_MM / 1000.0),
+            ranges=np.where(scan == NO_RETURN, np.inf, scan / 1000.0),
         )
 
 
@@ -133,7 +123,7 @@ def _plans(arrays: Mapping[str, Any]) -> Iterator[Message]:
             {"header": header, "pose": _pose(Pose2D(x, y, float(yaw)))}
             for (x, y), yaw in zip(plan.tolist(), headings, strict=True)
         ]
-        yield "/plan", "nav_msgs/msg/Path", stamp, {"header": header, "poses": poses}
+        yield _stamped("/plan", "nav_msgs/msg/Path", "map", stamp, poses=poses)
 
 
 def _headings(plan: FloatArray) -> FloatArray:
@@ -184,9 +174,14 @@ def _hit(number: int, event: Row) -> Fields:
     return {**marker, "type": SPHERE, "scale": {"x": 0.4, "y": 0.4, "z": 0.4}, "lifetime": {}}
 
 
-def _map(grid: OccupancyGrid, stamp: float) -> Fields:
+def _map(grid: OccupancyGrid, stamp: float) -> Message:
     size = {"resolution": grid.resolution, "width": grid.width, "height": grid.height, "origin": _pose(grid.origin)}
-    return {"header": _header("map", stamp), "info": size, "data": grid.data.ravel()}
+    return _stamped("/map", "nav_msgs/msg/OccupancyGrid", "map", stamp, info=size, data=grid.data.ravel())
+
+
+def _stamped(topic: str, kind: str, frame: str, stamp: float, **fields: Any) -> Message:
+    """A message whose type begins with a header."""
+    return topic, kind, stamp, {"header": _header(frame, stamp), **fields}
 
 
 def _header(frame: str, stamp: float) -> Fields:

@@ -9,7 +9,7 @@ from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import own_column, render_tables
 from harness.study.stored_run import StoredRun
 
@@ -26,7 +26,6 @@ ACCOUNTING_NOTE = (
     "impacts, without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
     "into it; shared: by its share of the closing speed. Property is the robot's in all. Outcomes stay."
 )
-HEADINGS = ("Pedestrian Safety", "Property Damage", "OPEX", "Margin")
 
 
 def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
@@ -38,20 +37,17 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
         print_sheet(_accountings(each), console)
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
     for each in results:
-        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}", markup=False)
+        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}")
         if each.stack.errors:
-            console.print(
-                f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out", markup=False
-            )
+            console.print(f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out")
         for name, term in each.valuation.terms.items():
             console.print(
                 f"{each.stack.name}: optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
                 f"{term.opex:.4f} $/run to OPEX",
-                markup=False,
             )
     for key, number in choices.settings.items():
-        console.print(f"set: {key} = {number:g}", markup=False)
-    console.print(f"run folder: {run.folder}", markup=False, soft_wrap=True)
+        console.print(f"set: {key} = {number:g}")
+    console.print(f"run folder: {run.folder}", soft_wrap=True)
 
 
 def risk_text(risk: Risk) -> str:
@@ -77,5 +73,4 @@ def _accountings(result: Repriced) -> Sheet:
         cells = [interval_text(found.intervals.get(term), absent="undefined") for term in VARIED]
         runs = found.break_even_runs
         rows.append((TITLES[name], *cells, "--" if runs is None else f"{runs:,.0f}"))
-    title = f"{result.stack.name}: the same contacts, accounted for in other ways ($/run)"
-    return Sheet(title, ("Accounting", *HEADINGS, "BEP (runs)"), rows)
+    return declared("accountings", rows, stack=result.stack.name)

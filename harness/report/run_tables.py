@@ -25,27 +25,25 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
         if result.valuation is not None
     ]
     if not columns:
-        console.print(f"no delivery finished; run folder: {folder}", markup=False)
+        console.print(f"no delivery finished; run folder: {folder}")
         return
     published = [column for column in published_columns(load_published(), prices) if column.title == PUBLISHED_BESIDE]
     render_tables([*columns, *published], console)
     console.print()
     render_table(further_metrics(), columns, console)
-    console.print(_world_of(study), markup=False)
+    console.print(_world_of(study))
     for result in results:
         if result.valuation is None:
-            console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors", markup=False)
+            console.print(f"{result.stack.name}: no delivery finished, {result.errors} errors")
             continue
         runs = result.valuation.economics.break_even_runs
         if runs is not None and runs > prices.robot_life_runs:
             life = f"{prices.robot_life_runs:,.0f}"
-            console.print(f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs", markup=False)
-        console.print(f"{result.stack.name}: {risk_text(result.valuation.risk)}", markup=False)
+            console.print(f"{result.stack.name}: breaks even only beyond the robot's life of {life} runs")
+        console.print(f"{result.stack.name}: {risk_text(result.valuation.risk)}")
         errors = f", {result.errors} ended in an error" if result.errors else ""
-        console.print(
-            f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}", markup=False
-        )
-    console.print(f"run folder: {folder}", markup=False, soft_wrap=True)
+        console.print(f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}")
+    console.print(f"run folder: {folder}", soft_wrap=True)
 
 
 def _world_of(study: Study) -> str:

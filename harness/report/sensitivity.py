@@ -6,14 +6,14 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.analysis.sensitivity import STATED, Sensitivity, quantiles
-from harness.report.sheet import Sheet, print_sheet
+from harness.report.sheet import Sheet, declared, print_sheet
 
 
 def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], console: Console) -> None:
     """Print the tornado and the break-even distribution of each stack."""
     for result in results:
         print_sheet(_tornado(result), console)
-        console.print(f"{result.stack.name}: {_break_even(result)}", markup=False)
+        console.print(f"{result.stack.name}: {_break_even(result)}")
         console.print()
     console.print(
         Text(
@@ -23,7 +23,7 @@ def print_sensitivity(results: Sequence[Sensitivity], figures: Sequence[str], co
         )
     )
     for figure in figures:
-        console.print(f"figure: {figure}", markup=False, soft_wrap=True)
+        console.print(f"figure: {figure}", soft_wrap=True)
 
 
 def _tornado(result: Sensitivity) -> Sheet:
@@ -32,9 +32,7 @@ def _tornado(result: Sensitivity) -> Sheet:
         numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
         money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
         rows.append((bar.price, bar.unit, "source" if bar.range == STATED else "", *numbers, *money))
-    title = f"{result.stack.name}: profit {result.profit:.3f} $/run; between the ends of each price's range"
-    headers = ("Price", "unit", "range", "low", "value", "high", "profit at low", "at high", "swing")
-    return Sheet(title, headers, rows, texts=3)
+    return declared("tornado", rows, stack=result.stack.name, profit=result.profit)
 
 
 def _break_even(result: Sensitivity) -> str:

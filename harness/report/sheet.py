@@ -1,8 +1,10 @@
 """A table of text, which a terminal and a Markdown page show alike."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.text import Text
@@ -10,6 +12,7 @@ from rich.text import Text
 from harness.report.tables import print_table, report_table
 
 SENTENCE = 80  # [characters] at which sentences in a table are broken
+DECLARED = tomllib.loads(Path(__file__).with_name("sheets.toml").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +24,22 @@ class Sheet:
     rows: Sequence[Sequence[str]]  # an empty one is a line between those above and below
     texts: int = 1  # columns of text; where all are, the last one holds sentences
     notes: Sequence[str] = ()
+
+
+def declared(name: str, rows: Sequence[Sequence[str]], *more: str, columns: Sequence[str] = (), **values: Any) -> Sheet:
+    """A table of ``sheets.toml``.
+
+    Args:
+        name: of the table there.
+        rows: its cells.
+        more: notes after those that always stand there.
+        columns: headers after those that always stand there.
+        values: what its texts have in braces.
+    """
+    entry = DECLARED[name]
+    headers, notes = ([text.format(**values) for text in entry.get(key, ())] for key in ("headers", "notes"))
+    title = entry["title"].format(**values)
+    return Sheet(title, (*headers, *columns), rows, entry.get("texts", 1), (*notes, *more))
 
 
 def print_sheet(sheet: Sheet, console: Console) -> None:

@@ -1,6 +1,7 @@
 """The paper's two result tables on a console, for any mix of one's own runs and published columns."""
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import TextIOWrapper
@@ -13,9 +14,9 @@ from rich.table import Table
 from rich.text import Text
 
 from harness.economics.cost_model import Economics, Measured
-from harness.economics.valuation import Valuation
+from harness.economics.valuation import OUTCOMES, Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
-from harness.report.table_rows import LAYOUTS, NOT_MODELLED, RATES, Layout, Row
+from harness.report.table_rows import LAYOUTS, NOT_MODELLED, Layout, Row
 from harness.statistics.interval import Interval, wilson_interval
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
@@ -52,7 +53,7 @@ class Column:
             return None
         if key in self.intervals:
             return self.intervals[key]
-        return wilson_interval(round(value * self.n), self.n) if key in RATES else None
+        return wilson_interval(round(value * self.n), self.n) if key in OUTCOMES else None
 
 
 def own_column(title: str, valuation: Valuation, n: int) -> Column:
@@ -70,11 +71,12 @@ class QuietConsole(Console):
         os.dup2(nowhere, self.file.fileno())
 
 
-def report_console(stream: TextIO) -> Console:
-    """A console of a terminal's own width and colours, or plain text of a fixed width."""
+def report_console(stream: TextIO | None = None) -> Console:
+    """A console of a terminal's own width and colours, or plain text of a fixed width; by default standard output."""
+    stream = stream or sys.stdout
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")  # a Δ on an ASCII terminal is no reason to stop
-    return QuietConsole(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False)
+    return QuietConsole(file=stream, width=None if stream.isatty() else PLAIN_WIDTH, highlight=False, markup=False)
 
 
 def report_table(title: str | None = None) -> Table:
@@ -182,7 +184,7 @@ def table_notes(columns: Sequence[Column]) -> list[str]:
         notes.append(
             f"{NOT_MODELLED}: the cargo was not simulated; every sum that depends on it is undefined, not zero."
         )
-    if any(column.interval(key) for column in columns for key in RATES):
+    if any(column.interval(key) for column in columns for key in OUTCOMES):
         notes.append(
             "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over missions for means (none "
             "where all deliveries gave the same: that tells nothing of rare events). Of money the end that is worse "

@@ -44,7 +44,7 @@ def print_tuning(
         print_sheet(sheet, console)
     for line in summary(study, explanation):
         console.print(Text(line))
-    console.print(f"report: {folder / REPORT}", markup=False, soft_wrap=True)
+    console.print(f"report: {folder / REPORT}", soft_wrap=True)
 
 
 def write_tuning(

@@ -7,7 +7,7 @@ from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.valuation import CENT
 from harness.metrics.columns import Row
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text
-from harness.report.sheet import Sheet
+from harness.report.sheet import Sheet, declared
 from harness.report.tuning_text import step_title, value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
@@ -18,6 +18,11 @@ from harness.tuning.partings import Parting, sentence
 from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 from harness.tuning.waterfall import Step
+
+ADDED = (
+    "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be tested: "
+    "for lower_bound their margins, for cvar these and what exceeds the original's tail."
+)
 
 
 def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]) -> list[Sheet]:
@@ -99,18 +104,9 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
             missed += _missed(name, title, score["shortfall"])
     if explanation.optimism_usd_per_run is not None:
         rows.append(("margin", "optimism", "", "", "", interval_text(explanation.optimism_usd_per_run), "", ""))
-    headers = ("Quantity", "Missions", "n", "Original", "Tuned", "Difference", "p", "Needed")
-    notes: tuple[str, ...] = (
-        "Margins, cvar and lower_bound in USD/run. [low, high]: 95 % bootstrap interval over missions, on the same "
-        "ones for both; p: paired sign-flip test (McNemar's for shares); needed: missions that would resolve such a "
-        "difference. Optimism: the margin's difference on training missions less that on test missions.",
-    )
     if {"cvar", "lower_bound"} & {row[0] for row in rows}:
-        notes += (
-            "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be "
-            "tested: for lower_bound their margins, for cvar these and what exceeds the original's tail.",
-        )
-    return Sheet("What it brings", headers, rows, texts=2, notes=(*notes, *missed))
+        missed.insert(0, ADDED)
+    return declared("tuning_scores", rows, *missed)
 
 
 def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
@@ -132,48 +128,31 @@ def _finals(study: StudyResult) -> Sheet:
         )
         for each in study.finals
     ]
-    headers = (f"Final choice: {study.objectives[0]}", "In training", "In the final choice", "Missions")
-    notes = (
-        "The best trials and the original on training missions that had no part in choosing them, the best first; the "
-        "worse half of the trials drops out after each round. What trials lose here is the luck of having been chosen.",
-    )
-    return Sheet("The final choice", headers, rows, notes=notes)
+    return declared("tuning_finals", rows, objective=study.objectives[0])
 
 
 def _front(study: StudyResult) -> Sheet:
     """What a Pareto study has to offer."""
-    if len(study.objectives) < 2:
-        return Sheet("", (), ())
     rows = [
         (f"trial {number}" if number else "original", *(f"{value:.4g}" for value in study.trials[number].values))
         for number in sorted(study.front, key=lambda number: -study.trials[number].values[0])
+        if len(study.objectives) > 1
     ]
-    notes = (
-        "Trials that no other beats in every objective, on training missions; larger is better in each. Their files "
-        "are in front/. What follows is of the one that is best in the first objective; try others with navbench run.",
-    )
-    return Sheet("The Pareto front", ("Trial", *study.objectives), rows, notes=notes)
+    return declared("tuning_front", rows, columns=study.objectives)
 
 
 def _bests(explanation: Explanation) -> Sheet:
     """How the best so far changed, under every accounting."""
     names = [name for name in ACCOUNTINGS if all(name in best.margins for best in explanation.history)]
-    if len(explanation.history) < 2 or not names:
-        return Sheet("", (), ())
     rows = [
         (
             f"trial {best.number}" if best.number else "original",
             interval_text(best.score),
             *(f"{best.margins[name]:.2f}" for name in names),
         )
-        for best in explanation.history
+        for best in (explanation.history if len(explanation.history) > 1 and names else ())
     ]
-    headers = ("Best so far", "Objective", *(name.replace("_", " ") for name in names))
-    notes = (
-        "Each trial that was the best when it was driven: its objective with its 95 % interval, and its margin "
-        "[USD/run] on the same training missions under every accounting of contacts.",
-    )
-    return Sheet("The best of the search, scored anew", headers, rows, notes=notes)
+    return declared("tuning_bests", rows, columns=[name.replace("_", " ") for name in names])
 
 
 def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
@@ -190,12 +169,7 @@ def _changes(study: StudyResult, ranked: Sequence[Importance]) -> Sheet:
         if is_list(each.original):
             allowed = f"{len(each.choices)} lists"
         rows.append((each.name, each.paths[0], value_text(each.original), value, allowed, each.unit, importance))
-    headers = ("Parameter", "Path", "Old", "New", "Range", "Unit", "Importance")
-    notes = (
-        "Importance: PED-ANOVA's share in what makes a trial one of the best quarter, with its bootstrap interval over "
-        "trials; (chance): no more than parameters without effect reach in 1 of 20 studies. --: too few trials.",
-    )
-    return Sheet("What changed", headers, rows, texts=2, notes=notes)
+    return declared("tuning_changes", rows)
 
 
 def _waterfall(explanation: Explanation) -> Sheet:
@@ -206,11 +180,7 @@ def _waterfall(explanation: Explanation) -> Sheet:
     rows += [_step(step) for step in found.steps]
     rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
     kind = "unseen test" if found.unseen else "training"
-    notes = (
-        f"Exact Shapley values on {found.missions} {kind} missions, each driven with every mixture of old and new "
-        f"values ({found.episodes} deliveries); 95 % bootstrap intervals over missions. The steps add up to the total.",
-    )
-    return Sheet("From the old margin to the new [USD/run]", ("Step", "Margin", "95 %"), rows, notes=notes)
+    return declared("tuning_waterfall", rows, missions=found.missions, kind=kind, episodes=found.episodes)
 
 
 def _step(step: Step) -> tuple[str, str, str]:
@@ -220,19 +190,12 @@ def _step(step: Step) -> tuple[str, str, str]:
 
 
 def _set_back(explanation: Explanation) -> Sheet:
-    rows = [_step(step) for step in explanation.set_back]
-    notes = (
-        "The tuned file's margin less that of the same file with this one value as it was, on the missions above. "
-        "Unlike the steps above these do not add up; one whose interval holds zero brings nothing that can be told.",
-    )
-    return Sheet("What each new value brings beside all others [USD/run]", ("Value", "Margin", "95 %"), rows, 1, notes)
+    return declared("tuning_set_back", [_step(step) for step in explanation.set_back])
 
 
 def _components(explanation: Explanation) -> Sheet:
     rows = [(each.what, *_both(each, 5 if key == "electricity" else 2)) for key, each in explanation.components.items()]
-    notes = ("What is paid counts negative; all but the last add up to the last.",)
-    headers = ("Cost component [USD/run]", "Original", "Tuned", "Difference", "p")
-    return Sheet("Where the money comes from", headers, rows, notes=notes)
+    return declared("tuning_components", rows)
 
 
 def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
@@ -243,9 +206,7 @@ def _both(found: Evidence, digits: int = 2) -> tuple[str, ...]:
 
 def _accountings(explanation: Explanation) -> Sheet:
     rows = tuple((name.replace("_", " "), *_both(each)) for name, each in explanation.audit.scores.items())
-    notes = ("The same deliveries under other accountings of contacts; docs/money.md says what each of them counts.",)
-    headers = ("Margin [USD/run] if contacts count as", "Original", "Tuned", "Difference", "p")
-    return Sheet("Scored anew: no contact threshold, and by whose fault", headers, rows, notes=notes)
+    return declared("tuning_accountings", rows)
 
 
 def _interactions(explanation: Explanation) -> Sheet:
@@ -253,10 +214,7 @@ def _interactions(explanation: Explanation) -> Sheet:
         (" x ".join(each.names), f"{100.0 * each.variance_share:.1f} %", p_text(each.p_holm))
         for each in explanation.interactions
     ]
-    notes = (
-        "Share of the variance of the trials' ranks that the product of two parameters explains beyond each by itself.",
-    )
-    return Sheet("Parameters that act together", ("Pair", "Variance", "p Holm"), rows, notes=notes)
+    return declared("tuning_interactions", rows)
 
 
 def _checks(explanation: Explanation) -> Sheet:
@@ -264,10 +222,10 @@ def _checks(explanation: Explanation) -> Sheet:
         (check.title, check.state.upper() if check.is_flagged else check.state, check.says)
         for check in explanation.audit.checks
     ]
-    notes = tuple(
+    notes = (
         f"{check.title}: a gap, because {check.why}. What to do: {check.advice}." for check in explanation.audit.flagged
     )
-    return Sheet("The auditor", ("Check", "State", "What it found"), rows, texts=3, notes=notes)
+    return declared("tuning_checks", rows, *notes)
 
 
 def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
@@ -275,10 +233,7 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
         (f"seed {each.seed}, delivery {each.episode}", f"{each.difference_usd:+.2f}", sentence(each))
         for each in partings
     ]
-    notes = tuple(each.replay(command) for each in partings)
-    return Sheet(
-        "Missions where the two files part ways [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
-    )
+    return declared("tuning_partings", rows, *(each.replay(command) for each in partings))
 
 
 def _p(p: float, difference: Interval) -> str:

@@ -66,7 +66,7 @@ def test_rows_that_differ_are_named(check_speed: ModuleType, capsys: pytest.Capt
 
 def test_a_folder_without_the_program_is_not_compared(check_speed: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(check_speed.Failure, match="holds no version"):
-        check_speed.Process(tmp_path)
+        check_speed.Driver(tmp_path)
     with pytest.raises(check_speed.Failure, match="neither a commit"), check_speed.version("no-such-commit", ROOT):
         pass
 

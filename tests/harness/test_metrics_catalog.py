@@ -8,7 +8,7 @@ from harness.metrics.catalog import EPISODE_METRICS, FACTS, RUN_METRICS
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.metrics.metric import Metric
 from harness.metrics.summary import summarize
-from harness.report.table_rows import SIMULATION_EVALUATION, further_metrics
+from harness.report.table_rows import LAYOUTS, further_metrics
 
 
 def test_no_column_and_no_mean_is_declared_twice() -> None:
@@ -35,6 +35,6 @@ def test_the_papers_table_is_whole() -> None:
 
 def test_every_row_of_the_tables_is_declared() -> None:
     declared = {metric.key for metric in RUN_METRICS} | {metric.mean_key for metric in EPISODE_METRICS}
-    for layout in (SIMULATION_EVALUATION, further_metrics()):
+    for layout in (LAYOUTS[0], further_metrics()):
         assert {row.key for section in layout.sections for row in section.rows} <= declared
     assert {metric.key for metric in RUN_METRICS} >= set(OUTCOMES)

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 
 from harness.economics.accountings import COUNTED, EVENT
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY
+from harness.metrics.replay_log import simplified
 from harness.report.page.entries import Entry
 from harness.report.replay import contacts_shown
 from navstack.types import FloatArray
@@ -107,10 +107,6 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
 
 def trajectory(trace: FloatArray) -> list[int]:
     """Where a recorded delivery drove: x and y in turn, in centimetres, each less the one before."""
-    points = trace[:, 1:3]
-    if len(points) > 1:
-        line = shapely.simplify(shapely.linestrings(points), PATH_TOLERANCE, preserve_topology=False)
-        points = shapely.get_coordinates(line)
-    whole = np.rint(100.0 * points).astype(np.int64)
+    whole = np.rint(100.0 * simplified(trace[:, 1:3], PATH_TOLERANCE)).astype(np.int64)
     steps: list[int] = np.diff(whole, axis=0, prepend=0).ravel().tolist()
     return steps

@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 
-from harness.metrics.replay_log import NO_RETURN
+from harness.metrics.replay_log import NO_RETURN, simplified
 from navstack.errors import InputError
 from navstack.files import check_regular
 from navstack.types import FloatArray
@@ -179,12 +178,7 @@ def encode(arrays: Mapping[str, Any], fineness: Fineness) -> str:
 def _plans(arrays: Mapping[str, Any]) -> list[FloatArray]:
     """Corners (n, 2) of each plan [m], as few as tell it."""
     corners = np.split(arrays["plan_xy"].astype(np.float64), np.cumsum(arrays["plan_size"])[:-1])
-    return [
-        shapely.get_coordinates(shapely.simplify(shapely.linestrings(plan), PLAN_TOLERANCE, preserve_topology=False))
-        if len(plan) > 2
-        else plan
-        for plan in corners
-    ]
+    return [simplified(plan, PLAN_TOLERANCE) for plan in corners]
 
 
 def _with_yaw(poses: FloatArray) -> FloatArray:
