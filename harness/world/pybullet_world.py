@@ -18,6 +18,7 @@ from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
 from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
+from harness.world.impulse_limit import limited, shove
 from harness.world.motion_kernels import base_state, is_shaken, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
@@ -183,7 +184,7 @@ class PyBulletWorld(World):
         if dx * dx + dy * dy >= self._clear_squared:
             at_step, near = self._look_around(x, y)
         if in_company:
-            near = self._crowd.before_step(x, y) or near
+            near = self._crowd.before_step(self._body, x, y, self._steps) or near
         self._apply_forces(speed, yaw_rate)
         before = Motion(self._position, self._velocity, self._spin) if near else None
         bullet.stepSimulation(self._client)
@@ -247,6 +248,8 @@ class PyBulletWorld(World):
         ground = self._ground.bodies
         if before:
             points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
+            if most := self._params.pedestrian_bodies.max_contact_impulse:
+                points = self._limit(points, most)
             self._book.record(self.stamp, points, before)
         self._footing = self._feet.level_footing(is_touched=self._book.is_waiting)
         if at_step or self._is_tilted:
@@ -265,7 +268,17 @@ class PyBulletWorld(World):
                 continue
             touched = people.get(partner) or obstacles[partner]
             motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
+            distance = self._crowd.gaps.get(partner, distance)
             points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
+        return points
+
+    def _limit(self, points: list[ContactPoint], most: float) -> list[ContactPoint]:
+        """Take back what points with people gave the robot beyond ``most`` [N s] each."""
+        motion = Motion(self._position, self._velocity, self._spin)
+        points, change, turn = limited(points, most, motion, self._orientation, self._robot)
+        if any(change) or any(turn):
+            shove(self._client, self._body, change, turn, self._dt)
+            self._read_robot()
         return points
 
     def _base_state(self, before: BodyState) -> BodyState:
