@@ -109,8 +109,8 @@ class PedestrianParams:
                 raise UnknownNameError(what, given, known)
         if self.goal_choice == "in_turn" and self.model == "social_force":
             raise ParameterError(
-                "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would hang "
-                "on the robot: allowed with it is random"
+                "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would "
+                "hang on the robot: allowed with it is random"
             )
         if not 0 <= self.count <= MAX_PEDESTRIANS or not 1 <= self.goals <= MAX_GOALS:
             raise ParameterError(
