@@ -40,7 +40,7 @@ class Rules:
     max_tilt: float  # [rad]
     impulse_health: float  # [N s]
     spoiled_fraction: float  # share of the pieces
-    real_time_factor: float = 1.0  # [-] simulated seconds per second of wall time; clocks outside the simulation go by it
+    real_time_factor: float = 1.0  # [-] simulated seconds per second of wall time, by which the timeout counts
 
     def __post_init__(self) -> None:
         """Check what the types cannot.

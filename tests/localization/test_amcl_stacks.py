@@ -103,7 +103,7 @@ def test_planner_and_localizer_take_any_map_file(tmp_path, monkeypatch):
         np.testing.assert_array_equal(grid.data, drawn.data)
     assert planned[0][1] is None and planned[1][1] is not None
     file.write_text(text + "localization_map: gone.yaml\n", encoding="utf-8")
-    with pytest.raises(ParameterError, match=r"gone.yaml is not there; give a map_server YAML file, or one of geometry"):
+    with pytest.raises(ParameterError, match=r"gone.yaml is not there; give a map_server YAML file, or one"):
         load_stack(str(file))
 
 
