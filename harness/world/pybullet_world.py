@@ -19,6 +19,7 @@ from harness.world.engine import Server, bullet
 from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
 from harness.world.impulse_limit import limited, shove
+from harness.world.loose_cargo import LooseCargo
 from harness.world.motion_kernels import base_state, is_shaken, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
@@ -81,7 +82,7 @@ class PyBulletWorld(World):
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         self._feet = Feet(robot, params.physics.gravity)
         self._reach = robot.reach + 0.1  # [m] with what is closed within one step
-        self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
+        self._cargo = _make_cargo(params, robot, self._dt)
         self._bucket = np.zeros(12)  # of :func:`is_shaken`
         self._bucket[:3] = np.subtract(robot.bucket, robot.center_of_mass)
         self._bucket[6:9] = params.physics.rate, params.physics.gravity, params.cargo.wake_acceleration
@@ -300,3 +301,11 @@ class PyBulletWorld(World):
             cargo=self._cargo.state if self._cargo else None,
             motion_energy=self._work,
         )
+
+
+def _make_cargo(params: WorldParams, robot: RobotParams, dt: float) -> Cargo | None:
+    if not params.cargo.pieces:
+        return None
+    if params.cargo.bucket == "free":
+        return LooseCargo(params.cargo, params.physics.gravity, dt, robot)
+    return Cargo(params.cargo, params.physics.gravity, dt)

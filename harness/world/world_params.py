@@ -9,6 +9,7 @@ from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
 COUNTED_PER = ("partner", "point")
+BUCKETS = ("fixed", "free")
 MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
 MAX_GRAVITY = 100.0  # [m/s2]
 MAX_FRAME_STEPS = 120  # physics steps per rendered frame
@@ -114,13 +115,20 @@ class CargoParams:
     rolling_friction: float = 0.05  # [-] of a piece's radius; stands for the irregular shape; assumed
     wake_acceleration: float = 4.5  # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
     settle_time: float = 0.5  # [s] below it after which they rest again
+    bucket: str = "fixed"  # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
+    bucket_mass: float = 0.05  # [kg] of a free one: cardboard; assumed
+    bucket_friction: float = 0.5  # [-] Coulomb coefficient of a free one on the robot; PhysX's default
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
 
         Raises:
             ParameterError: a value out of range.
+            UnknownNameError: an unknown ``bucket``.
         """
+        if self.bucket not in BUCKETS:
+            raise UnknownNameError("cargo: bucket", self.bucket, BUCKETS)
+        check_ranges("cargo", self, positive="bucket_mass", not_negative="bucket_friction")
         if not 0 <= self.pieces <= MAX_PIECES:
             raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) to {MAX_PIECES}")
         if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
