@@ -284,3 +284,14 @@ def test_ground_truth_knows_the_pose():
     assert not belief.covariance.any()
     pose = Pose2D(5.0, 6.0, 0.5)
     assert localizer.update(Observation(5.0)).pose == pose
+
+
+@pytest.mark.parametrize("localizer", ["gps", "amcl"])
+def test_the_published_rows_come_with_and_without_people_in_the_scan(localizer):
+    """Nothing else differs."""
+    stacks = [load_stack(f"paper-{localizer}{variant}") for variant in ("", "-seen")]
+    blind, seeing = (load_dataclass(SensorParams, Path(stack.sensors)) for stack in stacks)
+    assert (blind.lidar.sees_people, seeing.lidar.sees_people) == (False, True)
+    assert dataclasses.replace(blind, lidar=dataclasses.replace(blind.lidar, sees_people=True)) == seeing
+    same = [dataclasses.replace(stack, title="", name="", sensors="") for stack in stacks]
+    assert same[0] == same[1]
