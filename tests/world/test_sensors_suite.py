@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
+from harness.task.stack import load_stack
 from harness.world.body_state import BodyState
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.scene import Obstacle, Scene
@@ -20,7 +21,7 @@ from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Observation, Pose2D
 
 NOBODY = np.empty((0, 4))
-PRESETS = ("rtk_good", "white_noise", "published", "rtk_urban", "consumer_gps")
+PRESETS = ("rtk_good", "white_noise", "published", "published_seen", "rtk_urban", "consumer_gps")
 NAMES = ("odometry", "imu", "gps", "lidar")
 
 
