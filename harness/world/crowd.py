@@ -26,9 +26,8 @@ class Crowd:
 
     Kinematic bodies follow the model whatever they hit. Dynamic ones move by a limited force and can be pushed. A model
     that takes pushes goes on from where its bodies are, step by step, and says where they are to be after the next one;
-    bodies of another model steer back to the way that it knows. Kinematic ones may move once
-    per rendered frame (:class:`BodyFrames`). A real person would also stumble and fall; these stay
-    upright.
+    bodies of another model steer back to the way that it knows. Kinematic ones may move once per rendered frame
+    (:class:`BodyFrames`). A real person would also stumble and fall; these stay upright.
     """
 
     ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
