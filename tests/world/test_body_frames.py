@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from laboratory import bullet
 
+from harness.storage.shipped import shipped
+from harness.world.world_params import WorldParams
 from navstack.errors import ParameterError
+from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D, Twist2D
 
 FRONT, RADIUS = 0.14, 0.3  # [m] of the robot ahead of its base origin, of a person
@@ -161,3 +164,14 @@ def test_who_appears_elsewhere_does_not_fly_there(lab, robot, params):
 def test_impossible_frames_are_refused(params, change):
     with pytest.raises(ParameterError, match=next(iter(change))):
         dataclasses.replace(params.pedestrian_bodies, **change)
+
+
+def test_version_2_has_the_published_frames_and_limits(robot):
+    """Frames of 1/30 s; and nobody stands in the robot when a delivery begins."""
+    world = load_dataclass(WorldParams, shipped("params") / "worlds" / "published_2.yaml")
+    bodies = world.pedestrian_bodies
+    assert bodies.frame_steps / world.physics.rate == pytest.approx(FRAME)
+    assert (bodies.max_contact_impulse, bodies.max_depenetration_speed, world.contacts.per) == (100.0, 1.0, "point")
+    assert (world.people.goals, world.people.goal_choice, world.people.beginning) == (200, "in_turn", "stationary")
+    corner = max(math.hypot(x, y) for x, y in robot.footprint)
+    assert corner + world.people.radius < world.people.start_clearance < corner + world.people.radius + 0.1
