@@ -1,4 +1,4 @@
-"""``navbench map``: make a sidewalk world, or show any map beside what is known of the paper's."""
+"""``navbench map``: make or import a sidewalk world, or show any map beside what is known of the paper's."""
 
 import sys
 from collections.abc import Mapping
@@ -16,6 +16,7 @@ from harness.report.tables import report_console
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.storage.files import require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
+from harness.world.map_import import ImportSettings, import_scene
 from harness.world.map_statistics import (
     GAP_PERCENTILES,
     PUBLISHED,
@@ -28,8 +29,9 @@ from harness.world.map_statistics import (
     measure_edges,
 )
 from harness.world.scene import Scene
-from harness.world.scene_io import check_map_name, load_scene, made_of, map_files
+from harness.world.scene_io import check_map_name, load_scene, made_of, map_files, save_scene
 from harness.world.sidewalk import write
+from navstack.costmap.map_io import load_map
 from navstack.errors import InputError, MapError, UnknownNameError
 
 MEASURES = (  # label, key of the document, form
@@ -51,11 +53,12 @@ Row = dict[str, Any]
 
 @click.group()
 def map() -> None:
-    """Make a sidewalk world, or show any map beside what is known of the paper's.
+    """Make a sidewalk world, import one, or show any map beside what is known of the paper's.
 
     \b
     Examples:
       navbench map new --seed 7 --name my_town --out my_maps
+      navbench map import --mesh mesh.yaml --geometry geometry.yaml --name my_town --out my_maps
       navbench map show my_maps/my_town.yaml --out town.png
       navbench map show sidewalk --view navmesh --out mesh.png --json
     """
@@ -74,14 +77,38 @@ def new(seed: int, name: str, out: Path) -> None:
     """
     if seed < 0:
         raise InputError(f"--seed {seed} is out of range; give 0 or more")
+    _require_new(name, out)
+    write(seed, out, name)
+    sys.stdout.write(f"{out / name}.yaml\n")
+
+
+def _require_new(name: str, out: Path) -> None:
+    """Check that a map of this name can be made in a folder, and make the folder."""
     check_map_name(name)
-    path = out / f"{name}.yaml"
     there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in made_of(name)), None)
     if there is not None:
         raise InputError(f"{there} exists already; give another --name or --out")
     require_folder(out)
-    write(seed, out, name)
-    sys.stdout.write(f"{path}\n")
+
+
+@map.command("import", help="Make a map of two map_server maps of one place, with roads and curbs; print its path.")
+@click.option("--mesh", type=click.Path(path_type=Path), required=True, help="YAML file: free where people walk.")
+@click.option("--geometry", type=click.Path(path_type=Path), required=True, help="YAML file: occupied where walls are.")
+@click.option("--name", required=True, help="The map's name: NAME.yaml and the files beside it.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path(), help="Folder; default: the current one.")
+@click.option("--curb", type=float, default=0.12, show_default=True, help="Height [m] of curbs; 0: level ground.")
+@click.option("--margin", type=float, default=0.3, show_default=True, help="Pavement [m] beyond the mesh.")
+def import_map(mesh: Path, geometry: Path, name: str, out: Path, curb: float, margin: float) -> None:
+    """Import a place and say which map it is.
+
+    Raises:
+        InputError: the name is no map's name, or such a map is there already.
+        MapError: a map or an option cannot be used, or the folder cannot be written.
+    """
+    settings = ImportSettings(curb_height=curb, margin=margin)
+    _require_new(name, out)
+    save_scene(import_scene(name, load_map(mesh), load_map(geometry), settings), out, name)
+    sys.stdout.write(f"{out / name}.yaml\n")
 
 
 @map.command("show", help="Measure MAP, a built-in map or a map_server YAML file, beside the paper's; draw it.")

@@ -10,9 +10,10 @@ import numpy as np
 from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
+from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
-from harness.task.stack import TRUTH, Stack
+from harness.task.stack import TRUTH, Stack, is_file
 from harness.task.study import EpisodeTask, is_recording
 from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
@@ -21,11 +22,12 @@ from harness.world.pybullet_world import PyBulletWorld
 from harness.world.replay_file import recording_text
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
-from harness.world.scene_io import load_scene
+from harness.world.scene_io import align, load_scene
 from harness.world.sensors import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
 from navstack.build import build_localizer, build_navigator, read_frequencies
+from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError
 from navstack.localization.localizer import Localizer
@@ -34,6 +36,7 @@ from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
 from navstack.params.tracker import TrackerParams
+from navstack.types import BoolArray
 
 REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
 CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
@@ -141,7 +144,8 @@ class Parts:
         if not task.stack.nav2_file:
             return Parked()
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
-        return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices)
+        factor = self.rules.real_time_factor
+        return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices, factor)
 
 
 @kept(2)
@@ -226,8 +230,10 @@ def steps_per_tick(nav2: Nav2File, rate: float) -> int:
 
 
 @kept(2)
-def _navigator(world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices) -> Navigator:
-    nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
+def _navigator(
+    world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices, real_time_factor: float
+) -> Navigator:
+    nav2 = on_wall_time(nav2_parameters(stack.nav2_file, allow_unknown), real_time_factor)
     return navigator_on(scene_of(map_name), world, stack, nav2, prices)
 
 
@@ -241,7 +247,7 @@ def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> Del
         contact_usd=tuple(injury_cost(np.maximum(CLOSING_SPEEDS, counted_speed), prices).tolist()),
         counted_speed=counted_speed,
         late_usd=2.0 * prices.delivery_fee.value,  # not earned, and paid back
-        time_limit=rules.timeout,
+        time_limit=rules.time_limit,
     )
 
 
@@ -267,13 +273,26 @@ def navigator_on(
     tracker = None
     if stack.tracker == TRUTH:
         tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
+    return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
+
+
+def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
+    """What planner and controller take for the static map; and the mask of where not to go that the world has for it.
+
+    Raises:
+        MapError: the stack names a file that is no map.
+    """
+    if is_file(stack.planning_map):
+        return align(load_map(stack.planning_map)), None
     if stack.planning_map == "navigation_mesh":
-        return build_navigator(nav2, localizer, scene.navigation_mesh, None, stops, prices, tracker)
-    return build_navigator(nav2, localizer, scene.geometry, scene.walkable.data != FREE, stops, prices, tracker)
+        return scene.navigation_mesh, None
+    return scene.geometry, scene.walkable.data != FREE
 
 
 def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
     name = stack.localization_map or stack.planning_map
+    if is_file(name):
+        return align(load_map(name))
     if name == "geometry":
         return scene.mapped_geometry
     return scene.navigation_mesh if name == "navigation_mesh" else scene.outlined_mesh

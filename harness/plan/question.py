@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import Parts
+from harness.episode.factory import Parts, planning_map
 from harness.plan.path_check import Obstacles
 from harness.task.study import EpisodeTask
 from navstack.build import build_global_costmap, robot_shape
 from navstack.costmap.costmap import Costmap
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.errors import PlanningError, UnknownNameError
 from navstack.params.extensions import algorithms
 from navstack.params.nav2_file.file import Nav2File
@@ -69,9 +69,8 @@ def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> Ground:
 
     A costmap that moves with the robot is centred on ``start``, without one on the map's lower left corner.
     """
-    parts, on_mesh = Parts(task), task.stack.planning_map == "navigation_mesh"
-    grid = parts.scene.navigation_mesh if on_mesh else parts.scene.geometry
-    keepout = None if on_mesh else parts.scene.walkable.data != FREE
+    parts = Parts(task)
+    grid, keepout = planning_map(parts.scene, task.stack)
     layered = build_global_costmap(parts.nav2, grid, keepout)
     layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from harness.episode.factory import Parts
 from harness.study.compile_ahead import compile_ahead
-from harness.task.stack import Stack
+from harness.task.stack import Stack, is_file
 from harness.task.study import Study
 from harness.world import glass, sky
 from harness.world.robot import RobotParams
@@ -62,9 +62,10 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
 def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
     """A note where keepout filters have no mask: neither from the file nor from the planning map."""
     names = keepout_filters_without_mask(nav2.parameters)
-    if stack.planning_map != "navigation_mesh" or not names:
+    if stack.planning_map == "geometry" or not names:
         return []
-    return [f"{stack.name}: without a mask, hence without effect: {', '.join(names)} (the mesh is walkable ground)"]
+    why = "a map file brings none" if is_file(stack.planning_map) else "the mesh is walkable ground"
+    return [f"{stack.name}: without a mask, hence without effect: {', '.join(names)} ({why})"]
 
 
 def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:

@@ -57,12 +57,12 @@ class Stack:
     title: str
     navigator: str
     localizer: str
-    planning_map: str  # of PLANNING_MAPS
+    planning_map: str  # of PLANNING_MAPS, or a map_server YAML file
     sensors: str
     carries: tuple[str, ...]
     robot: str
     nav2_file: str = ""  # empty for 'parked'
-    localization_map: str = ""  # of LOCALIZATION_MAPS; empty: the planning map
+    localization_map: str = ""  # of LOCALIZATION_MAPS, or such a file; empty: the planning map
     when_lost: str = "drive"  # of WHEN_LOST; Nav2 drives on
     injected: InjectedError = NO_ERROR  # on top of ground_truth
     tracker: str = ""  # ground_truth: people as they are; empty: as the Nav2 file's tracker sees them
@@ -95,6 +95,8 @@ def load_stack(
         name=path.stem,
         nav2_file=_beside(path, stack.nav2_file),
         localizer=stack.localizer if localizer is None else localizer,
+        planning_map=_beside(path, stack.planning_map),
+        localization_map=_beside(path, stack.localization_map),
         robot=_beside(path, stack.robot) if robot is None else robot,
         sensors=_beside(path, stack.sensors) if sensors is None else sensors,
     )
@@ -106,19 +108,31 @@ def localizer_names() -> tuple[str, ...]:
     return (TRUTH, *localizers())
 
 
+def is_file(name_or_file: str) -> bool:
+    """Whether what a stack names is a file, as :func:`resolve` tells it from a name of ``params``."""
+    given = Path(name_or_file)
+    return given.suffix in (".yaml", ".yml") or len(given.parts) > 1
+
+
 def _beside(path: Path, name_or_file: str) -> str:
     """What a stack's file names: a file, relative to that one, as an absolute path; a name of ``params`` as it is."""
-    given = Path(name_or_file)
-    is_file = given.suffix in (".yaml", ".yml") or len(given.parts) > 1  # as :func:`resolve` tells them apart
-    return str((path.parent / given).absolute()) if is_file else name_or_file
+    return str((path.parent / name_or_file).absolute()) if is_file(name_or_file) else name_or_file
+
+
+def _check_map(kind: str, given: str, known: Collection[str]) -> None:
+    """Refuse a map that is neither a name nor a file that there is."""
+    if not is_file(given):
+        _check(kind, given, known)
+    elif not Path(given).is_file():
+        raise ParameterError(f"{kind} {given} is not there; give a map_server YAML file, or one of {', '.join(known)}")
 
 
 def _with_paths(stack: Stack, path: Path) -> Stack:
     """Check the names and turn those of files into absolute paths."""
     _check("navigator", stack.navigator, NAVIGATORS)
     _check("localizer", stack.localizer, localizer_names())
-    _check("planning map", stack.planning_map, PLANNING_MAPS)
-    _check("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
+    _check_map("planning map", stack.planning_map, PLANNING_MAPS)
+    _check_map("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
     _check("when_lost", stack.when_lost, WHEN_LOST)
     _check("tracker", stack.tracker or TRUTH, (TRUTH,))
     for sensor in stack.carries:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.world.contacts import Touched
+from harness.world.contacts import Touched, Vector
 from harness.world.engine import bullet
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
@@ -22,6 +22,8 @@ from navstack.types import FloatArray
 
 ROBOT, FIXED, PERSON = 1, 2, 4  # collision groups
 
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_AT_REST = (0.0, 0.0, 0.0)
 _WALL = 0.05  # [m] thickness of the walls that stand for a polygon's edges
 _RECTANGLE_TOLERANCE = 1e-6  # [-] cosine of the corners
 
@@ -217,6 +219,12 @@ def add_person(client: int, shape: int, mass: float, friction: float) -> int:
     _set_dynamics(client, body, mass, (1e9, 1e9, 1e9), friction)
     bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
     return body
+
+
+def put_person(client: int, body: int, position: Vector, velocity: Vector) -> None:
+    """Set a person's body at ``position`` [m] and in motion [m/s], map frame."""
+    bullet.resetBasePositionAndOrientation(body, position, _UPRIGHT, client)
+    bullet.resetBaseVelocity(body, velocity, _AT_REST, client)
 
 
 def _rigid_body(client: int, mass: float, shape: int, position: tuple[float, float, float]) -> int:

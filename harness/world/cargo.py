@@ -5,14 +5,17 @@ acts on all pieces as an equal pseudo-force, its rotation is that of the bucket'
 of the bucket reach the pieces.
 
 Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular shape), without air
-drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot. Pieces that
+drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot, unless
+:mod:`harness.world.loose_cargo` lets it stand loose. Pieces that
 have left the bucket's surroundings are lost for good. Pieces are simulated only while the bucket is shaken or tilted
 beyond a threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not move.
 Lengths and accelerations are ten times the real ones, so that the contact solver's tolerances (about 1 mm)
 are small against a piece; times are real.
 """
 
+import dataclasses
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -26,6 +29,7 @@ from navstack.types import BoolArray, FloatArray
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Box = tuple[Vector, Vector]  # half extents, centre
 
 SCALE = 10.0  # lengths in the server per real length
 _WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
@@ -51,12 +55,13 @@ class Cargo:
         self._gravity = gravity
         self._dt = dt
         self._radius = params.piece_radius
+        self._standing = dataclasses.replace(params, bucket="fixed")  # in which the pieces were poured
         self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
     def reset(self, rng: np.random.Generator) -> None:
         """Fill the bucket; ``rng`` chooses among settled heaps and the eight ways to turn and mirror one."""
         pour, image = int(rng.integers(_POURS)), int(rng.integers(8))
-        heap = turned(settled_heap(self.params, self._gravity, self._dt, pour), image)
+        heap = turned(settled_heap(self._standing, self._gravity, self._dt, pour), image)
         self._heap = heap[is_inside(heap, self.params)]
         self._is_built = False  # in the server; many a delivery never shakes its cargo
         self._orientation: Quaternion = _LEVEL
@@ -111,10 +116,18 @@ class Cargo:
         if not self._is_built:
             self._server = self._server or Server()
             self._client = self._server.client
-            self._bucket, self._pieces = build(self._client, self.params, self._heap, self._radius, self._dt)
+            self._fill()
             self._is_built = True
         self._is_awake = True
         self._heading = _yaw(orientation) - self._bucket_yaw
+
+    def _fill(self) -> None:
+        """Build what is moved by hand, and the pieces."""
+        self._held, self._pieces = build(self._client, self.params, self._heap, self._radius, self._dt)
+
+    def _pose(self) -> tuple[Vector, Quaternion]:
+        """Where the centre of the bucket's floor is, in the server's lengths, and how it stands."""
+        return _REST, self._orientation
 
     def _rest(self) -> None:
         self._look()
@@ -130,7 +143,7 @@ class Cargo:
         self._bucket_yaw = _yaw(self._orientation)
         wx, wy, wz = spin
         spin_here = (cos * wx + sin * wy, -sin * wx + cos * wy, wz)
-        step_with(client, self._bucket, pull, self._orientation, spin_here, self._dt)
+        step_with(client, self._held, pull, self._orientation, spin_here, self._dt)
         self._steps += 1
 
     def _look(self) -> None:
@@ -150,9 +163,10 @@ class Cargo:
         if not self._is_built:
             return self._heap.copy()
         get, client = bullet.getBasePositionAndOrientation, self._client
-        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3) / SCALE
-        rotation = np.array(bullet.getMatrixFromQuaternion(self._orientation)).reshape(3, 3)
-        local: FloatArray = places @ rotation
+        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3)
+        position, orientation = self._pose()
+        rotation = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        local: FloatArray = ((places - position) / SCALE) @ rotation
         return local
 
 
@@ -162,13 +176,32 @@ def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
     return (np.abs(places[:, :2]) <= half).all(axis=1) & (places[:, 2] >= 0.0) & (places[:, 2] <= height)
 
 
-def build(client: int, params: CargoParams, heap: FloatArray, radius: float, dt: float) -> tuple[int, list[int]]:
-    """Empty a server and put a bucket with pieces at ``heap`` (n, 3) [m] into it; returns bucket and pieces."""
+def build(
+    client: int,
+    params: CargoParams,
+    heap: FloatArray,
+    radius: float,
+    dt: float,
+    make_held: Callable[[int, CargoParams], int] | None = None,
+) -> tuple[int, list[int]]:
+    """Empty a server and fill it.
+
+    Args:
+        client: the server.
+        params: pieces and bucket.
+        heap: (n, 3) [m] where the pieces go.
+        radius: [m] of a piece.
+        dt: [s] physics step.
+        make_held: what is moved by hand, made in the server; None: the bucket.
+
+    Returns:
+        What is moved by hand, and the pieces.
+    """
     bullet.resetSimulation(physicsClientId=client)
     bullet.setPhysicsEngineParameter(
         fixedTimeStep=dt, numSubSteps=0, numSolverIterations=20, deterministicOverlappingPairs=1, physicsClientId=client
     )
-    bucket = _bucket(client, params)
+    held = (make_held or _bucket)(client, params)
     shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=SCALE * radius, physicsClientId=client)
     pieces: list[int] = []
     for place in (SCALE * heap).tolist():
@@ -186,36 +219,59 @@ def build(client: int, params: CargoParams, heap: FloatArray, radius: float, dt:
             physicsClientId=client,
         )
         pieces.append(int(piece))
-    return bucket, pieces
+    return held, pieces
 
 
 def _bucket(client: int, params: CargoParams) -> int:
     """Floor and four walls, moved by hand: so heavy that no piece moves it. Its origin is the floor's centre."""
     half, height, wall = 0.5 * SCALE * params.bucket_width, SCALE * params.bucket_height, 0.5 * SCALE * _WALL
     outer = half + 2.0 * wall
-    boxes = [((outer, outer, wall), (0.0, 0.0, -wall))]
+    boxes = [((outer, outer, wall), (0.0, 0.0, -wall)), *walls(half, height, wall)]
+    return hold(client, boxes, math.sqrt(params.friction), params.restitution)
+
+
+def walls(half: float, height: float, wall: float) -> list[Box]:
+    """Four walls of half the thickness ``wall`` around a square floor of half the width ``half`` at height 0."""
+    boxes: list[Box] = []
     for sign in (1.0, -1.0):
-        boxes.append(((wall, outer, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height)))
+        boxes.append(((wall, half + 2.0 * wall, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height)))
         boxes.append(((half, wall, 0.5 * height), (0.0, sign * (half + wall), 0.5 * height)))
+    return boxes
+
+
+def hold(client: int, boxes: list[Box], friction: float, restitution: float) -> int:
+    """A body of boxes that is moved by hand: so heavy that nothing moves it.
+
+    Args:
+        client: the server.
+        boxes: half extents and centre of each, in the server's lengths.
+        friction: the body's factor of the product of two.
+        restitution: [-] of a bounce off it.
+    """
+    body = add_boxes(client, boxes, 1.0)
+    bullet.changeDynamics(
+        body,
+        -1,
+        mass=1e6,
+        localInertiaDiagonal=(1e6, 1e6, 1e6),
+        lateralFriction=friction,
+        restitution=math.sqrt(restitution),
+        linearDamping=0.0,
+        angularDamping=0.0,
+        physicsClientId=client,
+    )
+    return body
+
+
+def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
+    """A rigid body of boxes, each half extents and centre, in the server's lengths; ``mass`` in [kg]."""
     shape = bullet.createCollisionShapeArray(
         [bullet.GEOM_BOX] * len(boxes),
         halfExtents=[extents for extents, _ in boxes],
         collisionFramePositions=[center for _, center in boxes],
         physicsClientId=client,
     )
-    bucket = bullet.createMultiBody(1.0, shape, useMaximalCoordinates=1, physicsClientId=client)
-    bullet.changeDynamics(
-        bucket,
-        -1,
-        mass=1e6,
-        localInertiaDiagonal=(1e6, 1e6, 1e6),
-        lateralFriction=math.sqrt(params.friction),
-        restitution=math.sqrt(params.restitution),
-        linearDamping=0.0,
-        angularDamping=0.0,
-        physicsClientId=client,
-    )
-    return int(bucket)
+    return int(bullet.createMultiBody(mass, shape, useMaximalCoordinates=1, physicsClientId=client))
 
 
 def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float) -> None:

@@ -1,10 +1,12 @@
 """Bodies for the people near the robot."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
-from harness.world.bodies import add_person, person_shape
+from harness.world.bodies import add_person, person_shape, put_person
+from harness.world.body_frames import LEAP, BodyFrames
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
 from harness.world.pedestrian_kernels import count_near
@@ -15,7 +17,6 @@ from harness.world.world_params import WorldParams
 from navstack.types import FloatArray
 
 _UNSTOPPABLE = 1e6  # [kg] of a kinematic body: the robot cannot slow it down
-_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 _CATCH_UP_TIME = 0.5  # [s] in which a dynamic body makes up for being pushed off its way
 _SETTLED = 0.05  # [m] off its way, below which a dynamic body may be given up
 
@@ -25,8 +26,8 @@ class Crowd:
 
     Kinematic bodies follow the model whatever they hit. Dynamic ones move by a limited force and can be pushed. A model
     that takes pushes goes on from where its bodies are, step by step, and says where they are to be after the next one;
-    bodies of another model steer back to the way that it knows. A real person would also stumble and fall; these stay
-    upright.
+    bodies of another model steer back to the way that it knows. Kinematic ones may move once per rendered frame
+    (:class:`BodyFrames`). A real person would also stumble and fall; these stay upright.
     """
 
     ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
@@ -39,11 +40,18 @@ class Crowd:
         self._is_led = self._is_dynamic and model.takes_pushes  # the model goes on from the bodies
         self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
         self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
-        self._robot_reach = robot.reach
+        self._frames = BodyFrames(client, params) if params.pedestrian_bodies.frame_steps > 1 else None
+        self._reach = robot.reach + params.people.radius + 0.1  # [m] with what is closed within one step
+        if self._frames:
+            self._reach += LEAP
         self._bodies: dict[int, int] = {}  # person -> body
         self.touchable: dict[int, Touched] = {}  # body -> who it is
         self.motions: dict[int, Motion] = {}  # body -> motion before the step
-        self._states = np.zeros((0, 4))
+
+    @property
+    def gaps(self) -> Mapping[int, float]:
+        """Distance [m] from the robot of the bodies that were brought near it for the coming step."""
+        return self._frames.gaps if self._frames else {}
 
     @property
     def states(self) -> FloatArray:
@@ -78,6 +86,8 @@ class Crowd:
         body = add_person(self._client, self._shape, self._mass, self._params.pedestrian_bodies.friction)
         x, y, vx, vy = self._model.states[person].tolist()
         self._put(body, x, y, vx, vy)
+        if self._frames:
+            self._frames.add(body, x, y)
         self._bodies[person] = body
         self.touchable[body] = Touched(Partner.PEDESTRIAN, "pedestrian", person)
 
@@ -85,12 +95,12 @@ class Crowd:
         body = self._bodies.pop(person)
         del self.touchable[body]
         self.motions.pop(body, None)
+        if self._frames:
+            self._frames.remove(body)
         bullet.removeBody(body, physicsClientId=self._client)
 
     def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
-        client = self._client
-        bullet.resetBasePositionAndOrientation(body, (x, y, 0.0), _UPRIGHT, client)
-        bullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, 0.0), client)
+        put_person(self._client, body, (x, y, 0.0), (vx, vy, 0.0))
 
     def _may_go(self, person: int) -> bool:
         if not self._is_dynamic or self._is_led:
@@ -99,25 +109,36 @@ class Crowd:
         wanted = self._model.states[person]
         return math.hypot(x - wanted[0], y - wanted[1]) < _SETTLED
 
-    def before_step(self, x: float, y: float) -> bool:
+    def before_step(self, robot: int, x: float, y: float, step: int) -> bool:
         """Place or push the bodies for the coming physics step.
 
+        Args:
+            robot: its body.
+            x: [m] of its centre.
+            y: [m].
+            step: number of the physics step in the episode.
+
         Returns:
-            Whether somebody can be touched by a robot whose body centre is at (x, y).
+            Whether the robot can touch somebody.
         """
         if not self._bodies:
             return False
         states = self._model.states
-        reach = self._robot_reach + self._params.people.radius + 0.1  # [m] with what is closed within one step
+        reach = self._reach
         near = False
         for person, body in self._bodies.items():
             px, py, vx, vy = states[person].tolist()
             if self._is_dynamic:
                 px, py, vx, vy = self._steer(body, px, py, vx, vy)
+            elif self._frames:
+                px, py = self._frames.show(body, px, py, step)
             else:
                 self._put(body, px, py, vx, vy)
             self.motions[body] = Motion((px, py, 0.0), (vx, vy, 0.0))
-            near = near or math.hypot(px - x, py - y) < reach
+            if math.hypot(px - x, py - y) < reach:
+                near = True
+                if self._frames:
+                    self._frames.meet(body, robot)
         return near
 
     def walk_on(self, dt: float, times: int) -> None:

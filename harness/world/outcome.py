@@ -36,10 +36,11 @@ class Rules:
     """When a delivery is over."""
 
     arrival_radius: float  # [m]
-    timeout: float  # [s]
+    timeout: float  # [s] of wall time
     max_tilt: float  # [rad]
     impulse_health: float  # [N s]
     spoiled_fraction: float  # share of the pieces
+    real_time_factor: float = 1.0  # [-] simulated seconds per second of wall time, by which the timeout counts
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -52,6 +53,13 @@ class Rules:
                 raise ParameterError(f"rules: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
         if not 0.0 <= self.spoiled_fraction <= 1.0:
             raise ParameterError(f"rules: spoiled_fraction {self.spoiled_fraction}; allowed is 0 to 1")
+        if not 0.1 <= self.real_time_factor <= 1.0:
+            raise ParameterError(f"rules: real_time_factor {self.real_time_factor}; allowed is 0.1 to 1")
+
+    @property
+    def time_limit(self) -> float:
+        """The timeout in [s] of simulated time."""
+        return self.timeout * self.real_time_factor
 
     def judge(self, truth: Truth, goal: Pose2D) -> Verdict | None:
         """The verdict on the current state; None while the delivery goes on.
@@ -65,7 +73,7 @@ class Rules:
             return Verdict(Outcome.PHYSICAL_ASSISTANCE, "impulse")
         if math.hypot(truth.pose.x - goal.x, truth.pose.y - goal.y) <= self.arrival_radius:
             return self._arrival(truth.cargo)
-        if truth.stamp >= self.timeout:
+        if truth.stamp >= self.time_limit:
             return Verdict(Outcome.TIMEOUT, "timeout")
         return None
 

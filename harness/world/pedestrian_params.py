@@ -8,6 +8,8 @@ from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
 MODEL_NAMES = ("random_walk", "social_force", "replay")
+GOAL_CHOICES = ("random", "in_turn")
+BEGINNINGS = ("setting_out", "stationary")
 MAX_GOALS = 10_000
 MAX_SIZE, MAX_SPEED = 5.0, 20.0  # [m] of a body, [m/s]
 
@@ -82,6 +84,8 @@ class PedestrianParams:
     speed: float = 1.0  # [m/s] mean over people
     speed_std: float = 0.1  # [m/s] between people; ours, the published speed is "about 1 m/s"
     goals: int = 60  # random walkable points that all share; the published number is not known
+    goal_choice: str = "random"  # 'random': any of them; 'in_turn': whoever sets out takes the next of the list
+    beginning: str = "setting_out"  # 'setting_out': all do at once; 'stationary': each is somewhere along an errand
     pause_min: float = 2.0  # [s] standing at a goal
     pause_max: float = 5.0  # [s]
     agent_radius: float = 0.5  # [m] that paths keep from the edges of the walkable area
@@ -94,10 +98,20 @@ class PedestrianParams:
 
         Raises:
             ParameterError: a value out of range.
-            UnknownNameError: an unknown model.
+            UnknownNameError: an unknown model, choice of goals or beginning.
         """
-        if self.model not in MODEL_NAMES:
-            raise UnknownNameError("model of people", self.model, MODEL_NAMES)
+        for what, given, known in (
+            ("model of people", self.model, MODEL_NAMES),
+            ("goal_choice", self.goal_choice, GOAL_CHOICES),
+            ("beginning", self.beginning, BEGINNINGS),
+        ):
+            if given not in known:
+                raise UnknownNameError(what, given, known)
+        if self.goal_choice == "in_turn" and self.model == "social_force":
+            raise ParameterError(
+                "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would "
+                "hang on the robot: allowed with it is random"
+            )
         if not 0 <= self.count <= MAX_PEDESTRIANS or not 1 <= self.goals <= MAX_GOALS:
             raise ParameterError(
                 f"pedestrians: count {self.count}, goals {self.goals}; allowed are 0 to {MAX_PEDESTRIANS} and "

@@ -91,6 +91,18 @@ class WalkingNetwork:
         points: FloatArray = ((cells[:, ::-1] - _BORDER).astype(np.float64) + 0.5) * self._cell
         return transform_points(self._origin, points)
 
+    def greatest_lengths(self, cells: IntArray) -> FloatArray:
+        """What routes (N, N) between some of :attr:`cells` (N, 2) cannot exceed, in [m]; 0 to itself.
+
+        By the triangle inequality over the landmarks, and the 1 % by which a route may be longer than the shortest.
+        """
+        lengths = self._landmarks[self._numbers[cells[:, 0], cells[:, 1]]].astype(np.float64)
+        most = np.full((len(cells), len(cells)), np.inf)
+        for along in lengths.T:
+            np.minimum(most, along[:, None] + along, out=most)
+        np.fill_diagonal(most, 0.0)
+        return 1.01 * self._cell * most
+
     def route(self, start: IntArray, goal: IntArray) -> FloatArray:
         """Corners (M, 2) of a shortest path (within 1 %) from one of :attr:`cells` to another, in [m], map frame."""
         width = self._free.shape[1]

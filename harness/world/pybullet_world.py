@@ -18,6 +18,8 @@ from harness.world.elevation import elevation_of
 from harness.world.engine import Server, bullet
 from harness.world.footing import ON_LEVEL_GROUND, Feet
 from harness.world.ground import Ground
+from harness.world.impulse_limit import limited, shove
+from harness.world.loose_cargo import LooseCargo
 from harness.world.motion_kernels import base_state, is_shaken, point_velocity
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
@@ -80,7 +82,7 @@ class PyBulletWorld(World):
         self._base_offset = (-x, -y, -z)  # from the centre of mass
         self._feet = Feet(robot, params.physics.gravity)
         self._reach = robot.reach + 0.1  # [m] with what is closed within one step
-        self._cargo = Cargo(params.cargo, params.physics.gravity, self._dt) if params.cargo.pieces else None
+        self._cargo = _make_cargo(params, robot, self._dt)
         self._bucket = np.zeros(12)  # of :func:`is_shaken`
         self._bucket[:3] = np.subtract(robot.bucket, robot.center_of_mass)
         self._bucket[6:9] = params.physics.rate, params.physics.gravity, params.cargo.wake_acceleration
@@ -183,7 +185,7 @@ class PyBulletWorld(World):
         if dx * dx + dy * dy >= self._clear_squared:
             at_step, near = self._look_around(x, y)
         if in_company:
-            near = self._crowd.before_step(x, y) or near
+            near = self._crowd.before_step(self._body, x, y, self._steps) or near
         self._apply_forces(speed, yaw_rate)
         before = Motion(self._position, self._velocity, self._spin) if near else None
         bullet.stepSimulation(self._client)
@@ -247,6 +249,8 @@ class PyBulletWorld(World):
         ground = self._ground.bodies
         if before:
             points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
+            if most := self._params.pedestrian_bodies.max_contact_impulse:
+                points = self._limit(points, most)
             self._book.record(self.stamp, points, before)
         self._footing = self._feet.level_footing(is_touched=self._book.is_waiting)
         if at_step or self._is_tilted:
@@ -265,7 +269,17 @@ class PyBulletWorld(World):
                 continue
             touched = people.get(partner) or obstacles[partner]
             motion = self._crowd.motions.get(partner) or Motion(position, (0.0, 0.0, 0.0))
+            distance = self._crowd.gaps.get(partner, distance)
             points.append(ContactPoint(touched, position, normal, force * self._dt, motion, distance))
+        return points
+
+    def _limit(self, points: list[ContactPoint], most: float) -> list[ContactPoint]:
+        """Take back what points with people gave the robot beyond ``most`` [N s] each."""
+        motion = Motion(self._position, self._velocity, self._spin)
+        points, change, turn = limited(points, most, motion, self._orientation, self._robot)
+        if any(change) or any(turn):
+            shove(self._client, self._body, change, turn, self._dt)
+            self._read_robot()
         return points
 
     def _base_state(self, before: BodyState) -> BodyState:
@@ -287,3 +301,11 @@ class PyBulletWorld(World):
             cargo=self._cargo.state if self._cargo else None,
             motion_energy=self._work,
         )
+
+
+def _make_cargo(params: WorldParams, robot: RobotParams, dt: float) -> Cargo | None:
+    if not params.cargo.pieces:
+        return None
+    if params.cargo.bucket == "free":
+        return LooseCargo(params.cargo, params.physics.gravity, dt, robot)
+    return Cargo(params.cargo, params.physics.gravity, dt)

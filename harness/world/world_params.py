@@ -4,12 +4,15 @@ import math
 from dataclasses import dataclass
 
 from harness.world.pedestrian_params import PedestrianParams
+from harness.world.ranges import check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
 COUNTED_PER = ("partner", "point")
+BUCKETS = ("fixed", "free")
 MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
 MAX_GRAVITY = 100.0  # [m/s2]
+MAX_FRAME_STEPS = 120  # physics steps per rendered frame
 MAX_PIECES = 1000  # of cargo
 
 
@@ -49,6 +52,9 @@ class PedestrianBodyParams:
     mass: float = 75.0  # [kg] of a dynamic body
     push_force: float = 200.0  # [N] at most, with which a dynamic body keeps to its way; about a quarter of its weight
     friction: float = 0.5  # [-] Coulomb coefficient of clothes
+    frame_steps: int = 1  # physics steps per rendered frame: a kinematic body makes a frame's way in the first of them
+    max_contact_impulse: float = 0.0  # [N s] of one contact point in one physics step; 0: no limit
+    max_depenetration_speed: float = 0.0  # [m/s] at most, at which bodies that overlap part; 0: by contact_erp alone
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -63,6 +69,12 @@ class PedestrianBodyParams:
                 f"pedestrian_bodies: mass {self.mass} kg, push_force {self.push_force} N, friction {self.friction}; "
                 "allowed are more than 0, more than 0, at least 0"
             )
+        if not 1 <= self.frame_steps <= MAX_FRAME_STEPS or (self.frame_steps > 1 and self.kind != "kinematic"):
+            raise ParameterError(
+                f"pedestrian_bodies: frame_steps {self.frame_steps} of {self.kind} bodies; "
+                f"allowed is 1 to {MAX_FRAME_STEPS}, and more than 1 for kinematic bodies only"
+            )
+        check_ranges("pedestrian_bodies", self, not_negative="max_contact_impulse max_depenetration_speed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +115,20 @@ class CargoParams:
     rolling_friction: float = 0.05  # [-] of a piece's radius; stands for the irregular shape; assumed
     wake_acceleration: float = 4.5  # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
     settle_time: float = 0.5  # [s] below it after which they rest again
+    bucket: str = "fixed"  # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
+    bucket_mass: float = 0.05  # [kg] of a free one: cardboard; assumed
+    bucket_friction: float = 0.5  # [-] Coulomb coefficient of a free one on the robot; PhysX's default
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
 
         Raises:
             ParameterError: a value out of range.
+            UnknownNameError: an unknown ``bucket``.
         """
+        if self.bucket not in BUCKETS:
+            raise UnknownNameError("cargo: bucket", self.bucket, BUCKETS)
+        check_ranges("cargo", self, positive="bucket_mass", not_negative="bucket_friction")
         if not 0 <= self.pieces <= MAX_PIECES:
             raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) to {MAX_PIECES}")
         if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):

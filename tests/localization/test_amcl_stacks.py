@@ -11,8 +11,9 @@ from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
 from harness.task.study import make_study
 from harness.world.scene import Scene
+from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from navstack.errors import UnknownNameError
+from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.amcl import AmclParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Pose2D
@@ -34,6 +35,24 @@ def test_the_published_values_of_amcl(name, alphas):
     assert params.alpha4 == params.alpha5 == alphas[2]
 
 
+AS_PUBLISHED = {  # node -> what the tuned file has as published, and the files of our own stacks as is better
+    ("local_costmap", "local_costmap"): ("obstacle_layer.scan.inf_is_valid",),
+    ("global_costmap", "global_costmap"): ("obstacle_layer.scan.inf_is_valid",),
+    ("bt_navigator",): ("default_server_timeout",),
+    ("controller_server",): ("min_y_velocity_threshold",),
+    ("planner_server",): ("expected_planner_frequency",),
+    ("behavior_server",): ("cycle_frequency", "local_frame", "global_frame"),
+}
+
+
+def remove(file, nodes, name):
+    """Leave a parameter out, if it is there."""
+    *sections, last = name.split(".")
+    for each in (*nodes, "ros__parameters", *sections):
+        file = file[each]
+    file.pop(last, None)
+
+
 def test_the_calibrated_file_is_the_tuned_one_but_for_what_localizers_know_of_the_robot():
     tuned, calibrated, fused = (
         load_nav2(NAV2 / f"{name}.yaml", False).merged() for name in ("tuned", "amcl", "gps_ekf")
@@ -45,6 +64,9 @@ def test_the_calibrated_file_is_the_tuned_one_but_for_what_localizers_know_of_th
     for file in (tuned, calibrated):
         for name in different:
             del file["amcl"]["ros__parameters"][name]
+        for nodes, names in AS_PUBLISHED.items():
+            for name in names:
+                remove(file, nodes, name)
     assert tuned == calibrated
 
 
@@ -77,6 +99,33 @@ def test_the_localizer_gets_the_map_that_was_asked_for(monkeypatch, name, expect
     scene = Scene("block", (), (), walls, mesh)
     navigator_on(scene, None, stack, load_nav2(NAV2 / "amcl.yaml", False))
     np.testing.assert_array_equal(given[0].data, getattr(scene, expected).data)
+
+
+def test_planner_and_localizer_take_any_map_file(tmp_path, monkeypatch):
+    """Each as it is drawn, in its own frame and resolution; a map file brings no mask of where not to go."""
+    drawn = OccupancyGrid(np.full((6, 8), FREE, dtype=np.int8), 0.1, Pose2D(-1.0, 2.0))
+    drawn.data[2:4, 3:5] = OCCUPIED
+    save_map(drawn, tmp_path / "drawn.yaml")
+    text = (NAV2.parent / "stacks" / "nav2-amcl.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "mine.yaml"
+    file.write_text(text.replace("planning_map: geometry", "planning_map: drawn.yaml"), encoding="utf-8")
+    stack = load_stack(str(file))
+    assert stack.planning_map == str(tmp_path / "drawn.yaml") and stack.localization_map == ""
+    given, planned = [], []
+    monkeypatch.setattr("harness.episode.factory.build_localizer", lambda kind, nav2, grid: given.append(grid))
+    monkeypatch.setattr("harness.episode.factory.build_navigator", lambda nav2, how, *parts: planned.append(parts))
+    empty = OccupancyGrid(np.full((9, 12), FREE, dtype=np.int8), 0.05, Pose2D())
+    scene = Scene("empty", (), (), empty, empty)
+    navigator_on(scene, None, stack, load_nav2(NAV2 / "amcl.yaml", False))
+    outlined = dataclasses.replace(stack, planning_map="geometry", localization_map=str(tmp_path / "drawn.yaml"))
+    navigator_on(scene, None, outlined, load_nav2(NAV2 / "amcl.yaml", False))
+    for grid in (*given, planned[0][0]):
+        assert (grid.resolution, grid.origin) == (0.1, Pose2D(-1.0, 2.0))
+        np.testing.assert_array_equal(grid.data, drawn.data)
+    assert planned[0][1] is None and planned[1][1] is not None
+    file.write_text(text + "localization_map: gone.yaml\n", encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"gone.yaml is not there; give a map_server YAML file, or one"):
+        load_stack(str(file))
 
 
 def test_a_lidar_maps_surfaces_only():

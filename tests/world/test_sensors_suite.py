@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
+from harness.task.stack import load_stack
 from harness.world.body_state import BodyState
 from harness.world.ground_truth import GroundTruthLocalizer
 from harness.world.scene import Obstacle, Scene
@@ -20,7 +21,7 @@ from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Observation, Pose2D
 
 NOBODY = np.empty((0, 4))
-PRESETS = ("rtk_good", "white_noise", "published", "rtk_urban", "consumer_gps")
+PRESETS = ("rtk_good", "white_noise", "published", "published_seen", "rtk_urban", "consumer_gps")
 NAMES = ("odometry", "imu", "gps", "lidar")
 
 
@@ -284,3 +285,14 @@ def test_ground_truth_knows_the_pose():
     assert not belief.covariance.any()
     pose = Pose2D(5.0, 6.0, 0.5)
     assert localizer.update(Observation(5.0)).pose == pose
+
+
+@pytest.mark.parametrize("localizer", ["gps", "amcl"])
+def test_the_published_rows_come_with_and_without_people_in_the_scan(localizer):
+    """Nothing else differs."""
+    stacks = [load_stack(f"paper-{localizer}{variant}") for variant in ("", "-seen")]
+    blind, seeing = (load_dataclass(SensorParams, Path(stack.sensors)) for stack in stacks)
+    assert (blind.lidar.sees_people, seeing.lidar.sees_people) == (False, True)
+    assert dataclasses.replace(blind, lidar=dataclasses.replace(blind.lidar, sees_people=True)) == seeing
+    same = [dataclasses.replace(stack, title="", name="", sensors="") for stack in stacks]
+    assert same[0] == same[1]

@@ -1,0 +1,24 @@
+"""What of a stack goes by wall time, while the simulation may go slower than that."""
+
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.safety import VelocitySmootherParams
+
+
+def on_wall_time(nav2: Nav2File, real_time_factor: float) -> Nav2File:
+    """A file whose velocity smoother works on wall time, as Nav2's timer does (``create_wall_timer``).
+
+    In a simulation that takes longer than it lasts the smoother comes more often per simulated second, and each time
+    it allows the same change. Here it allows more each time.
+
+    Args:
+        nav2: the file.
+        real_time_factor: [-] simulated seconds per second of wall time.
+    """
+    if real_time_factor == 1.0:
+        return nav2
+    smoother = nav2.read(VelocitySmootherParams, "velocity_smoother")
+    limits = {"max_accel": smoother.max_accel, "max_decel": smoother.max_decel}
+    return nav2.with_values(
+        {f"velocity_smoother.{name}": [each / real_time_factor for each in values] for name, values in limits.items()},
+        allow_unknown=True,
+    )

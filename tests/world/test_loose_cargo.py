@@ -1,0 +1,111 @@
+"""A bucket that stands loose on the robot: it slides and tips as mechanics says."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from harness.world.cargo import SCALE, Cargo
+from harness.world.loose_cargo import LooseCargo
+from harness.world.world_params import CargoParams
+from navstack.errors import ParameterError, UnknownNameError
+
+DT, GRAVITY = 1.0 / 120.0, 9.81
+LEVEL, STILL = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+FREE = CargoParams(pieces=1, bucket="free", wake_acceleration=0.1, settle_time=5.0)
+FULL = CargoParams(bucket="free")
+
+
+def make(params, robot, seed=0):
+    cargo = LooseCargo(params, GRAVITY, DT, robot)
+    cargo.reset(np.random.default_rng(seed))
+    return cargo
+
+
+def place(cargo):
+    """Of the bucket on the deck (x, y, z) [m]."""
+    return np.array(cargo._pose()[0]) / SCALE
+
+
+def accelerate(cargo, acceleration, seconds):
+    for _ in range(round(seconds / DT)):
+        cargo.step(acceleration, LEVEL, STILL)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.5])
+@pytest.mark.parametrize("acceleration", [2.0, 4.0, 7.0, 8.0])
+def test_it_slides_by_coulombs_law(robot, friction, acceleration):
+    """Way on the deck 1/2 (a - mu g) t^2, none up to mu g; no piece tells on it."""
+    cargo = make(dataclasses.replace(FREE, bucket_friction=friction, piece_mass=1e-9), robot)
+    accelerate(cargo, (acceleration, 0.0, 0.0), 0.25)
+    expected = -0.5 * max(acceleration - friction * GRAVITY, 0.0) * 0.25**2
+    x, y, z = place(cargo)
+    assert x == pytest.approx(expected, abs=0.003 + 0.06 * abs(expected))
+    assert (y, z) == pytest.approx((0.0, 0.0), abs=0.003)
+    cargo.close()
+
+
+def test_with_enough_friction_it_tips_where_gravity_no_longer_holds_it(robot):
+    """Over the edge of its floor once a h > g b; h: centre of mass above the deck, b: half the floor's width."""
+    tall = dataclasses.replace(FREE, bucket_friction=20.0, bucket_width=0.04, piece_mass=1e-9)
+    limit = GRAVITY * 0.02 / 0.01
+    for acceleration, tips in ((0.8 * limit, False), (1.3 * limit, True)):
+        cargo = make(tall, robot)
+        accelerate(cargo, (acceleration, 0.0, 0.0), 0.5)
+        up = 1.0 - 2.0 * sum(component**2 for component in cargo._pose()[1][:2])
+        assert (up < math.cos(0.3)) == tips
+        cargo.close()
+
+
+def test_on_a_slope_it_slides_beyond_the_angle_of_friction(robot):
+    for angle, slides in ((0.9 * math.atan(0.5), False), (1.1 * math.atan(0.5), True)):
+        cargo = make(dataclasses.replace(FREE, piece_mass=1e-9), robot)
+        tilted = (0.0, math.sin(0.5 * angle), 0.0, math.cos(0.5 * angle))
+        for _ in range(60):
+            cargo.step(STILL, tilted, STILL)
+        assert (float(np.linalg.norm(place(cargo))) > 0.02) == slides
+        cargo.close()
+
+
+def test_who_falls_off_the_robot_loses_everything(robot):
+    cargo = make(dataclasses.replace(FULL, bucket_friction=0.1), robot)
+    accelerate(cargo, (0.0, 9.0, 0.0), 1.0)
+    assert cargo.state.pieces_outside == cargo.state.pieces_at_start == 50
+    cargo.close()
+
+
+@pytest.mark.parametrize("deceleration", [3.0, 4.4])
+def test_usual_braking_spills_nothing(robot, deceleration):
+    cargo = make(FULL, robot)
+    accelerate(cargo, (-deceleration, 0.0, 0.0), 0.5)
+    accelerate(cargo, STILL, 1.0)
+    assert cargo.state.pieces_outside == 0
+    cargo.close()
+
+
+def test_it_stays_where_it_slid_when_all_rests(robot):
+    cargo = make(FULL, robot)
+    accelerate(cargo, (-8.0, 0.0, 0.0), 0.3)
+    accelerate(cargo, STILL, 2.0)
+    assert not cargo.is_awake
+    there = place(cargo)
+    assert there[0] > 0.05
+    accelerate(cargo, (-4.6, 0.0, 0.0), 0.05)  # wakes it, below friction
+    accelerate(cargo, STILL, 1.0)
+    assert place(cargo) == pytest.approx(there, abs=0.005)
+    cargo.close()
+
+
+def test_the_heap_is_that_of_a_fixed_bucket(robot):
+    fixed, loose = Cargo(CargoParams(), GRAVITY, DT), make(FULL, robot, seed=3)
+    fixed.reset(np.random.default_rng(3))
+    assert np.array_equal(fixed.positions, loose.positions)
+
+
+def test_impossible_buckets_are_refused():
+    with pytest.raises(UnknownNameError, match="cargo: bucket 'glued'"):
+        CargoParams(bucket="glued")
+    for change in ({"bucket_mass": 0.0}, {"bucket_friction": -0.1}):
+        with pytest.raises(ParameterError, match=next(iter(change))):
+            CargoParams(**change)
