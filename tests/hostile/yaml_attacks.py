@@ -56,7 +56,7 @@ def _stack(folder: Path, file: Path) -> list[str]:
 
 def _nav2(folder: Path, file: Path) -> list[str]:
     own = put(
-        folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("nav2_file: tuned", f"nav2_file: {file}")
+        folder / "mine.yaml", shipped_text("stacks", "nav2-gps").replace("nav2_file: gps_ekf", f"nav2_file: {file}")
     )
     return run_arguments(folder, stack=str(own))
 

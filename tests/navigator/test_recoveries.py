@@ -87,7 +87,7 @@ def test_a_boxed_in_robot_breaks_off_its_spin_before_the_tail_meets_the_box(room
     counts = navigator.counts
     assert (counts.clearings, counts.spins, counts.waits, counts.backups) == (1, 1, 1, 0)
     assert (counts.recoveries, counts.failed_recoveries) == (2, 1)
-    assert 0.2 < driven.pose.yaw < 0.7
+    assert 0.2 < driven.pose.yaw < 0.8
     assert not driven.touched
 
 

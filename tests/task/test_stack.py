@@ -33,7 +33,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def write(folder: Path, **files: str) -> Path:
-    given = {"nav2_file": "tuned", "sensors": "rtk_good", "robot": "segway_e1", **files}
+    given = {"nav2_file": "gps_ekf", "sensors": "rtk_good", "robot": "segway_e1", **files}
     stack = dataclasses.replace(SHIPPED, name="", **given)
     (folder / "stack.yaml").write_text(dump_dataclass(stack), encoding="utf-8")
     return folder / "stack.yaml"
@@ -52,7 +52,7 @@ def test_files_are_found_beside_the_stacks_own(mine: Path, place: str) -> None:
 
 
 def test_names_are_those_of_the_program(mine: Path) -> None:
-    for name in ("tuned", "rtk_good", "segway_e1"):
+    for name in ("gps_ekf", "rtk_good", "segway_e1"):
         (mine / name).write_text("a file of that name\n")
     assert files_of(load_stack(str(write(mine)))) == files_of(SHIPPED)
 
