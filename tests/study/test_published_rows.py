@@ -27,7 +27,7 @@ CELLS = [*(("study", stack, ()) for stack in STACKS), ("evasive_study", "evasive
 CELLS += [  # with what must have happened on the way
     ("study", "nav2-gps-ekf", ("pedestrian_contacts",)),
     ("study", "nav2-gps-ekf", ("spins", "waits")),
-    ("study", "nav2-stock", ("recoveries", "pieces_lost")),
+    ("study", "rpp-gps-ekf", ("recoveries", "pieces_lost")),
 ]
 OTHER = ("stack_number", "episode")  # count something else in a run of one delivery
 
