@@ -100,7 +100,7 @@ def _differences(ablation: Ablation) -> Sheet:
         )
         rows.append((difference.arm, difference.against, METRICS[difference.metric], *cells))
     headers = ("Arm", "Against", "Metric", "Difference", "p Holm", "n", "Detectable", "Needed")
-    return Sheet("Differences on the same missions: arm minus the one that it is held against", headers, rows, texts=3)
+    return Sheet("Differences on the same missions: arm minus reference", headers, rows, texts=3)
 
 
 def sentence(difference: Difference) -> str:
@@ -133,9 +133,9 @@ def price_sentence(price: ErrorPrice) -> str:
         return f"{subject} undefined, no mission with a margin was finished at every level."
     verdict = ""
     if price.price.low is None or price.price.high is None:
-        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing of what is rare"
+        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing about rare events"
     elif price.price.low <= 0.0 <= price.price.high:
-        verdict = ", not told apart from nothing"
+        verdict = ", not significant"
     return f"{subject} {interval_text(price.price, None)} USD per run per {unit}, n = {price.price.n}{verdict}."
 
 

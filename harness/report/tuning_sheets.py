@@ -72,7 +72,7 @@ def _proof(explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
-    where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it: no proof"
+    where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it, which is no evidence"
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
     return f"{text}difference {interval_text(margin.difference)}, {_verdict(margin.difference)}."
 
@@ -80,10 +80,10 @@ def _proof(explanation: Explanation) -> str:
 def _verdict(difference: Interval) -> str:
     if difference.low is None or difference.high is None:
         is_alike = difference.value is not None and abs(difference.value) < CENT
-        return "alike to a cent on every mission" if is_alike else "one mission, which tells nothing of others"
+        return "alike to a cent on every mission" if is_alike else "one mission, which says nothing about others"
     if difference.low > 0.0:
         return "an improvement"
-    return "a loss" if difference.high < 0.0 else "not told apart from no change"
+    return "a loss" if difference.high < 0.0 else "not significant"
 
 
 def _scores(scores: Row, explanation: Explanation) -> Sheet:
@@ -117,7 +117,7 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
     """Who misses an objective's side condition, and by how much."""
     sides = zip(("original", "tuned"), shortfall, strict=True)
     said = " and ".join(f"the {side} file by {share:.3f}" for side, share in sides if share > 0.0)
-    return [f"{name} is missed on {missions} missions: {said}; the margin alone is told."] if said else []
+    return [f"{name} is missed on {missions} missions: {said}; only the margin is shown."] if said else []
 
 
 def _finals(study: StudyResult) -> Sheet:
@@ -223,7 +223,7 @@ def _set_back(explanation: Explanation) -> Sheet:
     rows = [_step(step) for step in explanation.set_back]
     notes = (
         "The tuned file's margin less that of the same file with this one value as it was, on the missions above. "
-        "Unlike the steps above these do not add up; one whose interval holds zero brings nothing that can be told.",
+        "Unlike the steps above these do not add up; a value whose interval includes zero is not significant.",
     )
     return Sheet("What each new value brings beside all others [USD/run]", ("Value", "Margin", "95 %"), rows, 1, notes)
 
@@ -256,7 +256,7 @@ def _interactions(explanation: Explanation) -> Sheet:
     notes = (
         "Share of the variance of the trials' ranks that the product of two parameters explains beyond each by itself.",
     )
-    return Sheet("Parameters that act together", ("Pair", "Variance", "p Holm"), rows, notes=notes)
+    return Sheet("Interacting parameters", ("Pair", "Variance", "p Holm"), rows, notes=notes)
 
 
 def _checks(explanation: Explanation) -> Sheet:
@@ -277,7 +277,7 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
     ]
     notes = tuple(each.replay(command) for each in partings)
     return Sheet(
-        "Missions where the two files part ways [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
+        "Missions that differ most [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
     )
 
 
