@@ -72,7 +72,7 @@ def _proof(explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
-    where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it, which is no evidence"
+    where = "unseen test missions" if explanation.audit.unseen else "training missions that chose it (no evidence)"
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
     return f"{text}difference {interval_text(margin.difference)}, {_verdict(margin.difference)}."
 
@@ -276,9 +276,7 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
         for each in partings
     ]
     notes = tuple(each.replay(command) for each in partings)
-    return Sheet(
-        "Missions that differ most [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes
-    )
+    return Sheet("Missions that differ most [USD]", ("Mission", "Difference", "What happened"), rows, 3, notes)
 
 
 def _p(p: float, difference: Interval) -> str:
