@@ -1,4 +1,4 @@
-"""One delivery with each of other people's Nav2 files, as the table in docs/bring_your_own.md has it.
+"""One delivery with each of other people's Nav2 files, of which docs/bring_your_own.md gives the counts.
 
 Usage: python benchmarks/foreign_files.py FILE ... [--substitute NAME=TYPE ...]
 

@@ -1,4 +1,4 @@
-"""Times of short steps, taken in turn so that a busy machine hits all of them alike."""
+"""Times of short steps; readings alternate, so that a busy machine affects all of them."""
 
 import math
 import time

@@ -27,7 +27,7 @@ COMMANDS = {  # file of harness.cli and name of the command in it -> what it doe
     "report": "Write a report of finished runs as one HTML page.",
     "run": "Drive deliveries; print what they did and what they cost.",
     "scenario": "Drive situations written down as data; check what comes of them.",
-    "sensitivity": "Show which prices a finished run's profit hangs on.",
+    "sensitivity": "Show which prices a finished run's profit depends on.",
     "suite": "Drive a declared study: stacks x maps x worlds x densities x seeds.",
     "tune": "Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.",
 }

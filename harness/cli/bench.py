@@ -40,13 +40,12 @@ def bench(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Measure how fast everything is, and against what.
+    """Measure how fast everything is.
 
-    Components are held against plain numpy and against recorded times of Nav2's C++, whole deliveries against real
-    time; the breakdown says where one simulated second goes.
+    Components are compared with plain numpy and with recorded times of Nav2's C++, whole deliveries with real time. The
+    breakdown shows the parts of one simulated second.
 
-    Times are processor time of one core; ours and its reference are taken in turn. docs/speed.md tells how to read
-    them.
+    Times are processor time of one core; readings of ours and the reference alternate. docs/speed.md explains them.
 
     \b
     Examples:
@@ -132,7 +131,7 @@ def _notes(rows: Sequence[Row], about: str) -> list[str]:
 
     notes = [about]
     if any(row.get("reference") == CPP for row in rows):
-        notes.append(f"{CPP}: {SOURCE}; the median is held against the target.")
+        notes.append(f"{CPP}: {SOURCE}; the target is for the median.")
     if any("real_time_factor" in row for row in rows):
         notes.append("x real time: median over deliveries, from the world's reset to the rows; quartiles beside it.")
     if any(row["name"] == TWO_WORKERS for row in rows):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.option("--event", type=click.IntRange(min=1), help="Number of the event; default: all, and the costliest for "
               "--plot and --rewind.")
 @click.option("--before", type=Finite(min=0.2, max=60.0), default=5.0, show_default=True,
-              help="[s] that are told, and rewound.")
+              help="Seconds shown before the event, and rewound.")
 @click.option("--again", is_flag=True, help="Drive it again even if it was recorded: tells also what else DWB weighed.")
 @click.option("--rewind", "settings", multiple=True, metavar="PATH=VALUE",
               help="What a parameter of the Nav2 file would have saved, e.g. "

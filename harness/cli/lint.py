@@ -47,7 +47,7 @@ def _print_rules(context: click.Context, _: click.Parameter, is_asked: bool) -> 
 )
 @JSON
 def lint(file: str, robot: str | None, strict: bool, as_json: bool) -> None:
-    """Check a Nav2 parameter file: errors, and combinations of values that hurt on a real robot.
+    """Check a Nav2 parameter file: errors, and combinations of values that will cause trouble.
 
     FILE is a path or a name of params/nav2.
 

@@ -37,8 +37,8 @@ INSTANTS = (  # title, key of an instant, decimals
 )
 TITLES = COSTS | {"contribution_margin": "contribution margin", "opex": "all costs"}
 NO_PROOF = (
-    "One delivery, n = 1, and no proof: small changes move people and robot elsewhere, and another delivery may come "
-    "out the other way. navbench run with the changed file, and navbench compare, tell what it is worth."
+    "One run is not evidence: small changes move people and robot elsewhere, and another delivery may end differently. "
+    "Drive many with navbench run and the changed file, and use navbench compare."
 )
 SHADOW = (
     "The changed parameters saw all of the delivery, decided nothing until then and drove from then on. Counts of "

@@ -79,7 +79,7 @@ def another_accounting(scores: Scores) -> Check:
         f"difference of the margin [USD/run]: {says}",
         tuple(scores.values()),
         why="what counts as a contact, and whose fault it is, are conventions; better driving pays under all of them",
-        advice="look at the contact events of the missions where the two part ways before this file goes on a robot",
+        advice="look at the contact events of the missions that differ most before this file goes on a robot",
     )
 
 

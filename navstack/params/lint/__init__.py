@@ -1,1 +1,1 @@
-"""Combinations of Nav2 parameters that hurt on a real robot: one small function per rule, listed in ``rules.py``."""
+"""Combinations of Nav2 parameters that will cause trouble: one small function per rule, listed in ``rules.py``."""

@@ -171,7 +171,7 @@ def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation],
         "From the old margin",
         "beside all others",
         "The auditor",
-        "part ways",
+        "differ most",
     ):
         assert heading in report
     for stem in ("history", "importance", "slices", "waterfall", "components"):

@@ -7,8 +7,8 @@ const LISTED = [  // key, title, how it is written, whether it is a number
   ['injury', 'injury $', value => num(value, 2), true],
   ['people', 'people hit', value => num(value), true], ['property', 'things hit', value => num(value), true], ['soft', 'soft', value => num(value), true],
   ['lost', 'pieces lost', value => num(value), true], ['duration', 'time s', value => num(value, 1), true],
-  ['distance', 'way m', value => num(value, 1), true], ['nearest', 'nearest m', value => num(value, 2), true],
-  ['localization', 'belief m', value => num(value, 2), true], ['recoveries', 'recov.', value => num(value), true],
+  ['distance', 'distance m', value => num(value, 1), true], ['nearest', 'nearest m', value => num(value, 2), true],
+  ['localization', 'loc. error m', value => num(value, 2), true], ['recoveries', 'recov.', value => num(value), true],
 ];
 const MEANT = { soft: 'contacts that the published rule does not count: too soft, or within its pause after another', nearest: 'least distance to a person [m]', injury: 'expected cost of injuries [USD]',
   localization: 'error of the believed position, 95th percentile [m]', recoveries: 'recoveries begun', profit: 'fee earned less all costs [USD]',

@@ -26,7 +26,7 @@ function reportSections() {
       section('profit', 'Profit over deliveries', 'As driven, in order; the band holds 95 % of the sums over resampled missions.', profitCurves())),
     section('breakeven', 'When the robot has paid for itself', 'Capital expenditure over the mean margin, over 10 000 resamples of the missions. The dot is the point estimate.', breakEvenRidges()),
     DATA.accountings && section('liability', 'Who pays for contacts', 'Margin per delivery with its 95 % interval, the same deliveries and outcomes, if the robot paid for other contacts.', accountingTable()),
-    section('comparison', 'Stacks held against each other', whatPairsShare(), comparisonTables()),
+    section('comparison', 'Stacks compared', whatPairsShare(), comparisonTables()),
     section('tables', 'The paper’s two tables', 'Means per delivery with 95 % intervals, beside what the paper published.', paperTables()),
     section('map', 'Where it happened', 'Ways of recorded deliveries and contacts of all. Drag (or shift + arrows) to move, ctrl + wheel, + and − to zoom; a click opens the replay.', overview(open)),
     DATA.replays.length > 0 && section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next event that cost something, shift + arrows move the map.', replay.content),
