@@ -121,7 +121,7 @@ def _layer(params: CostmapParams, kind: type[LayerKind]) -> LayerKind:
 def update(with_map: bool) -> Prepared:
     """A cycle of updates of the published local costmap, with or without the map in it."""
     grid = shipped_map("sidewalk_navmesh")
-    params = read_costmap(load_nav2(shipped("params") / "nav2" / "tuned.yaml"), "local_costmap")
+    params = read_costmap(load_nav2(shipped("params") / "nav2" / "gps_ekf.yaml"), "local_costmap")
     if not with_map:
         plugins = ("obstacle_layer", "inflation_layer")
         params = dataclasses.replace(params, plugins=plugins, layers={name: params.layers[name] for name in plugins})
