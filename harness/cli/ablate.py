@@ -34,7 +34,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 @study_options
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-ablate-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with an ablation that was cut off, or tell of a finished one, from its folder.")  # fmt: skip
+              help="Go on with an interrupted ablation, or print a finished one, from its folder.")  # fmt: skip
 @click.pass_context
 def ablate(
     context: click.Context,

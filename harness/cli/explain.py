@@ -29,7 +29,7 @@ if TYPE_CHECKING:
               "--plot and --rewind.")
 @click.option("--before", type=Finite(min=0.2, max=60.0), default=5.0, show_default=True,
               help="Seconds shown before the event, and rewound.")
-@click.option("--again", is_flag=True, help="Drive it again even if it was recorded: tells also what else DWB weighed.")
+@click.option("--again", is_flag=True, help="Drive it again even if it was recorded: also shows DWB's alternatives.")
 @click.option("--rewind", "settings", multiple=True, metavar="PATH=VALUE",
               help="What a parameter of the Nav2 file would have saved, e.g. "
               "controller_server.FollowPath.max_vel_x=1.5; repeatable.")

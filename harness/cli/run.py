@@ -17,7 +17,7 @@ from harness.study.places import Where
 @study_options
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with a run that was cut off, from its folder alone.")  # fmt: skip
+              help="Go on with an interrupted run, from its folder alone.")  # fmt: skip
 @click.pass_context
 def run(
     context: click.Context, /, out: Path | None, resume: Path | None, where: Where, as_json: bool, **choices: Any

@@ -1,4 +1,4 @@
-"""The command ``navbench sensitivity``: what the money of a finished run hangs on."""
+"""The command ``navbench sensitivity``: what the money of a finished run depends on."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def sensitivity(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Show what the money of a finished run hangs on: every price, pairs of prices, chance.
+    """Show what the money of a finished run depends on: every price, pairs of prices, chance.
 
     RUN is a run folder, or FOLDER:stack.
 

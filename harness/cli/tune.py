@@ -67,7 +67,7 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 @condition_options
 @click.option("--out", type=click.Path(path_type=Path), help="Study folder; default: results/<time>-tune-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
-              help="Go on with a study that was cut off, or tell of a finished one, from its folder.")  # fmt: skip
+              help="Go on with an interrupted study, or print a finished one, from its folder.")  # fmt: skip
 @click.pass_context
 def tune(
     context: click.Context,
@@ -79,7 +79,7 @@ def tune(
     as_json: bool,
     **choices: Any,
 ) -> None:
-    """Tune a Nav2 parameter file for what its deliveries earn, and prove the result on missions it never saw.
+    """Tune a Nav2 parameter file for what its deliveries earn, and test the result on missions it never saw.
 
     Every trial drives the same training missions; one that is worse than the best so far is dropped early. The best few
     meet again on further ones, and original and result are compared on test missions. The study folder has the tuned

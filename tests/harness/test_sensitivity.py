@@ -1,4 +1,4 @@
-"""Which prices a stored run's profit hangs on."""
+"""Which prices a stored run's profit depends on."""
 
 import json
 from collections.abc import Callable

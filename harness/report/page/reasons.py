@@ -11,7 +11,7 @@ from harness.world.outcome import Rules
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 
-BEFORE = 5.0  # [s] before each event that are told
+BEFORE = 5.0  # [s] shown before each event
 
 
 def reasons_of(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[dict[str, Any]]:
