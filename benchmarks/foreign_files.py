@@ -1,4 +1,4 @@
-"""One delivery with each of other people's Nav2 files, of which docs/bring_your_own.md gives the counts.
+"""One delivery with each of other people's Nav2 files, of which docs/bring_your_own.md shows the table.
 
 Usage: python benchmarks/foreign_files.py FILE ... [--substitute NAME=TYPE ...]
 
