@@ -128,9 +128,9 @@ def price_sentence(price: ErrorPrice) -> str:
         return f"{subject} undefined, no mission with a margin was finished at every level."
     verdict = ""
     if price.price.low is None or price.price.high is None:
-        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing of what is rare"
+        verdict = ", too few missions, or all alike to a cent, for an interval: that says nothing about rare events"
     elif price.price.low <= 0.0 <= price.price.high:
-        verdict = ", not told apart from nothing"
+        verdict = ", not significant"
     return f"{subject} {interval_text(price.price, None)} USD per run per {unit}, n = {price.price.n}{verdict}."
 
 

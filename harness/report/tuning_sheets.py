@@ -77,7 +77,7 @@ def _proof(explanation: Explanation) -> str:
     margin = explanation.components.get(MARGIN)
     if margin is None:
         return "The margin is undefined, because the cargo was not simulated."
-    where = "unseen test missions" if explanation.audit.unseen else "the training missions that chose it: no proof"
+    where = "unseen test missions" if explanation.audit.unseen else "training missions that chose it (no evidence)"
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
     return f"{text}difference {interval_text(margin.difference)}, {_verdict(margin.difference)}."
 
@@ -85,10 +85,10 @@ def _proof(explanation: Explanation) -> str:
 def _verdict(difference: Interval) -> str:
     if difference.low is None or difference.high is None:
         is_alike = difference.value is not None and abs(difference.value) < CENT
-        return "alike to a cent on every mission" if is_alike else "one mission, which tells nothing of others"
+        return "alike to a cent on every mission" if is_alike else "one mission, which says nothing about others"
     if difference.low > 0.0:
         return "an improvement"
-    return "a loss" if difference.high < 0.0 else "not told apart from no change"
+    return "a loss" if difference.high < 0.0 else "not significant"
 
 
 def _scores(scores: Row, explanation: Explanation) -> Sheet:
@@ -113,7 +113,7 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
     """Who misses an objective's side condition, and by how much."""
     sides = zip(("original", "tuned"), shortfall, strict=True)
     said = " and ".join(f"the {side} file by {share:.3f}" for side, share in sides if share > 0.0)
-    return [f"{name} is missed on {missions} missions: {said}; the margin alone is told."] if said else []
+    return [f"{name} is missed on {missions} missions: {said}; only the margin is shown."] if said else []
 
 
 def _finals(study: StudyResult) -> Sheet:
