@@ -187,8 +187,8 @@ def table_notes(columns: Sequence[Column]) -> list[str]:
     if any(column.interval(key) for column in columns for key in OUTCOMES):
         notes.append(
             "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over missions for means (none "
-            "where all deliveries gave the same: that says nothing about rare events). With few deliveries the lower bound "
-            "of money is optimistic: rare accidents have not happened yet (docs/money.md)."
+            "where all deliveries gave the same: that says nothing about rare events). With few deliveries the lower "
+            "bound of money is optimistic: rare accidents have not happened yet (docs/money.md)."
         )
     if any(column.published for column in columns):
         notes.append("paper: as measured and published there; the money is computed here from these measurements.")
