@@ -1,16 +1,22 @@
-"""The frozen world against the published rows: drives what results/baseline lacks, prints docs/calibration.md's tables.
+"""World ``published_2`` beside the published rows: drives what results/baseline lacks, prints docs/calibration.md's tables.
 
-Usage: python benchmarks/frozen_world.py [--tables] [--workers N]
+Usage: python benchmarks/frozen_world.py [--tables] [--workers N] [--stack NAME] [--place NAME]
 
-Stacks paper-gps, paper-amcl and parked drive world ``published``: 400 deliveries of seed 0 each, then 100 each on two
-other maps and among social_force people. Nothing is fitted to them. --tables drives nothing.
+Stacks drive seed 0, 400 deliveries at every place: three generated maps and the published one, if NAVSTACK_DATA
+names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was fitted to them. --tables drives nothing;
+--stack and --place, repeatable, drive some of the cells.
 """
 
 import argparse
+import dataclasses
+import json
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+import yaml
 from scipy.stats import binomtest, fisher_exact
 
 from harness.cli.driving import begin_run, resume_run
@@ -20,19 +26,30 @@ from harness.report.markdown import interval_text, table
 from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import wilson_interval
 from harness.statistics.paired import holm
+from harness.storage.files import write_text
+from harness.storage.shipped import shipped
 from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
+from harness.world.map_import import ImportSettings, import_scene
+from harness.world.scene_io import save_scene
+from navstack.costmap.map_io import load_map
 from navstack.errors import NavstackError
 
-KEPT = Path(__file__).resolve().parents[1] / "results" / "baseline"
-METHODS = {"paper-gps": "nav2_gps", "paper-amcl": "nav2_amcl"}  # stack -> published method that it stands for
-STACKS = (*METHODS, "parked")
-ELSEWHERE = {
-    "sidewalk_1": {"map_name": "sidewalk_1"},
-    "sidewalk_2": {"map_name": "sidewalk_2"},
-    "social_force": {"people": "social_force"},
+WORLD, SEED, EPISODES = "published_2", 0, 400
+KEPT = Path(__file__).resolve().parents[1] / "results" / "baseline" / WORLD
+OWN_MAP = "costnav"  # the published map, imported
+GEOMETRY = "paper-amcl-geometry"  # as paper-amcl, its map the image of the real walls
+PLACES = ("sidewalk", "sidewalk_1", "sidewalk_2", OWN_MAP)
+METHODS = {  # stack -> published method that it stands for
+    "paper-gps": "nav2_gps",
+    "paper-gps-seen": "nav2_gps",
+    "paper-amcl": "nav2_amcl",
+    "paper-amcl-seen": "nav2_amcl",
+    GEOMETRY: "nav2_amcl",
 }
+EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf")  # the first is the one that margins are held against
+MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775  # [m] of the images, by the published file and by correlation with it
 LEVEL = 0.05  # p below which equality is rejected
 PROPERTY = ("mailbox_contacts", "trash_bin_contacts", "building_glass_contacts", "bollard_contacts")
 PREDICTED = (  # key, name, unit, decimals, allowed ours / published; None: reported
@@ -50,21 +67,75 @@ def p_text(p: float) -> str:
     return f"{p:.3f}" if p >= 0.001 else f"{p:.1g}"
 
 
-def drive(folder: Path, stack: str, episodes: int, workers: int | None, **conditions: str) -> None:
-    """Drive what a folder lacks of a stack's deliveries; leaves the program where that does not end well."""
-    where = Where(workers=workers)
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A stack at a place."""
+
+    stack: str
+    place: str
+
+    @property
+    def folder(self) -> Path:
+        return KEPT / self.place / self.stack
+
+
+# In the order in which they are driven. The geometry image exists of the published map only.
+CELLS = [
+    *(Cell(stack, place) for stack in ("paper-gps", "paper-amcl") for place in PLACES),
+    Cell(GEOMETRY, OWN_MAP),
+    *(Cell("parked", place) for place in PLACES),
+    *(Cell(stack, place) for stack in EARNING for place in PLACES),
+    *(Cell(stack, place) for stack in ("paper-gps-seen", "paper-amcl-seen") for place in PLACES),
+]
+
+
+def published_map(folder: Path) -> Path | None:
+    """The published map as a world, made in ``folder``, with the stack of AMCL on its geometry; None: no images."""
+    images = Path(os.environ.get("NAVSTACK_DATA", "")) / "costnav"
+    if not (images / "sidewalk_navmesh.png").exists():
+        return None
+    if not (folder / f"{OWN_MAP}.yaml").exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        mesh = _described(folder, images / "sidewalk_navmesh.png", MESH_CORNER)
+        geometry = _described(folder, images / "sidewalk.png", GEOMETRY_CORNER)
+        served = _described(folder / "served", images / "sidewalk.png", MESH_CORNER)
+        stack = yaml.safe_load((shipped("params") / "stacks" / "paper-amcl.yaml").read_text(encoding="utf-8"))
+        write_text(folder / f"{GEOMETRY}.yaml", yaml.safe_dump({**stack, "localization_map": str(served)}))
+        save_scene(import_scene(OWN_MAP, load_map(mesh), load_map(geometry), ImportSettings()), folder, OWN_MAP)
+    return folder / f"{OWN_MAP}.yaml"
+
+
+def _described(folder: Path, image: Path, corner: float) -> Path:
+    """A map_server file for an image."""
+    folder.mkdir(parents=True, exist_ok=True)
+    values = {"image": str(image), "resolution": 0.05, "origin": [corner, corner, 0.0]}
+    values |= {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
+    path = folder / f"{image.stem}.yaml"
+    write_text(path, yaml.safe_dump(values))
+    return path
+
+
+def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
+    """Drive what a cell lacks of its deliveries; leaves the program where that does not end well."""
+    folder, where = cell.folder, Where(workers=workers)
+    if (folder / "summary.json").exists():
+        return
     if (folder / "run.json").exists():
         status = resume_run(folder, where, as_json=False)
     else:
-        study = make_study(stacks=[stack], episodes=episodes, world="published", workers=workers, **conditions)
+        stack, place = cell.stack, cell.place
+        if place == OWN_MAP:
+            assert own_map is not None
+            stack, place = str(own_map.parent / f"{stack}.yaml") if stack == GEOMETRY else stack, str(own_map)
+        study = make_study(stacks=[stack], episodes=EPISODES, seed=SEED, world=WORLD, map_name=place, workers=workers)
         status = begin_run(study, folder, where, as_json=False)
     if status:
         sys.exit(status)
 
 
-def read(folder: Path) -> tuple[list[str], Valuation]:
-    """The outcomes of a run's deliveries, and what they come to."""
-    run = load_run(str(folder))
+def read(cell: Cell) -> tuple[list[str], Valuation]:
+    """The outcomes of a cell's deliveries, and what they come to."""
+    run = load_run(str(cell.folder))
     (stack,) = run.stacks
     return [row["outcome"] for row in stack.rows], value(stack.rows, stack, run.prices(), run.seed)
 
@@ -150,13 +221,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tables", action="store_true", help="drive nothing")
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--stack", action="append", default=[], help="repeatable; default: all")
+    parser.add_argument("--place", action="append", default=[], choices=PLACES, help="repeatable; default: all")
     asked = parser.parse_args()
     try:
-        for stack in () if asked.tables else STACKS:
-            drive(KEPT / stack, stack, 400, asked.workers)
-            for condition, choice in ELSEWHERE.items():
-                drive(KEPT / "elsewhere" / condition / stack, stack, 100, asked.workers, **choice)
-        print("\n\n".join((shares(), predictions(), property_contacts(), elsewhere())))
+        own_map = None if asked.tables else published_map(KEPT.parents[1] / "published_map")
+        for cell in () if asked.tables else CELLS:
+            is_asked = (not asked.stack or cell.stack in asked.stack) and (not asked.place or cell.place in asked.place)
+            if is_asked and (own_map is not None or cell.place != OWN_MAP):
+                drive(cell, own_map, asked.workers)
     except NavstackError as error:
         sys.exit(str(error))
 

@@ -13,7 +13,7 @@ from harness.world.pedestrian_kernels import count_near
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.truth import Partner
-from harness.world.world_params import WorldParams
+from harness.world.world_params import PedestrianBodyParams, WorldParams
 from navstack.types import FloatArray
 
 _UNSTOPPABLE = 1e6  # [kg] of a kinematic body: the robot cannot slow it down
@@ -40,6 +40,7 @@ class Crowd:
         self._is_led = self._is_dynamic and model.takes_pushes  # the model goes on from the bodies
         self._mass = params.pedestrian_bodies.mass if self._is_dynamic else _UNSTOPPABLE
         self._shape = person_shape(client, params.people.radius, params.people.height, robot.height)
+        self._friction = friction_factor(params.pedestrian_bodies, robot.body_friction)
         self._frames = BodyFrames(client, params) if params.pedestrian_bodies.frame_steps > 1 else None
         self._reach = robot.reach + params.people.radius + 0.1  # [m] with what is closed within one step
         if self._frames:
@@ -83,7 +84,7 @@ class Crowd:
         return bool(self._bodies)
 
     def _add(self, person: int) -> None:
-        body = add_person(self._client, self._shape, self._mass, self._params.pedestrian_bodies.friction)
+        body = add_person(self._client, self._shape, self._mass, self._friction)
         x, y, vx, vy = self._model.states[person].tolist()
         self._put(body, x, y, vx, vy)
         if self._frames:
@@ -179,3 +180,15 @@ class Crowd:
         position, _ = bullet.getBasePositionAndOrientation(body, self._client)
         velocity, _ = bullet.getBaseVelocity(body, self._client)
         return position, velocity
+
+
+def friction_factor(people: PedestrianBodyParams, robot: float) -> float:
+    """A person's friction [-] for Bullet, which multiplies the coefficients of two bodies; PhysX averages them.
+
+    Args:
+        people: who is touched.
+        robot: [-] the robot's own. For 0 no factor makes an average: such a robot stays without friction.
+    """
+    if people.friction_combine == "multiply" or robot == 0.0:
+        return people.friction
+    return 0.5 * (people.friction + robot) / robot

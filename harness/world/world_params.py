@@ -9,6 +9,7 @@ from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
 COUNTED_PER = ("partner", "point")
+FRICTION_RULES = ("multiply", "average")
 BUCKETS = ("fixed", "free")
 MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
 MAX_GRAVITY = 100.0  # [m/s2]
@@ -52,6 +53,7 @@ class PedestrianBodyParams:
     mass: float = 75.0  # [kg] of a dynamic body
     push_force: float = 200.0  # [N] at most, with which a dynamic body keeps to its way; about a quarter of its weight
     friction: float = 0.5  # [-] Coulomb coefficient of clothes
+    friction_combine: str = "multiply"  # with the robot's: 'multiply' (Bullet's rule) or 'average' (PhysX's default)
     frame_steps: int = 1  # physics steps per rendered frame: a kinematic body makes a frame's way in the first of them
     max_contact_impulse: float = 0.0  # [N s] of one contact point in one physics step; 0: no limit
     max_depenetration_speed: float = 0.0  # [m/s] at most, at which bodies that overlap part; 0: by contact_erp alone
@@ -64,6 +66,8 @@ class PedestrianBodyParams:
         """
         if self.kind not in PEDESTRIAN_BODIES:
             raise UnknownNameError("kind of pedestrian body", self.kind, PEDESTRIAN_BODIES)
+        if self.friction_combine not in FRICTION_RULES:
+            raise UnknownNameError("pedestrian_bodies: friction_combine", self.friction_combine, FRICTION_RULES)
         if not self.mass > 0.0 or not self.push_force > 0.0 or self.friction < 0.0:
             raise ParameterError(
                 f"pedestrian_bodies: mass {self.mass} kg, push_force {self.push_force} N, friction {self.friction}; "

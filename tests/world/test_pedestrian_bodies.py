@@ -7,12 +7,13 @@ import pytest
 from laboratory import NoSensors
 
 from harness.task.mission import Mission
-from harness.world.crowd import Crowd
+from harness.world.crowd import Crowd, friction_factor
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pedestrian_params import ReplayParams
 from harness.world.pedestrians import PedestrianModel
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.scene import Scene
+from harness.world.world_params import PedestrianBodyParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D
 
@@ -138,3 +139,14 @@ def test_pushes_are_news_to_models_that_take_them_only():
     blind = Blind()
     blind.displaced(0, 1.0, 2.0, 3.0, 4.0)
     assert not blind.takes_pushes and (blind.states == 0.0).all()
+
+
+@pytest.mark.parametrize(("people", "robot", "together"), [(0.5, 0.4, 0.45), (0.2, 0.8, 0.5), (0.0, 0.4, 0.2)])
+def test_frictions_are_averaged_as_physx_does(people: float, robot: float, together: float) -> None:
+    bodies = PedestrianBodyParams(friction=people, friction_combine="average")
+    assert friction_factor(bodies, robot) * robot == pytest.approx(together)  # Bullet multiplies the two
+    assert friction_factor(PedestrianBodyParams(friction=people), robot) == people
+
+
+def test_a_robot_without_friction_has_none_with_people_either() -> None:
+    assert friction_factor(PedestrianBodyParams(friction_combine="average"), 0.0) == 0.5
