@@ -28,7 +28,7 @@ def main() -> None:
     """Print the table."""
     params = shipped("params")
     robot = load_dataclass(RobotParams, params / "robots" / "segway_e1.yaml")
-    old, new = (_world(params / "worlds" / f"{name}.yaml") for name in ("costnav", "published_2"))
+    old, new = (_world(params / "worlds" / f"{name}.yaml") for name in ("easy", "published_2"))
     bodies = new.pedestrian_bodies
     worlds = {
         "smooth, points of a partner together": old,

@@ -136,7 +136,7 @@ def curbs(robot: RobotParams, params: WorldParams) -> None:
 
 def main() -> None:
     files: Path = resources.shipped("params")
-    params = world_params(str(files / "worlds" / "costnav.yaml"), None)
+    params = world_params(str(files / "worlds" / "easy.yaml"), None)
     for name in parsed(__doc__, robot=["segway_e1", "nova_carter"]).robot:
         robot = robot_of(str(files / "robots" / f"{name}.yaml"))
         print(f"\n=== {name}: {robot.mass:.0f} kg")

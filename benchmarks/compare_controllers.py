@@ -133,7 +133,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=2000)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--map", default="sidewalk")
-    parser.add_argument("--world", default="costnav")
+    parser.add_argument("--world", default="easy")
     parser.add_argument("--stack", nargs="+", default=list(STACKS))
     parser.add_argument("--parts", choices=tuple(PARTS))
     parser.add_argument("--out", type=Path, required=True)

@@ -266,7 +266,7 @@ def main() -> None:
     for name, default in {**numbers, "waterfall": 40, "seed": 0}.items():
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--world", default="costnav")
+    parser.add_argument("--world", default="easy")
     asked = parser.parse_args()
     question = QUESTIONS[asked.question]
     name = asked.name or asked.question + ("-unraced" if asked.unraced else "")

@@ -63,7 +63,7 @@ class Driven:
 
 
 class Course:
-    """A loop's deliveries of seed 0 on the shipped map, with or without cargo, whole or cut off after some seconds."""
+    """A loop's deliveries of seed 0 on the shipped map in world ``published``, whole or cut off after some seconds."""
 
     def __init__(self, loop: Loop, folder: Path, with_cargo: bool = True, seconds: float | None = None) -> None:
         """Write the parameter files that differ from the shipped ones.
@@ -75,12 +75,12 @@ class Course:
             seconds: simulated time after which a delivery ends; None: when it ends.
         """
         changes: dict[str, Any] = {}
-        task = next(make_study(stacks=[loop.stack], episodes=1, workers=1).tasks())
+        task = next(make_study(stacks=[loop.stack], episodes=1, workers=1, world="published").tasks())
         if loop.incremental:
             nav2 = _changed(folder, Path(task.stack.nav2_file), NAVFN, INCREMENTAL)
             changes["stack"] = dataclasses.replace(task.stack, nav2_file=nav2)
         if not with_cargo:
-            changes["world"] = _changed(folder, Path(task.world), "\n  pieces: 50", "\n  pieces: 0")
+            changes["world"] = _changed(folder, Path(task.world), "\ncargo:\n", "\ncargo:\n  pieces: 0\n")
         if seconds is not None:
             changes["rules"] = _changed(folder, Path(task.rules), "\ntimeout: 241.0", f"\ntimeout: {seconds}")
         self._task: EpisodeTask = dataclasses.replace(task, **changes)

@@ -3,12 +3,14 @@
 import errno
 import importlib
 import sys
+import warnings
+from typing import Any
 
 import click
 
 from harness.cli.signals import stop_like_ctrl_c
 from harness.cli.streams import lost_output, provide_streams
-from harness.storage.shipped import keep_compiled_code
+from harness.storage.shipped import FormerName, keep_compiled_code
 from navstack.errors import NavstackError
 
 COMMANDS = {  # file of harness.cli and name of the command in it -> what it does
@@ -90,6 +92,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _status(arguments: list[str] | None) -> int:
     stop_like_ctrl_c()
     keep_compiled_code()
+    warnings.showwarning = _show
     try:
         app(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -107,6 +110,11 @@ def _status(arguments: list[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         return _complain("interrupted", 130)
     return 0
+
+
+def _show(*told: Any, **_: Any) -> None:
+    message, category = told[:2]
+    sys.stderr.write(f"note: {message}\n" if category is FormerName else warnings.formatwarning(*told[:4]))
 
 
 def _complain(message: str, status: int) -> int:

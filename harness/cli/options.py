@@ -8,6 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.places import EXECUTORS, Where
 from navstack.errors import InputError
 
@@ -58,7 +59,7 @@ _CONDITIONS = (
     click.option("--pedestrians", type=int, help="Number of people; default: the world's own (20)."),
     click.option("--people", help="How they walk: random_walk, social_force, replay, or a recording (CSV with columns "
                  "id, t, x, y; obsmat.txt); default: the world's own."),
-    click.option("--world", default="costnav", show_default=True, help="A name of params/worlds or a YAML file."),
+    click.option("--world", default=DEFAULT_WORLD, show_default=True, help="A name of params/worlds or a YAML file."),
     click.option("--rules", default="costnav", show_default=True,
                  help="How deliveries end: a name of params/rules or a YAML file."),
     click.option("--missions", default="published", show_default=True,

@@ -189,7 +189,8 @@ def world_params(path: str, pedestrians: int | None, people: str | None = None) 
     if people is not None and is_recording(people):
         who = dataclasses.replace(who, model="replay", replay=dataclasses.replace(who.replay, file=people))
     elif people is not None:
-        who = dataclasses.replace(who, model=people)
+        choice = "random" if people == "social_force" else who.goal_choice  # in turn is for who avoids nobody
+        who = dataclasses.replace(who, model=people, goal_choice=choice)
     if pedestrians is not None and who.model == "replay":
         raise InputError(
             f"--pedestrians {pedestrians} cannot be had from a recording, which has people of its own; leave it out, "

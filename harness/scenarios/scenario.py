@@ -107,7 +107,7 @@ class Scenario:
     people: tuple[PersonScript, ...] = ()
     gps_outages: tuple[tuple[float, float], ...] = ()  # [s] from, to: no fix arrives
     stack: str = "nav2-gps"  # a name of params/stacks or a file
-    world: str = "costnav"  # its physics and bodies; its people stay at home
+    world: str = "easy"  # its physics and bodies; its people stay at home
     seed: int = 0
     time_limit: float = 60.0  # [s] of simulated time
     expect: str = "pass"  # of EXPECTATIONS

@@ -13,6 +13,7 @@ from typing import Any
 
 from harness.storage.files import write_text
 from harness.storage.run_folder import MANIFEST, create_run, extend_run
+from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import Row
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
@@ -35,7 +36,7 @@ class Suite:
     episodes: int  # per stack and cell
     seeds: tuple[int, ...] = (0,)
     maps: tuple[str, ...] = ("sidewalk",)
-    worlds: tuple[str, ...] = ("costnav",)
+    worlds: tuple[str, ...] = (DEFAULT_WORLD,)
     pedestrians: tuple[int, ...] = ()  # empty: the worlds' own number
     people: str | None = None  # None: the worlds' own
     missions: str = "published"

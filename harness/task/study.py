@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.execution.workers import available_cores
-from harness.storage.shipped import resolve, shipped
+from harness.storage.shipped import DEFAULT_WORLD, resolve, shipped
 from harness.task.mission import SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
@@ -98,7 +98,7 @@ def make_study(
     map_name: str = "sidewalk",
     pedestrians: int | None = None,
     people: str | None = None,
-    world: str = "costnav",
+    world: str = DEFAULT_WORLD,
     missions: str = "published",
     localizer: str | None = None,
     robot: str | None = None,

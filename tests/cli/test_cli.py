@@ -163,3 +163,9 @@ def test_paper_prints_one_json_document(capsys: pytest.CaptureFixture[str]) -> N
                 assert columns[name][key] is None, (name, key)
             else:
                 assert math.isclose(columns[name][key], value, rel_tol=1e-9), (name, key)
+
+
+def test_a_world_is_found_by_its_former_name_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert status("run", "--world", "costnav", "--start", "1,2") == 1, "for the start"
+    note, error = capsys.readouterr().err.splitlines()
+    assert note == "note: the world 'costnav' is called 'easy' now" and "1,2" in error

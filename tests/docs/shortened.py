@@ -38,7 +38,7 @@ EXCHANGED = {
 IN_FILES = {
     "my_suite.yaml": (
         ("maps: [sidewalk, sidewalk_1]", "maps: [sidewalk]"),
-        ("worlds: [costnav, social]", "worlds: [costnav]"),
+        ("worlds: [easy, social]", "worlds: [easy]"),
         ("pedestrians: [0, 20]", "pedestrians: [0]"),
         ("episodes: 50", f"episodes: 1\nrules: {SHORT_RULES}"),
     ),

@@ -112,7 +112,7 @@ def write_run(tmp_path: Path) -> Callable[..., Path]:
             "missions": "published",
             "versions": {"navbench": "0.1.0"},
         }
-        world = (shipped("params") / "worlds" / "costnav.yaml").read_text(encoding="utf-8")
+        world = (shipped("params") / "worlds" / "easy.yaml").read_text(encoding="utf-8")
         parameters = {
             "prices.yaml": dump_dataclass(loaded),
             "world.yaml": world.replace("count: 20", f"count: {pedestrians}"),

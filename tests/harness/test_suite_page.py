@@ -38,7 +38,10 @@ PAYING = ("robot_at_fault", "shared_fault", "no_threshold_robot_at_fault")
 ROOT = Path(__file__).parents[2]
 SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
 INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars
-EPISODES = {"sidewalk-costnav-seed0-mine": 30, "sidewalk-costnav-seed0-other": 12, "sidewalk_1-costnav-seed0-mine": 20}
+EPISODES = {
+    f"{name}-published_2-seed0-{stack}": count
+    for name, stack, count in (("sidewalk", "mine", 30), ("sidewalk", "other", 12), ("sidewalk_1", "mine", 20))
+}
 
 
 @pytest.fixture
@@ -68,8 +71,8 @@ def test_the_page_says_how_much_there_is_and_what_is_missing(study: Path) -> Non
 
 def test_the_figures_are_those_of_the_runs(study: Path) -> None:
     results = read_results(study)
-    run = load_run(str(study / "sidewalk-costnav-seed0-mine"))
-    other = load_run(str(study / "sidewalk-costnav-seed0-other"))
+    run = load_run(str(study / "sidewalk-published_2-seed0-mine"))
+    other = load_run(str(study / "sidewalk-published_2-seed0-other"))
     expected = value(run.stacks[0].rows, run.stacks[0], run.prices(), 0)
     first = results.standings[0]
     assert first.valuation is not None and first.valuation.economics == expected.economics
@@ -105,7 +108,7 @@ def test_the_table_has_every_quantity_and_figures_are_the_same_every_time(study:
 
 def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None:
     results = read_results(study)
-    run = load_run(str(study / "sidewalk-costnav-seed0-other"))
+    run = load_run(str(study / "sidewalk-published_2-seed0-other"))
     (expected,) = reprice(run, choose(run, None, (), ()))
     standing = results.standings[1]
     found = results.accounted[standing.condition, "other"]
@@ -123,10 +126,10 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
 def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: Path) -> None:
     declare(tmp_path / "study", Suite("Made up", ("mine",), 20, maps=("sidewalk",), seeds=(0, 1)))
     for seed, episodes in ((0, 20), (1, 5)):
-        write_run(f"study/sidewalk-costnav-seed{seed}-mine", episodes=episodes, seed=seed)
+        write_run(f"study/sidewalk-published_2-seed{seed}-mine", episodes=episodes, seed=seed)
     results = read_results(tmp_path / "study")
     (standing,) = results.standings
-    runs = [load_run(str(tmp_path / "study" / f"sidewalk-costnav-seed{seed}-mine")) for seed in (0, 1)]
+    runs = [load_run(str(tmp_path / "study" / f"sidewalk-published_2-seed{seed}-mine")) for seed in (0, 1)]
     alone = [accounted_margins(run, [(run, run.stacks[0])])["robot_at_fault"].value for run in runs]
     assert None not in alone
     found = results.accounted[standing.condition, "mine"]["robot_at_fault"]
@@ -136,7 +139,7 @@ def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: 
 
 
 def test_contacts_of_another_state_are_refused(study: Path) -> None:
-    path = study / "sidewalk-costnav-seed0-mine" / "events.parquet"
+    path = study / "sidewalk-published_2-seed0-mine" / "events.parquet"
     events = read_rows(path, EVENT_COLUMNS)
     write_table(path, EVENT_COLUMNS, events[: len(events) // 2])
     with pytest.raises(InputError, match="different states of the run"):
@@ -145,7 +148,7 @@ def test_contacts_of_another_state_are_refused(study: Path) -> None:
 
 def test_where_nobody_was_touched_nobody_pays(write_run: Callable[..., Path], tmp_path: Path) -> None:
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
-    write_run("study/sidewalk-costnav-seed0-mine", episodes=9, crowd=0.0)
+    write_run("study/sidewalk-published_2-seed0-mine", episodes=9, crowd=0.0)
     results = read_results(tmp_path / "study")
     assert set(results.accounted[results.standings[0].condition, "mine"]) == set(ACCOUNTINGS)
     assert "Who pays" not in page(results)
@@ -156,14 +159,14 @@ def test_without_cargo_no_accounting_has_a_margin(write_run: Callable[..., Path]
         row["outcome"] = "arrived"
 
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
-    write_run("study/sidewalk-costnav-seed0-mine", episodes=9, change=arrive)
+    write_run("study/sidewalk-published_2-seed0-mine", episodes=9, change=arrive)
     results = read_results(tmp_path / "study")
     assert results.accounted == {(results.standings[0].condition, "mine"): {}}
     assert "Who pays" not in page(results)
 
 
 def test_what_else_differs_is_said_beside_the_differences(study: Path) -> None:
-    name = "sidewalk-costnav-seed0-other"
+    name = "sidewalk-published_2-seed0-other"
     about = json.loads((study / name / "run.json").read_text())
     (study / name / "run.json").write_text(json.dumps({**about, "versions": {"navbench": "0.0.9"}}))
     pieces = [

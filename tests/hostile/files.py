@@ -41,7 +41,7 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
     ),
     "world": (
         "worlds",
-        "costnav",
+        "easy",
         "--world",
         {
             "physics are endless": ({"rate: 120.0": "rate: 1.0e+12"}, "rate"),
@@ -200,7 +200,7 @@ SCENARIOS: dict[str, tuple[Changes, str]] = {
     "time is a year": ({"checks:": "time_limit: 3.0e+7\nchecks:"}, "time_limit"),
     "stack is unknown": ({"checks:": "stack: nav2-gsp\nchecks:"}, "nav2-gps"),
     "stack is parked": ({"checks:": "stack: parked\nchecks:"}, "parked"),
-    "world is unknown": ({"checks:": "world: costnva\nchecks:"}, "costnav"),
+    "world is unknown": ({"checks:": "world: esay\nchecks:"}, "easy"),
     "expectation is unknown": ({"checks:": "expect: maybe\nchecks:"}, "maybe"),
     "failure has no reason": ({"checks:": "expect: known_to_fail\nchecks:"}, "reason"),
     "seed is negative": ({"checks:": "seed: -1\nchecks:"}, "seed"),

@@ -14,7 +14,7 @@ from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, creat
 from harness.study.drive import TABLES
 from navstack.errors import InputError
 
-CELL = "hall-costnav-seed0-mine"  # of a suite
+CELL = "hall-published_2-seed0-mine"  # of a suite
 TOTAL = 3  # deliveries of a run, of which two are finished
 Record = dict[str, Any]
 

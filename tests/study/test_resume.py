@@ -42,7 +42,7 @@ class Shuffled(Workers):
 def options(folder: Path) -> dict[str, Any]:
     """A study of short deliveries with files of the user's own."""
     (folder / "short.yaml").write_text(RULES)
-    (folder / "world.yaml").write_text((shipped("params") / "worlds" / "costnav.yaml").read_text())
+    (folder / "world.yaml").write_text((shipped("params") / "worlds" / "easy.yaml").read_text())
     files = {"rules": str(folder / "short.yaml"), "world": str(folder / "world.yaml")}
     return {"stacks": ["parked"], "episodes": EPISODES, "seed": 3, "pedestrians": 4, **files}
 

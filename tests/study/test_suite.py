@@ -157,7 +157,7 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
         (("--stack", "parkd"), ("parkd", "did you mean 'parked'")),
         (("--map", "sidewalk_9"), ("sidewalk_9", "did you mean 'sidewalk")),
         (("--episodes", "3"), ("--episodes 3", "declares 1 to 2")),
-        (("--world", "costnva"), ("costnva", "did you mean 'costnav'")),
+        (("--world", "esay"), ("esay", "did you mean 'easy'")),
     ],
 )
 def test_a_portion_that_a_suite_has_not_is_refused(
@@ -221,7 +221,7 @@ def test_a_damaged_log_of_pieces_is_told(
     assert status == 1 and "pieces.jsonl: line 2" in complaint
 
 
-@pytest.mark.parametrize("name", ["figures", "sidewalk-costnav-seed0-standing"])
+@pytest.mark.parametrize("name", ["figures", "sidewalk-published_2-seed0-standing"])
 def test_a_suite_is_not_written_through_a_link(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, name: str
 ) -> None:

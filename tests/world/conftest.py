@@ -50,5 +50,5 @@ def any_robot(request) -> RobotParams:
 @pytest.fixture(scope="session")
 def params() -> WorldParams:
     """The published world without cargo."""
-    loaded = load_dataclass(WorldParams, resources.shipped("params") / "worlds" / "costnav.yaml")
+    loaded = load_dataclass(WorldParams, resources.shipped("params") / "worlds" / "easy.yaml")
     return dataclasses.replace(loaded, cargo=dataclasses.replace(loaded.cargo, pieces=0))

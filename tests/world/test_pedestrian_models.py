@@ -91,7 +91,7 @@ def test_who_is_absent_is_infinitely_far_and_still(model):
 
 def test_the_published_world_is_what_parameters_default_to():
     """So that other world files need to hold only what differs."""
-    assert load_dataclass(WorldParams, shipped("params") / "worlds" / "costnav.yaml") == WorldParams()
+    assert load_dataclass(WorldParams, shipped("params") / "worlds" / "easy.yaml") == WorldParams()
 
 
 def test_the_social_world_makes_way_and_can_be_pushed():

@@ -36,7 +36,7 @@ def social(comparison):
 
 @pytest.fixture(scope="module")
 def random_walk(comparison):
-    return comparison.measure([comparison.simulate("costnav", seed) for seed in range(2)])
+    return comparison.measure([comparison.simulate("easy", seed) for seed in range(2)])
 
 
 @pytest.mark.parametrize("percentile", [25, 50, 75, 95])

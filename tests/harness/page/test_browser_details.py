@@ -148,7 +148,7 @@ def test_the_nearest_person_is_as_far_as_the_bodies_are_apart(
     browser = opened(browse, tmp_path / "r.html", [folder])
     arrays = make_arrays(read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)[0], 0)
     outline = load_dataclass(RobotParams, shipped("params") / "robots" / "segway_e1.yaml").polygon
-    radius = load_dataclass(WorldParams, shipped("params") / "worlds" / "costnav.yaml").people.radius
+    radius = load_dataclass(WorldParams, shipped("params") / "worlds" / "easy.yaml").people.radius
     for row in (0, 50, 120):
         browser.execute_script(MOVE, float(arrays["trace"][row, 0]))
         told = browser.execute_script(f"return {FACTS}['nearest person']")

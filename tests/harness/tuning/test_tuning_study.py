@@ -43,7 +43,7 @@ def test_another_checkout_goes_on_from_the_archive(script: ModuleType, tmp_path:
 def test_spaces_and_objective_of_a_question_can_be_exchanged(script: ModuleType, tmp_path: Path) -> None:
     asked = argparse.Namespace(
         space=None, objective=None, unraced=True, budget="50m", trials=9, episodes=8, finalists=2, final_episodes=4,
-        test_episodes=6, waterfall=0, seed=0, world="costnav",
+        test_episodes=6, waterfall=0, seed=0, world="easy",
     )  # fmt: skip
     question = script.QUESTIONS["critics"]
     line = " ".join(script.arguments_of(asked, question, Path("a.yaml"), tmp_path))
