@@ -27,7 +27,7 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 run: $(READY)
-	$(BIN)/navbench run --stack nav2-gps --stack evasive-gps-ekf --episodes 20
+	$(BIN)/navbench run --stack paper-gps --stack evasive-gps-ekf --episodes 20
 
 test: $(READY)
 	$(DATA) $(BIN)/pytest -n auto --dist loadscope

@@ -121,7 +121,7 @@ def eventful(stacks: list[str], wanted: int, seed: int, pedestrians: int) -> Ite
         undisturbed(cargo, *step)
 
     found = 0
-    study = make_study(stacks=stacks, episodes=20 * wanted, seed=seed, pedestrians=pedestrians)
+    study = make_study(stacks=stacks, episodes=20 * wanted, seed=seed, pedestrians=pedestrians, world="easy")
     by_episode = sorted(study.tasks(), key=lambda task: (task.episode, task.stack_number))
     for task in by_episode:
         motion.clear()

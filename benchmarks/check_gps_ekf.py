@@ -137,7 +137,9 @@ def interval(growth: np.ndarray, distance: np.ndarray) -> tuple[float, float]:
 
 def missions(sensors: str, count: int, seed: int, workers: int) -> None:
     """Print how well the GPS-EKF knows where it is."""
-    study = make_study(stacks=["nav2-gps-ekf"], localizer="ground_truth", sensors=sensors, episodes=count, seed=seed)
+    study = make_study(
+        stacks=["nav2-gps-ekf"], localizer="ground_truth", sensors=sensors, episodes=count, seed=seed, world="easy"
+    )
     params = Parts(next(study.tasks())).nav2.read(GpsEkfParams, "gps_ekf")
     deliveries = []
     with Workers(workers) as pool:

@@ -25,7 +25,7 @@ MOST = 0.25  # of the processor time without recording, that full may cost
 
 def spent(stack: str, episodes: int, record: str) -> float:
     """Processor time [s] of driving and keeping the deliveries."""
-    study = make_study(stacks=[stack], episodes=episodes, record=record, workers=1)
+    study = make_study(stacks=[stack], episodes=episodes, record=record, workers=1, world="easy")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run"
         create_run(path, about(study, []), parameters(study))

@@ -23,7 +23,7 @@ def prepared(file: Path, substitutes: list[str]) -> tuple[Study | None, int, str
     said = ""
     for given in ([], substitutes):
         try:
-            study = make_study(stacks=[str(file)], episodes=1, substitutes=given)
+            study = make_study(stacks=[str(file)], episodes=1, substitutes=given, world="easy")
             return study, len(check(study)), f"`--substitute {given[0]}`" if given else ""
         except NavstackError as error:
             said = str(error).removeprefix(f"{file}: ").removeprefix(f"{file.name}: ")

@@ -1,4 +1,4 @@
-"""World ``published_2`` beside the published rows: drives what results/baseline lacks, prints docs/calibration.md's tables.
+"""World ``published_2`` beside the published rows: drives what results/baseline lacks, prints the tables of it.
 
 Usage: python benchmarks/frozen_world.py [--tables] [--workers N] [--stack NAME] [--place NAME]
 
@@ -8,28 +8,26 @@ names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was f
 """
 
 import argparse
-import dataclasses
-import json
 import os
 import sys
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
 from scipy.stats import binomtest, fisher_exact
 
+from harness.analysis.compare import compare, side_of
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
 from harness.report.markdown import interval_text, table
 from harness.report.published import PublishedMethod, load_published
-from harness.statistics.interval import wilson_interval
+from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm
 from harness.storage.files import write_text
 from harness.storage.shipped import shipped
 from harness.study.places import Where
-from harness.study.stored_run import load_run
+from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
 from harness.world.map_import import ImportSettings, import_scene
 from harness.world.scene_io import save_scene
@@ -50,21 +48,21 @@ METHODS = {  # stack -> published method that it stands for
 }
 EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf")  # the first is the one that margins are held against
 MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775  # [m] of the images, by the published file and by correlation with it
+FAMILIES = (  # of shares that are tested together: a stack for each published row
+    ("paper-gps", "paper-amcl"),
+    ("paper-gps", GEOMETRY),
+    ("paper-gps-seen", "paper-amcl-seen"),
+)
 LEVEL = 0.05  # p below which equality is rejected
 PROPERTY = ("mailbox_contacts", "trash_bin_contacts", "building_glass_contacts", "bollard_contacts")
-PREDICTED = (  # key, name, unit, decimals, allowed ours / published; None: reported
-    ("pedestrian_injury_usd_per_run", "pedestrian injury cost", "USD/run", 2, (1 / 1.5, 1.5)),
-    ("avg_collision_impulse_ns", "total impulse", "N s/run", 1, (0.7, 1.3)),
-    ("avg_distance_km", "distance", "km", 4, (0.75, 1.25)),
-    ("avg_runtime_h", "run time", "h", 4, None),
-    ("avg_velocity_mps", "speed", "m/s", 2, None),
+PREDICTED = (  # key, decimals, allowed ours / published; None: reported
+    ("pedestrian_injury_usd_per_run", 2, (1 / 1.5, 1.5)),
+    ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
+    ("avg_distance_km", 4, (0.75, 1.25)),
+    ("avg_velocity_mps", 2, None),
+    ("avg_runtime_h", 4, None),
 )
-NO_GATE = {("paper-amcl", "avg_distance_km")}
-
-
-def p_text(p: float) -> str:
-    """A p value with as many digits as matter."""
-    return f"{p:.3f}" if p >= 0.001 else f"{p:.1g}"
+STANDING = 172.0  # [s] that the published NavDP, which hardly moves, takes for a run
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +74,7 @@ class Cell:
 
     @property
     def folder(self) -> Path:
+        """Its run folder."""
         return KEPT / self.place / self.stack
 
 
@@ -133,88 +132,129 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
         sys.exit(status)
 
 
-def read(cell: Cell) -> tuple[list[str], Valuation]:
-    """The outcomes of a cell's deliveries, and what they come to."""
+@dataclass(frozen=True, slots=True)
+class Delivered:
+    """What a cell's deliveries came to."""
+
+    run: StoredRun
+    outcomes: list[str]
+    came_to: Valuation
+
+
+def read(cell: Cell) -> Delivered:
+    """The deliveries of a cell that is driven."""
     run = load_run(str(cell.folder))
     (stack,) = run.stacks
-    return [row["outcome"] for row in stack.rows], value(stack.rows, stack, run.prices(), run.seed)
+    outcomes = [row["outcome"] for row in stack.rows]
+    return Delivered(run, outcomes, value(stack.rows, stack, run.prices(), run.seed))
 
 
-def verdict(p: float) -> str:
-    return "**rejected**" if p < LEVEL else "not rejected"
+def p_text(p: float) -> str:
+    """A p value, in bold where equality is rejected."""
+    text = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001"
+    return f"**{text}**" if p < LEVEL else text
 
 
-def compared(row: Callable[[str, PublishedMethod, list[str], Valuation], list[list[str]]]) -> list[list[str]]:
-    """Rows of every stack that stands for a published method."""
-    published = load_published().methods
-    return [line for stack, name in METHODS.items() for line in row(stack, published[name], *read(KEPT / stack))]
+def shares(driven: dict[Cell, Delivered]) -> str:
+    """Fisher's exact test of every outcome share, a family's eight adjusted together (Holm)."""
+    methods = load_published().methods
+    lines: list[list[str]] = []
+    for place in PLACES:
+        for family in FAMILIES:
+            cells = [Cell(stack, place) for stack in family]
+            if not all(cell in driven for cell in cells):
+                continue
+            counts = [(cell, outcome, driven[cell].outcomes) for cell in cells for outcome in OUTCOMES]
+            p_values = []
+            for cell, outcome, ours in counts:
+                method = methods[METHODS[cell.stack]]
+                theirs = round(getattr(method.measured, outcome) * method.episodes)
+                k, n = ours.count(outcome), len(ours)
+                p_values.append(float(fisher_exact([[k, n - k], [theirs, method.episodes - theirs]]).pvalue))
+            parts = [
+                f"{interval_text(wilson_interval(ours.count(outcome), len(ours)), 3)}, {p_text(p)}"
+                for (_, outcome, ours), p in zip(counts, holm(p_values), strict=True)
+            ]
+            rows = [[place, cell.stack, *parts[4 * k : 4 * k + 4]] for k, cell in enumerate(cells)]
+            lines += [row for row in rows if row[:2] not in [line[:2] for line in lines]]
+    for name, method in methods.items():
+        if name in METHODS.values():
+            lines.append(["published", name, *(f"{getattr(method.measured, outcome):.2f}" for outcome in OUTCOMES)])
+    return table(["place", "stack", "SLA", "spoiled", "time-out", "assistance"], lines)
 
 
-def shares() -> str:
-    """Fisher's exact test of every outcome share, adjusted together (Holm)."""
-
-    def tested(stack: str, method: PublishedMethod, outcomes: list[str], _: Valuation) -> list[list[str]]:
-        rows = []
-        for outcome in OUTCOMES:
-            ours, n, share = outcomes.count(outcome), len(outcomes), getattr(method.measured, outcome)
-            theirs = round(share * method.episodes)
-            p_values.append(float(fisher_exact([[ours, n - ours], [theirs, method.episodes - theirs]]).pvalue))
-            text = f"{interval_text(wilson_interval(ours, n), 3)} (n = {n})"
-            rows.append([stack, outcome, text, f"{share:.2f} (n = {method.episodes})"])
-        return rows
-
-    p_values: list[float] = []
-    rows = compared(tested)
-    judged = zip(rows, p_values, holm(p_values), strict=True)
-    lines = [[*row, p_text(p), p_text(adjusted), verdict(adjusted)] for row, p, adjusted in judged]
-    return table(["stack", "outcome", "ours", "published", "p", "p (Holm)", ""], lines)
-
-
-def predictions() -> str:
-    """What the published rows tell beyond outcomes, within stated factors."""
-
-    def predicted(stack: str, method: PublishedMethod, _: list[str], came_to: Valuation) -> list[list[str]]:
-        rows = []
-        for key, name, unit, decimals, gate in PREDICTED:
-            ours, theirs = came_to.intervals[key], getattr(method.measured, key)
-            ratio = ours.value / theirs
-            allowed = None if (stack, key) in NO_GATE else gate
-            said = ["--", "reported"]
-            if allowed is not None:
-                is_within = allowed[0] <= ratio <= allowed[1]
-                said = [f"{allowed[0]:.2f} to {allowed[1]:.2f}", "within" if is_within else "**missed**"]
-            texts = interval_text(ours, decimals), f"{theirs:.{decimals}f}", f"{ratio:.2f}"
-            rows.append([stack, name, unit, *texts, *said])
-        return rows
-
-    return table(["stack", "quantity", "unit", "ours", "published", "ratio", "allowed", ""], compared(predicted))
+def predictions(driven: dict[Cell, Delivered]) -> str:
+    """What the published rows tell beyond outcomes: ours, and its ratio to the published, in bold where not allowed."""
+    lines = []
+    for cell, delivered in driven.items():
+        if cell.stack not in METHODS:
+            continue
+        line = [cell.place, cell.stack]
+        method = load_published().methods[METHODS[cell.stack]]
+        for key, decimals, gate in PREDICTED:
+            ours, ratio = (
+                delivered.came_to.intervals[key],
+                f"{mean_of(delivered, key) / getattr(method.measured, key):.2f}",
+            )
+            is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
+            line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
+        lines.append([*line, property_text(delivered, method)])
+    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]", "property contacts"]
+    return table(["place", "stack", *heading], lines)
 
 
-def property_contacts() -> str:
-    """Exact test of two Poisson rates (Przyborowski and Wilenski 1940)."""
-
-    def counted(stack: str, method: PublishedMethod, outcomes: list[str], came_to: Valuation) -> list[list[str]]:
-        n, episodes = len(outcomes), method.episodes
-        ours = round(n * sum(came_to.measured[key] or 0.0 for key in PROPERTY))
-        theirs = round(episodes * sum(getattr(method.measured, key) or 0.0 for key in PROPERTY))
-        p = binomtest(ours, ours + theirs, n / (n + episodes)).pvalue if ours + theirs else 1.0
-        return [[stack, f"{ours} in {n}", f"{theirs} in {episodes}", p_text(p), verdict(p)]]
-
-    return table(["stack", "ours", "published", "p", ""], compared(counted))
+def mean_of(delivered: Delivered, key: str) -> float:
+    """A mean over deliveries that is defined."""
+    mean = delivered.came_to.intervals[key].value
+    assert mean is not None, key
+    return mean
 
 
-def elsewhere() -> str:
-    """The same world on other maps and with other people."""
-    rows = []
-    for condition in ELSEWHERE:
-        for stack in STACKS:
-            outcomes, came_to = read(KEPT / "elsewhere" / condition / stack)
-            n = len(outcomes)
-            means = (came_to.intervals[key] for key in (PREDICTED[0][0], "contribution_margin"))
-            parts = [*(wilson_interval(outcomes.count(outcome), n) for outcome in OUTCOMES), *means]
-            rows.append([condition, stack, str(n), *(interval_text(part, 2) for part in parts)])
-    heading = ["where", "stack", "n", "SLA", "spoiled", "timeout", "assistance", "injuries [USD]", "margin [USD]"]
-    return table(heading, rows)
+def property_text(delivered: Delivered, method: PublishedMethod) -> str:
+    """Counted contacts with property; exact test of two Poisson rates (Przyborowski and Wilenski 1940)."""
+    n, episodes = len(delivered.outcomes), method.episodes
+    ours = round(n * sum(delivered.came_to.measured[key] or 0.0 for key in PROPERTY))
+    theirs = round(episodes * sum(getattr(method.measured, key) or 0.0 for key in PROPERTY))
+    p = binomtest(ours, ours + theirs, n / (n + episodes)).pvalue if ours + theirs else 1.0
+    return f"{ours} in {n} ({theirs} in {episodes}), {p_text(p)}"
+
+
+def standing(driven: dict[Cell, Delivered]) -> str:
+    """What it costs to stand for as long as the published NavDP takes."""
+    theirs = load_published().methods["navdp"].measured.pedestrian_injury_usd_per_run
+    lines = []
+    for cell, delivered in driven.items():
+        if cell.stack != "parked":
+            continue
+        cost = delivered.came_to.intervals["pedestrian_injury_usd_per_run"]
+        share = STANDING / (3600.0 * mean_of(delivered, "avg_runtime_h"))
+        value, low, high = (None if each is None else each * share for each in (cost.value, cost.low, cost.high))
+        scaled = interval_text(Interval(value, low, high, cost.n), 2)
+        ratio = mean_of(delivered, "pedestrian_injury_usd_per_run") * share / theirs
+        lines.append([cell.place, str(len(delivered.outcomes)), scaled, f"{ratio:.2f}"])
+    return table(["place", "n", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
+
+
+def earnings(driven: dict[Cell, Delivered]) -> str:
+    """Who earns money, and the differences on the same missions, adjusted for all of them (Holm)."""
+    cells = [cell for cell in driven if cell.stack in EARNING]
+    against = {cell: Cell(EARNING[0], cell.place) for cell in cells if cell.stack != EARNING[0]}
+    pairs = {
+        cell: compare(side_of(driven[other].run), side_of(driven[cell].run), ["contribution_margin"])
+        for cell, other in against.items()
+        if other in driven
+    }
+    found = {cell: pair.differences["contribution_margin"].paired for cell, pair in pairs.items()}
+    adjusted = dict(zip(found, holm([each.p for each in found.values()]), strict=True))
+    lines = []
+    for cell in cells:
+        outcomes, means = driven[cell].outcomes, driven[cell].came_to.intervals
+        texts = [interval_text(wilson_interval(outcomes.count("sla"), len(outcomes)), 3)]
+        texts += [interval_text(means[key], 2) for key in ("pedestrian_injury_usd_per_run", "contribution_margin")]
+        paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}" if cell in found else "--"
+        lines.append([cell.place, cell.stack, str(len(outcomes)), *texts, paired])
+    heading = ["SLA", "injuries [USD]", "margin [USD]", f"minus {EARNING[0]} [USD], p (Holm)"]
+    return table(["place", "stack", "n", *heading], lines)
 
 
 def main() -> None:
@@ -230,6 +270,8 @@ def main() -> None:
             is_asked = (not asked.stack or cell.stack in asked.stack) and (not asked.place or cell.place in asked.place)
             if is_asked and (own_map is not None or cell.place != OWN_MAP):
                 drive(cell, own_map, asked.workers)
+        driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
+        print("\n\n".join(part(driven) for part in (shares, predictions, standing, earnings)))
     except NavstackError as error:
         sys.exit(str(error))
 
