@@ -21,6 +21,8 @@ from navstack.types import FloatArray
 
 PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
 EARNED = ("revenue", "contribution_margin")
+FAMILY = ("contribution_margin", "sla")  # whose p values are adjusted together, unless metrics are named
+SHORT = {"margin": "contribution_margin"}  # as elsewhere on the command line
 SHOWN_VALUES = 3  # differing parameters that a warning names
 
 
@@ -44,7 +46,7 @@ class Compared:
     first: float  # mean of the first
     second: float
     paired: PairedDifference
-    p_holm: float  # p adjusted for all metrics in which some pair differs; others cannot be found to differ
+    p_holm: float | None  # p adjusted for the family's metrics in which some pair differs; None: not of the family
     better: Better
 
     @property
@@ -63,6 +65,11 @@ class Comparison:
     left_out: tuple[int, int]  # finished deliveries of each side without a partner
     differences: dict[str, Compared]
     warnings: list[str]
+
+    @property
+    def family(self) -> list[str]:
+        """Metrics whose p values are adjusted together."""
+        return [key for key, entry in self.differences.items() if entry.p_holm is not None]
 
 
 def side_of(run: StoredRun) -> Side:
@@ -83,7 +90,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     Args:
         first: the one that is there.
         second: the one that is held against it.
-        metrics: which to compare, the family of the adjusted p values; none: all that both sides have.
+        metrics: which to compare, the family of the adjusted p values; none: all that both sides have, of which
+            ``FAMILY`` is the family.
 
     Raises:
         InputError: no mission in common, or an unknown metric.
@@ -97,16 +105,17 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     rows = tuple(zip(*pairs, strict=True))
     columns = [_columns(side, own) for side, own in zip((first, second), rows, strict=True)]
     keys = [key for key in columns[0] if key in columns[1]]
-    for key in metrics:
+    named = [SHORT.get(key, key) for key in metrics]
+    for key in named:
         if key not in keys:
             raise UnknownNameError("metric", key, keys)
-    wanted = [key for key in keys if key in metrics or not metrics]
+    wanted = [key for key in keys if key in named or not named]
     clusters = number_clusters([tuple(row[key] for key in MISSION) for row in rows[0]])
     known = {}
     for key in wanted:
         if (entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)) is not None:
-            known[key] = entry
-    family = [key for key, entry in known.items() if entry.differs]
+            known[key] = entry if named or key in FAMILY else dataclasses.replace(entry, p_holm=None)
+    family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
         known[key] = dataclasses.replace(known[key], p_holm=p_holm)
     return Comparison(
@@ -140,6 +149,11 @@ def document(comparison: Comparison) -> Row:
         },
         "warnings": comparison.warnings,
     }
+
+
+def have_common_missions(first: Side, second: Side) -> bool:
+    """Whether both drove one mission at least."""
+    return bool(_pair(first.stack.rows, second.stack.rows))
 
 
 def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, Row]]:

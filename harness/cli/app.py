@@ -13,25 +13,31 @@ from harness.cli.streams import lost_output, provide_streams
 from harness.storage.shipped import FormerName, keep_compiled_code
 from navstack.errors import NavstackError
 
-COMMANDS = {  # file of harness.cli and name of the command in it -> what it does
-    "ablate": "Compare localizers on the same deliveries; price their errors.",
-    "bench": "Measure how fast everything is, and against what.",
-    "compare": "Compare two runs mission by mission.",
-    "explain": "Tell why a delivery cost what it cost, and what would have saved it.",
-    "lint": "Check a Nav2 parameter file.",
-    "localize": "Run a localizer over a recorded ROS 1 or ROS 2 bag.",
-    "map": "Make a sidewalk world, or show and measure a map.",
-    "paper": "Print the paper's two tables from its published measurements, and its thresholds.",
-    "parity": "Compare with Nav2's own C++, case by case.",
-    "plan": "Compare planners on one query: lengths, clearances, times, a picture.",
-    "price": "Price a finished run again, without simulating.",
-    "replay": "Show one recorded delivery: page, GIF, MCAP or Rerun.",
-    "report": "Write a report of finished runs as one HTML page.",
-    "run": "Drive deliveries; print what they did and what they cost.",
-    "scenario": "Drive situations written down as data; check what comes of them.",
-    "sensitivity": "Show which prices a finished run's profit depends on.",
-    "suite": "Drive a declared study: stacks x maps x worlds x densities x seeds.",
-    "tune": "Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.",
+COMMANDS = {  # heading in the help -> file of harness.cli and name of the command in it -> what it does
+    "Drive deliveries": {
+        "run": "Drive deliveries; print what they did and what they cost.",
+        "suite": "Drive a declared study: stacks x maps x worlds x densities x seeds.",
+        "ablate": "Compare localizers on the same deliveries; price their errors.",
+        "tune": "Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.",
+        "scenario": "Drive situations written down as data; check what comes of them.",
+    },
+    "Read what was driven": {
+        "report": "Write a report of finished runs as one HTML page.",
+        "replay": "Show one recorded delivery: page, GIF, MCAP or Rerun.",
+        "explain": "Tell why a delivery cost what it cost, and what would have saved it.",
+        "compare": "Compare two runs mission by mission.",
+        "price": "Price a finished run again, without simulating.",
+        "sensitivity": "Show which prices a finished run's profit depends on.",
+        "paper": "Print the paper's two tables from its published measurements, and its thresholds.",
+    },
+    "Look at one part": {
+        "lint": "Check a Nav2 parameter file.",
+        "plan": "Compare planners on one query: lengths, clearances, times, a picture.",
+        "localize": "Run a localizer over a recorded ROS 1 or ROS 2 bag.",
+        "map": "Make a sidewalk world, or show and measure a map.",
+        "parity": "Compare with Nav2's own C++, case by case.",
+        "bench": "Measure how fast everything is, and against what.",
+    },
 }
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
@@ -50,13 +56,14 @@ class Commands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List them in the help."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        for heading, commands in COMMANDS.items():
+            with formatter.section(heading):
+                formatter.write_dl(list(commands.items()))
 
 
 @click.group(
     cls=Commands,
-    commands={name: click.Command(name) for name in COMMANDS},
+    commands={name: click.Command(name) for commands in COMMANDS.values() for name in commands},
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 @click.version_option(package_name="navbench", prog_name="navbench", message="%(prog)s %(version)s")

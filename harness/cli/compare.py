@@ -14,7 +14,12 @@ from harness.study.stored_run import load_run
 @click.command()
 @click.argument("first", metavar="A")
 @click.argument("second", metavar="B")
-@click.option("--metric", "metrics", multiple=True, help="Compare this one only; repeatable. Default: all.")
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    help="Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for margin and SLA.",
+)
 @JSON
 def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) -> None:
     """Compare two runs, or two stacks of one run, on the missions that they have in common: B minus A.
@@ -25,7 +30,7 @@ def compare(first: str, second: str, metrics: tuple[str, ...], as_json: bool) ->
     Examples:
       navbench compare results/before results/after
       navbench compare results/both:nav2-gps results/both:parked
-      navbench compare results/before results/after --metric sla --metric contribution_margin --json
+      navbench compare results/before results/after --metric sla --metric margin --json
     """
     comparison = analysis.compare(analysis.side_of(load_run(first)), analysis.side_of(load_run(second)), metrics)
     for warning in comparison.warnings:

@@ -55,14 +55,14 @@ RUN_OPTIONS = ("map", "pedestrians", "people", "world", "rules", "missions", "st
 )
 @click.option("--episodes", type=int, default=32, show_default=True,
               help="Training missions, the same for every trial; racing likes 32, 64 and the like.")  # fmt: skip
-@click.option("--test-episodes", type=int, default=400, show_default=True,
+@click.option("--test-episodes", type=int, show_default="400, fewer for a small search",
               help="Unseen missions on which original and result are compared; 0: none.")  # fmt: skip
 @click.option("--finalists", type=int, default=4, show_default=True,
               help="Trials that meet the original on further training missions at the end; 0: none.")  # fmt: skip
-@click.option("--final-episodes", type=int, default=128, show_default=True,
+@click.option("--final-episodes", type=int, show_default="128, fewer for a small search",
               help="Such missions; the worse half of the finalists drops out after each round.")  # fmt: skip
 @click.option("--racing/--no-racing", "is_raced", default=True, help="Whether hopeless trials are dropped early.")
-@click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), default=40, show_default=True,
+@click.option("--waterfall", "waterfall_missions", type=click.IntRange(0, 1000), show_default="40, fewer",
               help="Missions on which the explanation drives mixtures of old and new; 0: no waterfall.")  # fmt: skip
 @condition_options
 @click.option("--out", type=click.Path(path_type=Path), help="Study folder; default: results/<time>-tune-<stack>.")
@@ -121,7 +121,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from harness.study.manifest import about, parameters
     from harness.study.preflight import check
     from harness.task.study import make_study
-    from harness.tuning.declaration import ORIGINAL, SPACE, Declaration
+    from harness.tuning.declaration import ORIGINAL, SPACE, Declaration, sizes
     from harness.tuning.objective import parse_objectives
     from harness.tuning.paths import with_absolute_files
     from harness.tuning.sampler import make_sampler
@@ -131,6 +131,7 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     from navstack.params.strict import dump_dataclass, read_text
 
     own = {name: choices.pop(name) for name in OWN_OPTIONS}
+    own |= {name: size for name, size in sizes(own["trials"], own["episodes"]).items() if own[name] is None}
     stack, spaces = choices.pop("stack"), choices.pop("spaces")
     space_files = [resolve(space, shipped("params") / "search_spaces", "search space") for space in spaces]
     space, content = read_spaces(space_files)
@@ -179,6 +180,8 @@ def drive(path: Path, where: "Where", budget: float | None, as_json: bool) -> in
     with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = Progress(study.plan, journal, study.declaration.budget, later)
+        searching = study.declaration.trials * searched
+        say(f"up to {searching:,d} deliveries of the search, then up to {later:,d} to choose, test and explain")
         if len(journal):
             say(f"going on after {len(journal)} episodes")
         shared = None if where.is_local else path

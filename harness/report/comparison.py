@@ -30,7 +30,7 @@ def _cells(entry: Compared) -> list[str]:
         number_text(span.value, None),
         bounds_text(span, None) or "--",
         p_text(paired.p),
-        p_text(entry.p_holm),
+        "--" if entry.p_holm is None else p_text(entry.p_holm),
         str(span.n),
         "--" if paired.needed is None else f"{paired.needed:,d}",
         winner(entry, "A", "B"),
@@ -40,7 +40,7 @@ def _cells(entry: Compared) -> list[str]:
 def winner(entry: Compared, first: str, second: str) -> str:
     """The better of two; empty where that is not sure."""
     difference = entry.paired.difference.value
-    if entry.better is Better.NEITHER or entry.p_holm >= SURE or not difference:
+    if entry.better is Better.NEITHER or entry.p_holm is None or entry.p_holm >= SURE or not difference:
         return ""
     return second if (difference > 0.0) == (entry.better is Better.HIGHER) else first
 
@@ -50,7 +50,7 @@ def _notes(comparison: Comparison) -> list[str]:
     alike = [key for key, entry in comparison.differences.items() if not entry.differs]
     notes = [
         "Interval: bootstrap over missions. p: paired sign-flip test, McNemar's for shares of deliveries. p Holm: "
-        f"adjusted for all {len(comparison.differences) - len(alike)} metrics above; --metric narrows the family.",
+        f"adjusted for {' and '.join(comparison.family)}; the others are for looking only, --metric asks for them.",
         "needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).",
         "better: who is, where p Holm is below 0.05.",
     ]

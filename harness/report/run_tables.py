@@ -5,13 +5,16 @@ from pathlib import Path
 
 from rich.console import Console
 
+from harness.analysis.compare import Side
 from harness.economics.prices import Prices
 from harness.episode.factory import world_params
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
 from harness.report.table_rows import further_metrics
 from harness.report.tables import own_column, render_table, render_tables
+from harness.report.verdict import MARGIN, earnings, rankings
 from harness.study.drive import StackResult
+from harness.study.stored_run import load_run
 from harness.task.study import Study
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -43,7 +46,14 @@ def print_results(results: Sequence[StackResult], study: Study, prices: Prices, 
         console.print(f"{result.stack.name}: {risk_text(result.valuation.risk)}")
         errors = f", {result.errors} ended in an error" if result.errors else ""
         console.print(f"{result.stack.name}: {result.real_time_factor_per_core:.1f} x real time per core{errors}")
+    run = load_run(str(folder))
+    margins = {each.stack.name: each.intervals.get(MARGIN) for each in results}
+    console.print()
+    parties = [(stack.name, Side(run, stack), margins[stack.name]) for stack in run.stacks]
+    for line in (*earnings(parties), *rankings(parties)):
+        console.print(line, soft_wrap=True)
     console.print(f"run folder: {folder}", soft_wrap=True)
+    console.print(f"next: navbench report {folder} --out report.html", soft_wrap=True)
 
 
 def _world_of(study: Study) -> str:

@@ -11,6 +11,7 @@ ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
 MOST_FINALISTS = 100
 MOST_EPISODES = 10_000  # training missions, or test missions
+_FULL_SEARCH = 3200  # deliveries of a search from which on its test and final choice have their full size
 _DURATION = re.compile(r"(?:(\d+(?:\.\d+)?)h)?(?:(\d+(?:\.\d+)?)m)?(?:(\d+(?:\.\d+)?)s)?")
 
 
@@ -50,6 +51,16 @@ class Declaration:
             if not least <= value <= most:
                 raise InputError(f"{option} {value} is out of range; give {least} to {most}")
         assert self.episodes + self.final_episodes <= FIRST_TEST, "training missions would run into those of the test"
+
+
+def sizes(trials: int, episodes: int) -> dict[str, int]:
+    """Missions of test, final choice and explanation that a user leaves to us: fewer where the search is small."""
+    share = min(1.0, trials * episodes / _FULL_SEARCH)
+    return {
+        "test_episodes": max(20, round(400 * share)),
+        "final_episodes": max(4, round(128 * share)),
+        "waterfall_missions": round(40 * share),
+    }
 
 
 def parse_duration(text: str) -> float:

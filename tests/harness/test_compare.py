@@ -44,11 +44,14 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run: WriteRun) -> 
     assert time["low"] < time["value"] < time["high"] < 0.0
     assert time["n"] == 40
     assert time["p"] == pytest.approx(1 / 10_001)
-    assert time["p_holm"] > time["p"]
+    assert time["p_holm"] is None, "not of the family, which has not been asked for"
     assert time["pairs_needed"] == 2
     sla = result["differences"]["sla"]
     assert (sla["a"], sla["b"]) == (pytest.approx(26 / 40), 1.0)
     assert sla["p"] == pytest.approx(2 / 2**14)  # McNemar: 14 pairs disagree, all one way
+    small, large = sorted((sla, result["differences"]["contribution_margin"]), key=lambda each: each["p"])
+    assert small["p_holm"] == pytest.approx(2 * small["p"])
+    assert large["p_holm"] == pytest.approx(max(2 * small["p"], large["p"]))
     assert result["differences"]["revenue"]["value"] == pytest.approx(3.49 * 14 / 40)
 
 
@@ -56,7 +59,8 @@ def test_a_run_against_itself_differs_in_nothing(write_run: WriteRun) -> None:
     run = write_run("a")
     result = compared(run, run)
     assert all(
-        entry["value"] == 0.0 and entry["p"] == entry["p_holm"] == 1.0 for entry in result["differences"].values()
+        entry["value"] == 0.0 and entry["p"] == 1.0 and entry["p_holm"] in (None, 1.0)
+        for entry in result["differences"].values()
     )
     assert result["warnings"] == []
 
@@ -109,6 +113,7 @@ def test_metrics_narrow_the_family(write_run: WriteRun) -> None:
     few = compared(*runs, "sla", "avg_runtime_h")["differences"]
     assert list(few) == ["sla", "avg_runtime_h"]
     assert few["avg_runtime_h"]["p_holm"] == pytest.approx(2 / 10_001)
+    assert list(compared(*runs, "margin")["differences"]) == ["contribution_margin"], "as it is called elsewhere"
     with pytest.raises(InputError, match="unknown metric 'slaa'; did you mean 'sla'"):
         compared(*runs, "slaa")
 
@@ -133,8 +138,12 @@ def test_tables_and_warnings(write_run: WriteRun, capsys: pytest.CaptureFixture[
     printed = capsys.readouterr()
     assert "warning: not comparable: other world: people.count 20 and 40" in printed.err
     assert "B minus A over 40 common missions" in printed.out
-    line = next(line for line in printed.out.splitlines() if line.startswith("avg_runtime_h"))
-    assert line.split()[-1] == "B"
+    better = {
+        line.split()[0]: line.split()[-1]
+        for line in printed.out.splitlines()
+        if line.startswith(("sla ", "avg_")) and "[" in line
+    }
+    assert better["sla"] == "B" and better["avg_runtime_h"] != "B", "only the family's p is adjusted"
     table = [line for line in printed.out.splitlines() if line.startswith(("avg", "sla", "opex"))]
     assert table and max(map(len, table)) <= 120
     command.compare.callback(str(first), str(second), (), as_json=True)

@@ -15,10 +15,8 @@ def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(named: 
     if named == "on the command line":
         study = make_study(stacks=["parked"], episodes=1, workers=1, people=str(recording))
     else:
-        plain = Path(make_study(stacks=["parked"], episodes=1, workers=1).template.world)
         world = tmp_path / "world.yaml"
-        replayed = "replay: {file: plaza.csv}\n  model: replay"
-        world.write_text(plain.read_text(encoding="utf-8").replace("model: random_walk", replayed), encoding="utf-8")
+        world.write_text("people: {model: replay, replay: {file: plaza.csv}}\n", encoding="utf-8")
         study = make_study(stacks=["parked"], episodes=1, workers=1, world=str(world))
     assert _world_of(study) == "map sidewalk, published missions, seed 0, people replayed from plaza.csv"
     few = make_study(stacks=["parked"], episodes=1, workers=1, pedestrians=7)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from harness.analysis.compare import Side
 from harness.economics.cost_model import Running, running
 from harness.economics.prices import Prices
 from harness.economics.valuation import Valuation, deliveries, missions, profit_draws, tells_of_rare, value
@@ -25,6 +26,11 @@ class Entry:
     valuation: Valuation
     running: Running  # [USD/run] arrays (n,), one entry per delivery
     events: dict[int, list[Row]]  # of every delivery, by episode
+
+    @property
+    def side(self) -> Side:
+        """As it is compared with others."""
+        return Side(self.run, self.stack)
 
     @property
     def margin(self) -> FloatArray | None:

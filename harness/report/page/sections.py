@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.compare import Side, compare
+from harness.analysis.compare import compare, have_common_missions
 from harness.analysis.repricing import accounted_margins
 from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
@@ -20,6 +20,7 @@ from harness.report.repriced import ACCOUNTING_NOTE, TITLES
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
+from harness.report.verdict import MARGIN, earnings, rankings
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -38,9 +39,11 @@ FOREMOST = (
 
 def headline(entries: Sequence[Entry]) -> Json:
     """What each stack earns per delivery, and the published stack that drives like these."""
+    parties = [(each.label, each.side, each.valuation.intervals.get(MARGIN)) for each in entries]
     return {
         "stacks": [_headline(entry.column, entry) for entry in entries],
         "paper": _headline(_published(entries)[0]),
+        "verdicts": rankings(parties) or earnings(parties),
     }
 
 
@@ -212,30 +215,21 @@ def break_even_histogram(means: FloatArray, capex: float) -> Json:
 def comparisons(entries: Sequence[Entry]) -> list[Json]:
     """Stacks on the missions that they have in common; pairs without one are left out."""
     pairs = itertools.combinations(entries, 2) if len(entries) <= EVERY_PAIR_UP_TO else _against_first(entries)
-    return [_comparison(first, second) for first, second in pairs if _meet(first, second)]
+    return [_comparison(first, second) for first, second in pairs if have_common_missions(first.side, second.side)]
 
 
 def _against_first(entries: Sequence[Entry]) -> list[tuple[Entry, Entry]]:
     """Each entry with the first that drove its missions: on a page of several maps each map has a first one."""
     pairs = []
     for number, entry in enumerate(entries):
-        first = next((each for each in entries[:number] if _meet(each, entry)), None)
+        first = next((each for each in entries[:number] if have_common_missions(each.side, entry.side)), None)
         if first is not None:
             pairs.append((first, entry))
     return pairs
 
 
-def _meet(first: Entry, second: Entry) -> bool:
-    a, b = ({(row["seed"], row["episode"], *_ends(row)) for row in each.stack.rows} for each in (first, second))
-    return bool(a & b)
-
-
-def _ends(row: Json) -> tuple[Any, ...]:
-    return tuple(row[key] for key in ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m"))
-
-
 def _comparison(first: Entry, second: Entry) -> Json:
-    result = compare(Side(first.run, first.stack), Side(second.run, second.stack))
+    result = compare(first.side, second.side)
     known = [key for key, entry in result.differences.items() if entry.differs]
     order = [key for key in FOREMOST if key in known] + [key for key in known if key not in FOREMOST]
     rows, titles = [], metric_titles()

@@ -20,7 +20,7 @@ from harness.storage.run_folder import JOURNAL, TUNING
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
 from harness.task.study import EpisodeTask, make_generators, make_study
-from harness.tuning.declaration import Declaration, parse_duration
+from harness.tuning.declaration import Declaration, parse_duration, sizes
 from harness.tuning.evaluation import EVENTS, FIRST_TEST, MARGIN, Candidate, seed_and_episode, unseen_seed
 from harness.tuning.journal import Journal
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
@@ -80,6 +80,12 @@ def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path
     assert rows(cut, task, asked) == [first, second, 1]
     incumbent = Candidate("incumbent", OTHER.values)
     assert rows(whole, task, [(incumbent, [0])])[0][0] == {**second[0], "stack": "incumbent"}
+
+
+def test_what_follows_a_small_search_is_small() -> None:
+    assert sizes(100, 32) == {"test_episodes": 400, "final_episodes": 128, "waterfall_missions": 40}
+    assert sizes(50, 16) == {"test_episodes": 100, "final_episodes": 32, "waterfall_missions": 10}
+    assert sizes(3, 2) == {"test_episodes": 20, "final_episodes": 4, "waterfall_missions": 0}
 
 
 def test_values_that_cannot_be_had_are_refused(tmp_path: Path) -> None:

@@ -8,8 +8,11 @@ const BRIEF = { sla: 'in time', arrived: 'arrived', spoiled: 'spoiled', timeout:
 const outcomeName = key => (OUTCOMES[key] || [key.replaceAll('_', ' ')])[0];
 
 function headlineCards() {
-  const { stacks, paper } = DATA.headline;
-  return h('div', { class: 'cards' }, stacks.map((each, number) => card(each, tint(number))), card(paper, null));
+  const { stacks, paper, verdicts } = DATA.headline;
+  return [
+    h('ul', { class: 'verdicts' }, verdicts.map(line => h('li', {}, line))),
+    h('div', { class: 'cards' }, stacks.map((each, number) => card(each, tint(number))), card(paper, null)),
+  ];
 }
 function card(each, colour) {
   const facts = [
@@ -24,7 +27,7 @@ function card(each, colour) {
   const interval = span(each.margin, usd);
   return h('div', { class: colour ? 'card' : 'card paper', tint: colour },
     h('h3', {}, colour ? each.label : `${each.label}, as published`),
-    h('div', { class: each.margin.v < 0 ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
+    h('div', { class: isNumber(each.margin.hi) && each.margin.hi < 0 ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
     h('div', { class: 'unit' }, 'margin per delivery'),
     h('div', { class: 'ci' }, interval ? `95 % ${interval}` : colour ? 'no interval: too few, or all alike' : 'no interval published'),
     h('dl', {}, facts.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)])));

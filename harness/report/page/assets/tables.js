@@ -44,7 +44,7 @@ function comparisonTable(pair) {
     h('td', { class: 'n' }, figures(each.difference.v), isNumber(each.difference.lo) &&
       h('span', { class: 'span' }, `${figures(each.difference.lo)} to ${figures(each.difference.hi)}`)),
     h('td', {}, forest(each.difference)), h('td', { class: 'n' }, each.p < .001 ? '< 0.001' : num(each.p, 3)),
-    h('td', { class: 'n' }, each.pHolm < .001 ? '< 0.001' : num(each.pHolm, 3)),
+    h('td', { class: 'n' }, each.pHolm === null ? '--' : each.pHolm < .001 ? '< 0.001' : num(each.pHolm, 3)),
     h('td', {}, each.better && h('strong', {}, each.better)), h('td', { class: 'n' }, num(each.needed)));
   const table = rows => scroller(`${pair.b} against ${pair.a}`, h('table', { class: 'wide' }, h('thead', {}, h('tr', {},
     h('th', { scope: 'col' }, `${num(pair.pairs)} common missions`),

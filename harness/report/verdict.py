@@ -1,0 +1,49 @@
+"""What a run proves, in sentences: whether each stack earns money, and whether the best is told from the others."""
+
+from collections.abc import Sequence
+
+from harness.analysis.compare import Side, compare, have_common_missions
+from harness.report.comparison import SURE
+from harness.report.markdown import interval_text, p_text
+from harness.statistics.interval import Interval
+from harness.statistics.paired import holm
+
+MARGIN = "contribution_margin"
+Party = tuple[str, Side, Interval | None]  # a stack's name, its deliveries and its margin [USD/run], if it is defined
+
+
+def earnings(parties: Sequence[Party]) -> list[str]:
+    """A sentence for each stack with a margin: whether it surely earns money."""
+    return [f"{name}: {_earning(margin)}" for name, _, margin in _known(parties)]
+
+
+def rankings(parties: Sequence[Party]) -> list[str]:
+    """A sentence for the best stack against each that drove missions of it: whether it surely earns more.
+
+    Differences are paired by mission; their p values are adjusted together (Holm).
+    """
+    known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
+    others = [(name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)]
+    pairs = [compare(side, known[0][1], [MARGIN]).differences[MARGIN].paired for _, side in others]
+    lines = []
+    for (name, _), pair, p in zip(others, pairs, holm([pair.p for pair in pairs]), strict=True):
+        span = f"{interval_text(pair.difference, 2)} USD a delivery over {pair.difference.n} missions, p {p_text(p)}"
+        if p < SURE:
+            lines.append(f"{known[0][0]} earns more than {name}: {span}")
+        else:
+            needed = f"; about {pair.needed:,d} would" if pair.needed else ""
+            lines.append(f"These deliveries cannot rank {known[0][0]} and {name}: {span}{needed}")
+    return lines
+
+
+def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:
+    return [(name, side, margin) for name, side, margin in parties if margin is not None and margin.value is not None]
+
+
+def _earning(margin: Interval) -> str:
+    text = f"{interval_text(margin, 2)} USD a delivery (n = {margin.n})"
+    if margin.low is None or margin.high is None:
+        return f"{text}, the same each time: what is rarer has not happened yet"
+    if margin.low > 0.0:
+        return f"{text}: it earns money"
+    return f"{text}: it loses money" if margin.high < 0.0 else f"{text}: these deliveries do not tell whether it earns"
