@@ -22,7 +22,7 @@ from navstack.control.controller_server import ControllerServer
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import BehaviorError, ControlError, PlanningError
-from navstack.navigation_status import Counts, Status, Trouble
+from navstack.navigation_status import Counts, Status, Trouble, told
 from navstack.planning.planner import Planner
 from navstack.recovery import default_recoveries
 from navstack.stopwatch import Latencies, Stopwatch
@@ -82,6 +82,7 @@ class NavigateToPose:
         self._driver = TREE
         self._counts = Counts()
         self._trouble = Trouble()
+        self._history: list[tuple[float, str]] = []  # [s] and what happened
         self.status = Status.RUNNING
 
     @property
@@ -101,9 +102,10 @@ class NavigateToPose:
     def trouble(self) -> Trouble:
         """What went wrong last, and why the tree gave up if it did."""
         failure = self._recoveries.last_failure
+        trouble = replace(self._trouble, history=told(self._history))
         if failure is None:
-            return self._trouble
-        return replace(self._trouble, recovery_error=failure.code, recovery_error_code=failure.number)
+            return trouble
+        return replace(trouble, recovery_error=failure.code, recovery_error_code=failure.number)
 
     @property
     def latencies(self) -> Latencies:
@@ -177,6 +179,7 @@ class NavigateToPose:
             return Twist2D()
         if not rests and self._controller_server.goal_reached(state):
             self.status = Status.SUCCEEDED
+            self._history.append((state.stamp, "arrived where it believes the goal"))
             return Twist2D()
         surroundings = Surroundings(self._local_costmap.master, tracks)
         try:
@@ -193,8 +196,10 @@ class NavigateToPose:
         try:
             command = self._recoveries.step(state)
         except BehaviorError:
-            self._give_up("every recovery failed")
+            self._give_up("every recovery failed", state.stamp)
             return Twist2D()
+        if self._recoveries.current != self._driver:
+            self._history.append((state.stamp, f"{self._driver} failed, {self._recoveries.current} begins"))
         if command is None:
             self._start_over(state.stamp)
         return command or Twist2D()
@@ -202,6 +207,7 @@ class NavigateToPose:
     def _planning_failed(self, error: PlanningError, state: RobotState) -> None:
         self._count(failed_plans=self._counts.failed_plans + 1)
         self._plan_error = error.code
+        self._history.append((state.stamp, f"no plan ({error.code})"))
         if error.code in PLANNER_RECOVERY_HELPS and not self._plan_retried:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
@@ -218,6 +224,7 @@ class NavigateToPose:
     def _control_failed(self, error: ControlError, state: RobotState) -> None:
         self._count(failed_controls=self._counts.failed_controls + 1)
         self._control_error = error.code
+        self._history.append((state.stamp, f"plan not followed ({error.code})"))
         if error.code in CONTROLLER_RECOVERY_HELPS and not self._control_retried:
             self._control_retried = True
             self._local_costmap.clear_entirely()
@@ -231,18 +238,19 @@ class NavigateToPose:
         self._trouble = Trouble(error=code, error_code=numbers.get(code, numbers["UNKNOWN"]))
         self._following = self._plan_retried = self._control_retried = False
         if self._counts.recoveries >= NUMBER_OF_RETRIES:
-            self._give_up("all retries are used up")
+            self._give_up("all retries are used up", state.stamp)
             return
         # As in Nav2, an earlier error of the controller still speaks for a recovery until it follows a path again.
         if not (self._control_error in CONTROLLER_RECOVERY_HELPS or self._plan_error in PLANNER_RECOVERY_HELPS):
-            self._give_up("no recovery helps against this error")
+            self._give_up("no recovery helps against this error", state.stamp)
             return
         self._count(recoveries=self._counts.recoveries + 1)
         try:
             is_done = self._recoveries.begin(state)
         except BehaviorError:
-            self._give_up("every recovery failed")
+            self._give_up("every recovery failed", state.stamp)
             return
+        self._history.append((state.stamp, f"{self._recoveries.current} begins"))
         self._recovering = True
         if is_done:
             self._start_over(state.stamp)
@@ -256,13 +264,14 @@ class NavigateToPose:
         self._next_plan = now
         self._controller_server.resume(now)
 
-    def give_up(self, reason: str) -> None:
-        """End a running navigation without success."""
+    def give_up(self, reason: str, now: float) -> None:
+        """End a running navigation without success, at ``now`` [s]."""
         if self.status is Status.RUNNING:
-            self._give_up(reason)
+            self._give_up(reason, now)
 
-    def _give_up(self, reason: str) -> None:
+    def _give_up(self, reason: str, now: float) -> None:
         self._recovering = False
+        self._history.append((now, f"gave up: {reason}"))
         self._trouble = replace(self._trouble, gave_up=reason)
         self.status = Status.FAILED
 

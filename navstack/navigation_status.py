@@ -1,7 +1,9 @@
 """How a navigation stands, and what happened on the way; goes into the episode's row."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import groupby
 
 
 class Status(Enum):
@@ -36,3 +38,13 @@ class Trouble:
     recovery_error: str = ""  # name of the last failure of a recovery
     recovery_error_code: int | None = None  # Nav2's number of it; 0: the behavior does not exist
     gave_up: str = ""  # why the tree ended without success
+    history: str = ""  # failures, recoveries and the end, in order of time: of :func:`told`
+
+
+def told(history: Sequence[tuple[float, str]]) -> str:
+    """What happened when [s], in one line; what happens again and again is told once, with its number and last time."""
+    runs = [(what, [stamp for stamp, _ in group]) for what, group in groupby(history, key=lambda each: each[1])]
+    return "; ".join(
+        f"{stamps[0]:.1f} s {what}" + (f" ({len(stamps)} times until {stamps[-1]:.1f} s)" if len(stamps) > 1 else "")
+        for what, stamps in runs
+    )

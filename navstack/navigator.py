@@ -212,7 +212,7 @@ class Navigator:
         if self._lost_since is None:
             self._lost_since = now
         if now - self._lost_since > LOST_PATIENCE:
-            self._tree.give_up(f"lost for more than {LOST_PATIENCE:g} s")
+            self._tree.give_up(f"lost for more than {LOST_PATIENCE:g} s", now)
         if self._control_clock.is_due(now):
             self._take(Twist2D())
 

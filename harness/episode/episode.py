@@ -136,6 +136,7 @@ def _row(
         "reason": verdict.reason,
         "navigator_status": brain.status.value,
         "gave_up": brain.trouble.gave_up,
+        "navigator_history": brain.trouble.history,
         "navigator_error": brain.trouble.error,
         "navigator_error_code": brain.trouble.error_code,
         "recovery_error": brain.trouble.recovery_error,

@@ -71,6 +71,7 @@ def document(evidence: Evidence, told: Sequence[Explained], saving: Saving | Non
         "outcome": row["outcome"],
         "reason": row["reason"],
         "source": evidence.source,
+        "navigator_history": row.get("navigator_history") or "",
         "events": [_event(each) for each in told],
         "rewind": None if saving is None else _rewind(saving),
     }

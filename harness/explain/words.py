@@ -34,7 +34,9 @@ def paragraph(evidence: Evidence, seconds: Seconds, before: Moment | None = None
     """A short paragraph on what led to a moment; a shorter one if that was told of the moment ``before`` it."""
     if before is not None and is_same(before, seconds.moment):
         return f"{what(evidence, seconds)} The seconds before are those of event {before.number}."
-    sentences = [what(evidence, seconds), _motion(seconds), _person(seconds), decided(seconds), _against(seconds)]
+    sentences = [what(evidence, seconds), _motion(seconds), _person(seconds)]
+    if not evidence.row["gave_up"]:  # else it was not the controller's choice
+        sentences += [decided(seconds), _against(seconds)]
     sentences += [_believed(seconds), _tracked(evidence, seconds), _cargo(evidence, seconds)]
     return " ".join(sentence for sentence in sentences if sentence)
 
@@ -56,7 +58,9 @@ def what(evidence: Evidence, seconds: Seconds) -> str:
     if moment.kind == TIMEOUT:
         stuck = row["duration_s"] - moment.stamp > 1.0
         how = f"from here on it stayed within {STUCK_PLACE:g} m" if stuck else "it was still on its way"
-        return f"{head} {how}; at {row['duration_s']:.0f} s time was up, {row['goal_distance_m']:.1f} m from the goal."
+        gave_up = f"; the navigator gave up: {row['gave_up']} ({row['navigator_error']})" if row["gave_up"] else ""
+        left = f"{row['goal_distance_m']:.1f} m from the goal"
+        return f"{head} {how}{gave_up}; at {row['duration_s']:.0f} s time was up, {left}."
     if moment.kind == ASSISTANCE:
         total = f" ({row['collision_impulse_ns']:.0f} N s in all)" if event is not None else ""
         return f"{head} the robot needed help: {REASONS.get(row['reason'], row['reason'])}{total}."
@@ -65,8 +69,9 @@ def what(evidence: Evidence, seconds: Seconds) -> str:
     speeds = f"the robot came with {event['robot_speed_mps']:z.2f} m/s"
     if event["partner"] == PERSON:
         speeds += f", the person with {event['partner_speed_mps']:z.2f} m/s"
-    fault = FAULTS.get(event["fault"], event["fault"])
-    return f"{head} it hit {partner} with {event['impulse_ns']:.0f} N s; {speeds}: {fault}."
+    fault, impulse = FAULTS.get(event["fault"], event["fault"]), f"{event['impulse_ns']:.0f} N s"
+    hit = f"{partner} hit it with" if event["fault"].startswith("person_into") else f"it hit {partner} with"
+    return f"{head} {hit} {impulse}; {speeds}: {fault}."
 
 
 def _motion(seconds: Seconds) -> str:

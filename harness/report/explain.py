@@ -54,6 +54,8 @@ def print_explanation(
     head = f"{row['stack']}, episode {row['episode']} of seed {row['seed']} on {row['map']}: {row['outcome']}"
     source = "from its recording" if evidence.source == "recording" else "driven again; its row came out as stored"
     console.print(Text(f"{head} ({row['reason']}), {row['duration_s']:.1f} s; {source}.", style="bold"))
+    if row.get("navigator_history"):
+        _print_words(f"The navigator: {row['navigator_history']}.", console)
     for each in told:
         console.print()
         _print_words(each.words, console)

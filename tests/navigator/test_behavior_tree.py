@@ -222,6 +222,10 @@ def test_after_six_recoveries_the_navigation_is_given_up() -> None:
     assert counts.failed_recoveries == 5
     assert (rig.tree.trouble.recovery_error, rig.tree.trouble.recovery_error_code) == ("UNAVAILABLE", 0)
     assert counts.failed_plans == 14  # two per attempt, of which the first is no retry
+    history = rig.tree.trouble.history.split("; ")
+    assert history[:2] == ["0.0 s no plan (NO_VALID_PATH) (2 times until 0.1 s)", "0.1 s clear_costmaps begins"]
+    assert [line.split(" s ")[1] for line in history[1:-1:2]] == ["clear_costmaps begins", "wait begins"] * 3
+    assert history[-1] == "16.0 s gave up: all retries are used up" and len(history) == 14
     assert len(rig.planner.stamps) == 14
     assert rig.tick(10) == Twist2D()
 
@@ -256,7 +260,7 @@ def test_arriving_ends_it() -> None:
     rig.controller.arrived = True
     assert rig.tick() == Twist2D()
     assert rig.tree.status is Status.SUCCEEDED
-    assert rig.tree.trouble.gave_up == ""
+    assert (rig.tree.trouble.gave_up, rig.tree.trouble.history) == ("", "0.3 s arrived where it believes the goal")
 
 
 def test_a_new_goal_forgets_retries_recoveries_and_errors() -> None:

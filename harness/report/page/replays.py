@@ -86,6 +86,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
             for term in ("revenue", "opex", "contribution_margin", *COSTS)
         },
         "reasons": reasons_of(entry, row, arrays),
+        "history": row.get("navigator_history") or "",
         "data": encode(arrays, fineness),
     }
 

@@ -12,7 +12,7 @@ from harness.metrics.decisions import CRITIC_COLUMNS
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore
 from navstack.types import Twist2D
 
-from .made_up import CRITICS, END, STAMPS, decision, evidence, moment_at
+from .made_up import CRITICS, END, HIT, STAMPS, contact, decision, evidence, moment_at
 
 
 def test_the_words_say_what_the_record_shows() -> None:
@@ -101,3 +101,19 @@ def test_controllers_without_scores_or_samples_are_told_as_they_are() -> None:
         row = {**plain, "total_score": None, "decided_by": "RegulatedPurePursuitController", **row}
         told = evidence(decisions=tuple(decision(stamp, **row) for stamp in np.arange(0.0, END, 0.05)))
         assert said in paragraph(told, seconds_before(told, moment_at(), 5.0))
+
+
+def test_whoever_was_shoved_hit_nobody() -> None:
+    shoved = dict(contact(HIT, 20.0), fault="person_into_standing_robot")
+    moment = dataclasses.replace(moment_at(), event=shoved)
+    given = evidence(events=(shoved,))
+    words = paragraph(given, seconds_before(given, moment, 5.0))
+    assert "20.00 USD: person 1 hit it with 80 N s" in words and "it hit person" not in words
+
+
+def test_of_a_navigation_that_was_given_up_no_critic_is_blamed() -> None:
+    row = {"outcome": "timeout", "reason": "timeout", "gave_up": "all retries are used up"}
+    given = evidence(row={**row, "navigator_error": "NO_VALID_PATH", "goal_distance_m": 12.0})
+    words = paragraph(given, seconds_before(given, moment_at(kind="timeout"), 5.0))
+    assert f"the navigator gave up: all retries are used up (NO_VALID_PATH); at {END:.0f} s time was up" in words
+    assert "Cycles decided" not in words and "PathDist" not in words

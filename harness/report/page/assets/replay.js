@@ -72,7 +72,7 @@ function player() {
           parts.seek, strip.place,
           h('div', { class: 'layers' }, LAYERS.filter(([key]) => has(key)).map(([key, label, colour]) =>
             check(label, shown[key], on => { shown[key] = on; draw(); }, `var(${colour})`)))),
-        h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs, reasons.place)));
+        h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs, reasons.place, navigatorHistory(facts.history))));
     listCosts();
   }
   const has = key => ({ scan: 'scan', plan: 'plan', tracks: 'tracks', belief: 'belief', options: 'options' }[key] === undefined

@@ -28,3 +28,8 @@ function replayReasons(reasons, seek) {
   }
   return { place, move };
 }
+
+// What the navigator did besides planning and following: failures, recoveries, how it ended.
+function navigatorHistory(text) {
+  return text && h('div', { class: 'why' }, h('h3', {}, 'Navigator'), h('ul', { class: 'history' }, text.split('; ').map(line => h('li', {}, line))));
+}
