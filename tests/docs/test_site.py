@@ -4,10 +4,7 @@ import contextlib
 import json
 import logging
 import re
-import threading
-from collections.abc import Callable, Iterator
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +21,6 @@ pytest.importorskip("material", reason="mkdocs-material is not installed: pip in
 WIDTHS = (1440, 390)
 SHOWN = ("index", "quick_start", "add_a_controller", "metrics", "money", "study")
 SOON = 20.0  # [s] that anything may take on a busy machine
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    """A server that says nothing."""
-
-    def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing."""
 
 
 class Warnings(logging.Handler):
@@ -63,15 +53,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def address(site: Path) -> Iterator[str]:
-    """Where the site is served; the search needs that."""
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_address[1]}"
-    server.shutdown()
-
-
 def test_every_page_is_there(site: Path) -> None:
     for page in (ROOT / "docs").glob("*.md"):
         assert (site / f"{page.stem}.html").is_file(), page.name
@@ -92,7 +73,10 @@ def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_pages_fit_and_ask_nobody(address: str, width: int, browse: Callable[[str, int], Any]) -> None:
+def test_pages_in_a_folder_fit_and_ask_nobody(
+    site: Path, width: int, browse: Callable[[str, int], Any]
+) -> None:
+    address = site.as_uri()
     browser = browse(f"{address}/{SHOWN[0]}.html", width)
     for page in SHOWN:
         browser.get(f"{address}/{page}.html")
