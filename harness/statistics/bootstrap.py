@@ -5,7 +5,9 @@ Deliveries of one mission are alike, so missions are drawn, not deliveries: the 
 """
 
 import functools
+import pickle
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +21,7 @@ DRAWS = 10_000
 TAIL = (1.0 - CONFIDENCE) / 2.0
 LEAST_TAIL = 5  # values among the worst from which their mean has an interval
 DRAWS_AT_ONCE = 500  # bootstrap draws per block; bounds the memory
+KEPT_DRAWS, MOST_KEPT = 32, 1_000_000  # blocks, enough for one comparison; numbers of a block
 
 
 def number_clusters(labels: Sequence[Hashable]) -> IntArray:
@@ -182,9 +185,38 @@ def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> Float
 def _weights(clusters: int, rng: np.random.Generator, draws: int) -> Iterator[FloatArray]:
     """How often each cluster is in each resample, in blocks of shape (b, clusters)."""
     for start in range(0, draws, DRAWS_AT_ONCE):
-        block = min(DRAWS_AT_ONCE, draws - start)
-        drawn = rng.integers(0, clusters, (block, clusters)) + clusters * np.arange(block)[:, np.newaxis]
-        yield np.bincount(drawn.ravel(), minlength=block * clusters).reshape(block, clusters).astype(np.float64)
+        yield kept_draw(_resample, rng, min(DRAWS_AT_ONCE, draws - start), clusters)
+
+
+def _resample(rng: np.random.Generator, block: int, clusters: int) -> FloatArray:
+    drawn = rng.integers(0, clusters, (block, clusters)) + clusters * np.arange(block)[:, np.newaxis]
+    return np.bincount(drawn.ravel(), minlength=block * clusters).reshape(block, clusters).astype(np.float64)
+
+
+def kept_draw(
+    draw: Callable[[np.random.Generator, int, int], FloatArray], rng: np.random.Generator, rows: int, columns: int
+) -> FloatArray:
+    """What ``draw`` makes of a generator; kept for the next that comes in the same state, as every metric's does.
+
+    The generator leaves as if it had drawn. Large draws are not kept.
+    """
+    if rows * columns > MOST_KEPT:
+        return draw(rng, rows, columns)
+    drawn, after = _drawn(draw, pickle.dumps((rng.bit_generator.state, type(rng.bit_generator))), rows, columns)
+    rng.bit_generator.state = after
+    return drawn
+
+
+@functools.lru_cache(maxsize=KEPT_DRAWS)
+def _drawn(
+    draw: Callable[[np.random.Generator, int, int], FloatArray], state: bytes, rows: int, columns: int
+) -> tuple[FloatArray, Any]:
+    before, kind = pickle.loads(state)
+    bits = kind()
+    bits.state = before
+    drawn = draw(np.random.Generator(bits), rows, columns)
+    drawn.flags.writeable = False
+    return drawn, bits.state
 
 
 def _checked(values: npt.ArrayLike, clusters: IntArray | None) -> tuple[FloatArray, IntArray]:

@@ -7,7 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from harness.statistics.bootstrap import DRAWS, IntArray, bootstrap_mean
+from harness.statistics.bootstrap import DRAWS, IntArray, bootstrap_mean, kept_draw
 from harness.statistics.interval import Interval, Z
 from navstack.types import FloatArray
 
@@ -86,9 +86,14 @@ def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: Int
     as_large = 0
     at_once = max(1, SIGNS_AT_ONCE // sums.size)
     for first in range(0, DRAWS, at_once):
-        signs = 2.0 * rng.integers(0, 2, (min(at_once, DRAWS - first), sums.size)) - 1.0
+        signs = kept_draw(_signs, rng, min(at_once, DRAWS - first), sums.size)
         as_large += int((np.abs(signs @ sums) >= least).sum())
     return (as_large + 1) / (DRAWS + 1)
+
+
+def _signs(rng: np.random.Generator, rows: int, columns: int) -> FloatArray:
+    signs: FloatArray = 2.0 * rng.integers(0, 2, (rows, columns)) - 1.0
+    return signs
 
 
 def mcnemar_p(only_first: int, only_second: int) -> float:

@@ -1,6 +1,8 @@
 """A finished run as its folder tells of it, read without what simulates."""
 
+import copy
 import dataclasses
+import functools
 import hashlib
 import sys
 from collections.abc import Mapping
@@ -60,11 +62,13 @@ class StoredRun:
 
     def prices(self) -> Prices:
         """The prices at which it was run."""
-        return load_prices(str(self.folder / "params" / "prices.yaml"))
+        file = self.folder / "params" / "prices.yaml"
+        return _prices(file, file.stat().st_mtime_ns if file.is_file() else 0)
 
     def condition(self, name: str) -> Any:
         """Content of one of the :data:`CONDITIONS`' files."""
-        return load_yaml(self.folder / "params" / f"{name}.yaml")
+        file = self.folder / "params" / f"{name}.yaml"
+        return copy.deepcopy(_content(file, file.stat().st_mtime_ns if file.is_file() else 0))
 
     def recorded_people(self) -> str:
         """SHA-256 of the recording whose people were replayed; empty: there is none.
@@ -87,6 +91,17 @@ class StoredRun:
         if not kept:
             raise UnknownNameError(f"stack of {self.folder}", stack, [each.name for each in self.stacks])
         return dataclasses.replace(self, stacks=kept)
+
+
+@functools.lru_cache(64)
+def _prices(file: Path, changed: int) -> Prices:
+    """The prices of a file as it was when it was ``changed`` last."""
+    return load_prices(str(file))
+
+
+@functools.lru_cache(64)
+def _content(file: Path, changed: int) -> Any:
+    return load_yaml(file)
 
 
 def load_run(folder_or_stack: str) -> StoredRun:
