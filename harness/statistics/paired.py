@@ -92,7 +92,7 @@ def sign_flip_p(differences: FloatArray, rng: np.random.Generator, clusters: Int
 
 
 def _signs(rng: np.random.Generator, rows: int, columns: int) -> FloatArray:
-    signs: FloatArray = 2.0 * rng.integers(0, 2, (rows, columns)) - 1.0
+    signs: FloatArray = (2.0 * rng.integers(0, 2, (rows, columns)) - 1.0).astype(np.float64)
     return signs
 
 
