@@ -17,11 +17,10 @@ from harness.statistics.interval import Interval
 from harness.statistics.paired import holm, paired_slope
 from harness.study.drive import StackResult
 from harness.study.stored_run import StoredRun
-from harness.task.stack import PLANNING_MAPS, TRUTH, Stack
+from harness.task.stack import GEOMETRY, TRUTH, Stack
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
 
-GEOMETRY = PLANNING_MAPS[0]
 MARGIN = "contribution_margin"
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
 SURE = 0.05  # adjusted p below which a difference is called significant

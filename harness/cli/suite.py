@@ -2,6 +2,7 @@
 
 import dataclasses
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import click
@@ -23,9 +24,11 @@ from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
+from harness.statistics.interval import wilson_interval
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.storage.tables import Row
+from harness.study.barn import BARN, Score, make_maps, map_names, optimal_times, score_of
 from harness.study.drive import TABLES, finish, require_own
 from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where, open_workers
@@ -56,6 +59,8 @@ from navstack.errors import InputError
 @click.option("--map", "maps", multiple=True, help="Drive on this map of the suite only; repeatable. Default: all.")
 @click.option("--episodes", type=int, help="Drive the first so many deliveries of each cell only. Default: all.")
 @click.option("--world", help="A name of params/worlds or a YAML file, instead of the suite's own.")
+@click.option("--worlds", "barn", type=click.Path(path_type=Path), metavar="DIR",
+              help="Of the BARN challenge, as maps in place of the suite's own.")  # fmt: skip
 @where_options
 @click.option("--out", type=click.Path(path_type=Path),
               help="Folder; one that holds the suite is added to. "
@@ -72,6 +77,7 @@ def suite(
     maps: tuple[str, ...],
     episodes: int | None,
     world: str | None,
+    barn: Path | None,
     where: Where,
     out: Path | None,
     resume: Path | None,
@@ -89,6 +95,7 @@ def suite(
       navbench suite my_suite.yaml --out results/my_suite
       navbench suite my_suite.yaml --out results/my_suite --stack nav2-gps --episodes 100
       navbench suite --resume results/my_suite
+      navbench suite barn --worlds BARN_dataset
     """
     portion = Portion(stacks, maps, episodes)
     if resume is not None:
@@ -96,10 +103,20 @@ def suite(
         sys.exit(resume_suite(resume, portion, where, as_json))
     if file is None:
         raise InputError("no suite is given; give its file, or --resume DIR")
-    sys.exit(begin_suite(file, world, portion, where, out, as_json))
+    if file == BARN and barn is None:
+        raise InputError("the suite barn needs --worlds DIR, the folder with the challenge's world_<i>.world files")
+    sys.exit(begin_suite(file, world, portion, where, out, as_json, barn))
 
 
-def begin_suite(file: str, world: str | None, portion: Portion, where: Where, out: Path | None, as_json: bool) -> int:
+def begin_suite(
+    file: str,
+    world: str | None,
+    portion: Portion,
+    where: Where,
+    out: Path | None,
+    as_json: bool,
+    barn: Path | None = None,
+) -> int:
     """Drive a suite, show progress on stderr, print the overview on stdout; returns the exit status.
 
     Args:
@@ -109,16 +126,19 @@ def begin_suite(file: str, world: str | None, portion: Portion, where: Where, ou
         where: it is driven.
         out: folder; one that holds this suite already is added to.
         as_json: whether the overview is printed as JSON.
+        barn: folder of the BARN challenge's worlds, to be driven in place of the suite's maps.
     """
     source = resolve(file, shipped("params") / "suites", "suite")
-    suite = load_suite(source)
+    path = (out or default_folder(source.stem)).resolve()
+    suite = load_suite(source, [] if barn is None else map_names(barn, path))
     if world is not None:
         suite = dataclasses.replace(suite, worlds=(str(Path(world).absolute()) if Path(world).is_file() else world,))
-    path = (out or default_folder(source.stem)).resolve()
     if (path / DECLARATION).is_file():
         require_same(path, suite)
     else:
         require_usable(path)
+    if barn is not None:
+        make_maps(barn, path)
     studies = {cell: cell_study(suite, cell, portion.episodes or suite.episodes) for cell in portion.cells(suite)}
     for cell, study in studies.items():
         if is_begun(path, cell):
@@ -207,11 +227,37 @@ def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tup
 
 def _print(results: Results, path: Path, as_json: bool) -> None:
     if as_json:
-        print_json({**overview(results), "folder": str(path)})
+        scores = {stack: dataclasses.asdict(each) for stack, each in _barn_scores(results, path).items()}
+        print_json({**overview(results), "folder": str(path)} | ({"barn": scores} if scores else {}))
         return
     console = report_console()
     print_sheet(_sheet(results), console)
+    print_sheet(_barn_sheet(results, path), console)
     console.print(f"suite folder: {path}, with its page index.md", soft_wrap=True)
+
+
+def _barn_scores(results: Results, path: Path) -> dict[str, Score]:
+    """What the BARN challenge says of the stacks; nothing where its worlds were not driven."""
+    times, rows = optimal_times(path), defaultdict[str, list[Row]](list)
+    for each in results.standings:
+        if times and each.side is not None:
+            rows[each.stack] += each.side.stack.rows
+    return {stack: score_of(driven, times) for stack, driven in rows.items() if driven}
+
+
+def _barn_sheet(results: Results, path: Path) -> Sheet:
+    rows = [
+        (
+            stack,
+            str(each.runs),
+            interval_text(wilson_interval(each.arrived, each.runs), 3),
+            str(each.collided),
+            *(f"{value:.3f}" for value in (each.score, each.newer_score)),
+            "--" if each.seconds is None else f"{each.seconds:.1f}",
+        )
+        for stack, each in _barn_scores(results, path).items()
+    ]
+    return declared("barn", rows)
 
 
 def _sheet(results: Results) -> Sheet:

@@ -13,7 +13,7 @@ from harness.episode.brain import Brain, Parked
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
-from harness.task.stack import TRUTH, Stack, is_file
+from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
 from harness.task.study import EpisodeTask, is_recording
 from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
@@ -285,8 +285,10 @@ def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray |
     """
     if is_file(stack.planning_map):
         return align(load_map(stack.planning_map)), None
-    if stack.planning_map == "navigation_mesh":
+    if stack.planning_map == MESH:
         return scene.navigation_mesh, None
+    if stack.planning_map == NO_MAP:
+        return dataclasses.replace(scene.geometry, data=np.full_like(scene.geometry.data, FREE)), None
     return scene.geometry, scene.walkable.data != FREE
 
 
@@ -294,6 +296,6 @@ def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
     name = stack.localization_map or stack.planning_map
     if is_file(name):
         return align(load_map(name))
-    if name == "geometry":
+    if name in (GEOMETRY, NO_MAP):  # without a map nobody looks at it
         return scene.mapped_geometry
-    return scene.navigation_mesh if name == "navigation_mesh" else scene.outlined_mesh
+    return scene.navigation_mesh if name == MESH else scene.outlined_mesh

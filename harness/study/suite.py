@@ -22,9 +22,9 @@ from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
-MOST_CELLS = 1000
+MOST_CELLS = 2000
 _FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")  # that may be given as files
-_OF_ALL_CELLS = ("people", "missions", "localizer", "robot", "prices", "rules", "record")
+_OF_ALL_CELLS = ("people", "missions", "localizer", "robot", "prices", "rules", "record", "start", "goal")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,8 @@ class Suite:
     localizer: str | None = None
     robot: str | None = None
     record: str = "events"
+    start: str | None = None  # x,y,yaw of every start; None: drawn
+    goal: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,13 +118,15 @@ def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[s
     return {Path(name).stem for name in asked or declared}
 
 
-def load_suite(path: Path) -> Suite:
-    """Read a suite file, files beside it as absolute paths.
+def load_suite(path: Path, maps: Sequence[str] = ()) -> Suite:
+    """Read a suite file, files beside it as absolute paths; ``maps`` stand in place of its own.
 
     Raises:
         ParameterError: an unknown key, a value of the wrong kind, an empty list, too many cells, or two of one name.
     """
     suite = load_dataclass(Suite, path)
+    if maps:
+        suite = dataclasses.replace(suite, maps=tuple(maps))
     for key in ("stacks", "seeds", "maps", "worlds"):
         if not getattr(suite, key):
             raise ParameterError(f"{path}: {key}: is empty; give at least one")

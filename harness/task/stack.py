@@ -8,13 +8,13 @@ from pathlib import Path
 
 from harness.storage.shipped import resolve, shipped
 from navstack.errors import ParameterError, UnknownNameError
-from navstack.params.extensions import localizers
+from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
-PLANNING_MAPS = ("geometry", "navigation_mesh")
-LOCALIZATION_MAPS = (*PLANNING_MAPS, "outlined_mesh")
+GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")  # none: all is free until it is seen
+LOCALIZATION_MAPS = (GEOMETRY, MESH, "outlined_mesh")
 NAVIGATORS = ("nav2", "parked")
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
@@ -132,7 +132,8 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
     _check("navigator", stack.navigator, NAVIGATORS)
     _check("localizer", stack.localizer, localizer_names())
     _check_map("planning map", stack.planning_map, PLANNING_MAPS)
-    _check_map("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
+    if stack.localization_map or stack.planning_map != NO_MAP or uses_map(stack.localizer):
+        _check_map("localization map", stack.localization_map or stack.planning_map, LOCALIZATION_MAPS)
     _check("when_lost", stack.when_lost, WHEN_LOST)
     _check("tracker", stack.tracker or TRUTH, (TRUTH,))
     for sensor in stack.carries:

@@ -73,6 +73,9 @@ NOT_EXECUTED = {
         "the like is executed on a page of its own",
         "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
     ),
+    r"navbench suite barn .*": Reason(
+        "needs the challenge's worlds", "tests/study/test_barn.py::test_a_stack_drives_the_worlds"
+    ),
     r"mpiexec .*": Reason("needs an MPI library", "tests/execution/test_cluster_examples.py::test_mpi_drives_a_study"),
     r"python docs/examples/slurm_study.py --jobs .*": Reason(
         "needs SLURM; what it would submit is executed",

@@ -73,9 +73,7 @@ def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_pages_in_a_folder_fit_and_ask_nobody(
-    site: Path, width: int, browse: Callable[[str, int], Any]
-) -> None:
+def test_pages_in_a_folder_fit_and_ask_nobody(site: Path, width: int, browse: Callable[[str, int], Any]) -> None:
     address = site.as_uri()
     browser = browse(f"{address}/{SHOWN[0]}.html", width)
     for page in SHOWN:
