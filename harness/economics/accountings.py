@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.contact_costs import injury_costs
+from harness.economics.contact_costs import injury_costs, monotone_injury_costs
 from harness.economics.cost_model import Measured
-from harness.economics.prices import Prices
+from harness.economics.prices import Prices, load_severe
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
 
-PUBLISHED = "published"  # of :data:`ACCOUNTINGS`
+PUBLISHED, MONOTONE = "published", "monotone"  # of :data:`ACCOUNTINGS`
 COUNTED, EVENT = "counted_contact", "contact_event"  # types of rows in events.parquet
 PERSON = "pedestrian"
 ROBOT_MOVED = ("robot_into_person", "robot_into_property")  # faults that are the robot's
@@ -92,6 +92,7 @@ def shared(contacts: Contacts) -> FloatArray:
 
 # Accounting -> which contacts, and the robot's share of their cost.
 ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
+    MONOTONE: (COUNTED, whole),
     PUBLISHED: (COUNTED, whole),
     "robot_at_fault": (COUNTED, at_fault_only),
     "shared_fault": (COUNTED, shared),
@@ -105,7 +106,7 @@ def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: 
     """The deliveries' measurements with contacts accounted for in another way.
 
     Only what contacts cost changes; outcomes stay, as an episode that ended in physical assistance cannot go on.
-    Property has a threshold of its own (100 N s), which stays: its price is that of a replacement.
+    Property has a threshold of its own (100 N s), which stays but in ``monotone``: its price is that of a replacement.
 
     Args:
         each: arrays with an entry per delivery.
@@ -117,11 +118,32 @@ def accounted(each: Measured, rows: Sequence[Row], events: Sequence[Row], name: 
     kind, share_of = ACCOUNTINGS[name]
     contacts = contacts_of(rows, events, kind)
     shares, people = share_of(contacts), contacts.with_people
-    costs = injury_costs(contacts.impulses, prices) * shares
+    price_of = monotone_injury_costs if name == MONOTONE else injury_costs
+    costs = price_of(contacts.impulses, prices) * shares
     injuries: Any = np.bincount(contacts.delivery[people], weights=costs[people], minlength=len(rows))
+    if name == MONOTONE:
+        touched = _in_proportion(each, contacts_of(rows, events, EVENT), len(rows))
+        return dataclasses.replace(each, pedestrian_injury_usd_per_run=injuries, **touched)
     counts = {f"{kind}_contacts": _paid(contacts, kind, shares, prices, len(rows)) for kind in PRICED_PROPERTY}
     in_world: dict[str, Any] = {key: value for key, value in counts.items() if getattr(each, key) is not None}
     return dataclasses.replace(each, pedestrian_injury_usd_per_run=injuries, **in_world)
+
+
+def _in_proportion(each: Measured, touches: Contacts, deliveries: int) -> dict[str, Any]:
+    """Every touch of property, by its impulse's share of the published threshold; never less than is published."""
+    shares = np.minimum(touches.impulses / PROPERTY_IMPULSE, 1.0)
+
+    def summed(which: npt.NDArray[np.bool_]) -> FloatArray:
+        sums = np.bincount(touches.delivery[which], weights=shares[which], minlength=deliveries)
+        return sums.astype(np.float64)
+
+    priced = np.isin(touches.kinds, PRICED_PROPERTY)
+    counts = {f"{kind}_contacts": summed(touches.kinds == kind) for kind in PRICED_PROPERTY}
+    found: dict[str, Any] = {
+        key: np.maximum(count, getattr(each, key)) for key, count in counts.items() if getattr(each, key) is not None
+    }
+    other = summed(~priced & ~touches.with_people) * load_severe().other_property.value
+    return {**found, "other_property_usd": other}
 
 
 def _paid(contacts: Contacts, kind: str, shares: FloatArray, prices: Prices, deliveries: int) -> FloatArray:

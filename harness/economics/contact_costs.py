@@ -6,17 +6,19 @@ delta_v, for all crash modes; the paper scales their cost by the robot's mass ov
 people inside cars: a proxy, as the paper says itself (appendix "Pedestrian injury-cost proxy").
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.prices import Logistic, Prices
+from harness.economics.prices import Logistic, Prices, load_severe
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
 
 MPH_PER_MPS = 2.23694  # [mph / (m/s)]
+_SPEEDS = np.linspace(0.0, 100.0, 20_001)  # [m/s] at which the highest cost so far is known
 SEVERITIES = ("mais_0", "mais_1", "mais_2", "mais_3", "mais_4", "mais_5", "fatal")
 
 
@@ -63,6 +65,38 @@ def injury_measures(impulses: npt.ArrayLike, prices: Prices) -> Row:
 def injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray:
     """Expected cost [USD] of a contact with a person for each impulse [N s]; same shape."""
     return injury_cost(np.asarray(impulses, dtype=np.float64) / prices.robot_mass.value, prices)
+
+
+def monotone_injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray:
+    """As :func:`injury_costs` up to the impulse at which that is highest; beyond it never falls.
+
+    From there on the cost grows by that of MAIS 4, 5 and fatal injuries (:class:`SeverePrices`), which the published
+    rule gives no price: it falls to nothing where these are all that is left.
+    """
+    severe, published = _beyond_peak(prices)
+    speed = np.asarray(impulses, dtype=np.float64) / prices.robot_mass.value
+    reached = published[np.clip(np.searchsorted(_SPEEDS, speed, side="right") - 1, 0, None)]
+    cost: FloatArray = np.maximum(injury_cost(speed, prices) + severe(speed), reached)
+    return cost
+
+
+@lru_cache(maxsize=8)
+def _beyond_peak(prices: Prices) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
+    """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s]; the highest cost so far."""
+    severe = load_severe()
+    costs = prices.injury_mass_factor * np.array([severe.mais_4.value, severe.mais_5.value, severe.fatal.value])
+    priced = injury_cost(_SPEEDS, prices)
+
+    def of_severe(speed: FloatArray) -> FloatArray:
+        all_of_them: FloatArray = mais_probabilities(speed, prices.injury.logistic.curves)[..., -3:] @ costs
+        return all_of_them
+
+    at_peak = float(of_severe(_SPEEDS[priced.argmax()]))
+
+    def growth(speed: FloatArray) -> FloatArray:
+        return np.maximum(of_severe(speed) - at_peak, 0.0)
+
+    return growth, np.maximum.accumulate(priced + growth(_SPEEDS))
 
 
 def property_cost(kind: str, impulse: float, prices: Prices) -> float:

@@ -38,6 +38,7 @@ class Measured:
     bollard_contacts: float | None = None  # [1/run]
     plant_contacts: float | None = None  # [1/run]
     fence_contacts: float | None = None  # [1/run]
+    other_property_usd: float = 0.0  # [USD/run] damage to what has no price in the paper; published: none
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +158,7 @@ def _property_damage(measured: Measured, prices: Prices) -> float:
     counts = {kind: getattr(measured, f"{kind}_contacts") for kind in PRICED_PROPERTY}
     costs = prices.property_damage
     damage: float = sum(count * getattr(costs, kind).value for kind, count in counts.items() if count is not None)
-    return damage
+    return damage + measured.other_property_usd
 
 
 def _sum(*terms: float | None) -> float | None:

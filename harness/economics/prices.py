@@ -1,6 +1,7 @@
 """The prices and constants of the cost model, each with its unit and its source."""
 
 from dataclasses import dataclass
+from functools import cache
 
 from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
@@ -145,6 +146,25 @@ def load_prices(name_or_file: str = "costnav") -> Prices:
     """
     path = resolve(name_or_file, shipped("params") / "prices", "prices")
     return checked(load_dataclass(Prices, path), str(path))
+
+
+@dataclass(frozen=True, slots=True)
+class SeverePrices:
+    """What the published rule does not price: the accounting ``monotone`` does."""
+
+    mais_4: Price = _price("USD/event", positive=True)
+    mais_5: Price = _price("USD/event", positive=True)
+    fatal: Price = _price("USD/event", positive=True)
+    other_property: Price = _price("USD/contact")
+
+
+@cache
+def load_severe() -> SeverePrices:
+    """The shipped ones."""
+    path = shipped("params") / "prices" / "optional" / "severe.yaml"
+    prices = load_dataclass(SeverePrices, path)
+    check_prices(prices, str(path))
+    return prices
 
 
 def checked(prices: Prices, where: str) -> Prices:

@@ -1,20 +1,23 @@
 """The printed result of ``navbench price``: the tables of a run, and the money under other accounting."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 from rich.text import Text
 
 from harness.analysis.repricing import VARIED, Choices, Repriced
-from harness.economics.accountings import PUBLISHED
+from harness.economics.accountings import MONOTONE, PUBLISHED
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import own_column, render_tables
+from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
+MARGIN = "contribution_margin"
 TITLES = {
     PUBLISHED: "published rule",
+    MONOTONE: "harder costs more",
     "robot_at_fault": "robot at fault",
     "shared_fault": "shared fault",
     "no_threshold": "all contacts",
@@ -24,7 +27,8 @@ TITLES = {
 ACCOUNTING_NOTE = (
     "The robot pays for contacts that the published rule counts; all: for every contact event with the impulse of its "
     "impacts, without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
-    "into it; shared: by its share of the closing speed. Property is the robot's in all. Outcomes stay."
+    "into it; shared: by its share of the closing speed. Property is the robot's in all. Harder costs more: injuries "
+    "beyond MAIS 3 have a price, and any touch of property costs in proportion. Outcomes stay."
 )
 
 
@@ -37,6 +41,9 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
         print_sheet(_accountings(each), console)
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
     for each in results:
+        margins = {name: found.intervals.get(MARGIN) for name, found in each.accountings.items()}
+        console.print(f"{each.stack.name}: {forgiven(margins)}")
+    for each in results:
         console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}")
         if each.stack.errors:
             console.print(f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out")
@@ -48,6 +55,17 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     for key, number in choices.settings.items():
         console.print(f"set: {key} = {number:g}")
     console.print(f"run folder: {run.folder}", soft_wrap=True)
+
+
+def forgiven(margins: Mapping[str, Interval | None]) -> str:
+    """How much the published rule does not charge for, in one line; by the margins of all accountings."""
+    published, monotone = (margins.get(name) for name in (PUBLISHED, MONOTONE))
+    if published is None or monotone is None or published.value is None or monotone.value is None:
+        return "what the published rule forgives is undefined, because the cargo was not simulated"
+    return (
+        f"the published rule forgives {published.value - monotone.value:.2f} $ a delivery: injuries beyond its peak, "
+        "touches of property below 100 N s and of kinds without a price"
+    )
 
 
 def risk_text(risk: Risk) -> str:

@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.economics.contact_costs import SEVERITIES, injury_cost, mais_probabilities
+from harness.economics.contact_costs import (
+    SEVERITIES,
+    injury_cost,
+    injury_costs,
+    mais_probabilities,
+    monotone_injury_costs,
+)
 from harness.economics.prices import Logistic, load_prices
 
 MODEL = load_prices("costnav")
@@ -86,3 +92,19 @@ def test_risk_and_cost_rise_with_speed_in_the_robots_range():
 
 def test_what_is_not_a_number_does_not_pass_for_harmless():
     assert math.isnan(float(injury_cost(math.nan, MODEL)))
+
+
+def test_the_monotone_cost_is_the_published_one_up_to_its_peak():
+    impulses = np.linspace(0.0, 1041.0, 500)
+    np.testing.assert_array_equal(monotone_injury_costs(impulses, MODEL), injury_costs(impulses, MODEL))
+
+
+def test_the_monotone_cost_never_falls_and_grows_by_that_of_severe_injuries():
+    impulses = np.linspace(0.0, 5000.0, 20_000)
+    costs = monotone_injury_costs(impulses, MODEL)
+    assert (np.diff(costs) >= 0.0).all()
+    peak = impulses[injury_costs(impulses, MODEL).argmax()] / 50.0
+    prices = np.array([0.266, 0.593, 1.0]) * 13.2e6  # MAIS 4, 5 and fatal in shares of a statistical life
+    severe = (np.array(twin(40.0)[4:]) - np.array(twin(peak)[4:])) @ prices
+    expected = 50.0 / 4535.924 * severe + float(injury_cost(40.0, MODEL))
+    assert float(monotone_injury_costs(2000.0, MODEL)) == pytest.approx(expected, rel=1e-3)

@@ -13,11 +13,13 @@ import pytest
 
 from harness.analysis.repricing import choose, document, reprice
 from harness.cli.price import price
-from harness.economics.contact_costs import injury_cost
+from harness.economics.accountings import accounted
+from harness.economics.contact_costs import injury_cost, monotone_injury_costs
+from harness.economics.cost_model import Measured, running
 from harness.economics.prices import load_prices
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
-from harness.report.repriced import risk_text
+from harness.report.repriced import forgiven, risk_text
 from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
@@ -153,6 +155,48 @@ def test_accounting_by_hand(write_run: WriteRun) -> None:
     costs = {name: entry["pedestrian_safety"]["value"] for name, entry in accountings.items()}
     assert 0.0 < costs["robot_at_fault"] < costs["published"] < costs["no_threshold"]
     assert 0.0 < costs["shared_fault"] < costs["published"]
+
+
+def test_monotone_by_hand(write_run: WriteRun) -> None:
+    """Counted contacts with people at a price that never falls, and every touch of a mailbox by its impulse."""
+    run = write_run("run", crowd=4.0)
+    stored, prices = load_run(str(run)), load_prices()
+    rows, found = stored.stacks[0].rows, priced(run)[0]["accountings"]
+    injuries = damage = 0.0
+    for row in rows:
+        own = [event for event in stored.events if event["episode"] == row["episode"]]
+        people = [e for e in own if e["type"] == "counted_contact" and e["kind"] == "pedestrian"]
+        injuries += sum(float(monotone_injury_costs(event["impulse_ns"], prices)) for event in people)
+        touched = [e for e in own if e["type"] == "contact_event" and e["kind"] == "mailbox"]
+        damage += 50.0 * max(sum(min(e["impulse_ns"] / 100.0, 1.0) for e in touched), row["mailbox_contacts"])
+    assert found["monotone"]["pedestrian_safety"]["value"] == pytest.approx(injuries / len(rows))
+    assert found["monotone"]["property_damage"]["value"] == pytest.approx(damage / len(rows))
+    published, monotone = (found[name]["contribution_margin"]["value"] for name in ("published", "monotone"))
+    assert monotone < published
+    line = forgiven(
+        {
+            name: Interval(value, None, None, 9)
+            for name, value in zip(("published", "monotone"), (2.0, 0.5), strict=True)
+        }
+    )
+    assert line.startswith("the published rule forgives 1.50 $ a delivery")
+
+
+def test_what_has_no_price_has_one_in_monotone() -> None:
+    nothing = {
+        "stack": "mine",
+        "episode": 0,
+        "robot_speed_mps": 1.0,
+        "partner_speed_mps": 0.0,
+        "fault": "robot_into_property",
+    }
+    events = [
+        {**nothing, "type": "contact_event", "kind": kind, "impulse_ns": 40.0} for kind in ("unknown", "trash_bin")
+    ]
+    each = Measured(**{field.name: np.zeros(1) for field in dataclasses.fields(Measured)})
+    found = accounted(each, [{"stack": "mine", "episode": 0}], events, "monotone", load_prices())
+    assert (found.other_property_usd.tolist(), found.trash_bin_contacts.tolist()) == ([0.4 * 50.0], [0.4])
+    assert running(found, load_prices()).property_damage.tolist() == [40.0]
 
 
 def test_property_keeps_its_own_threshold(write_run: WriteRun) -> None:

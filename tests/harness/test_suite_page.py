@@ -34,7 +34,7 @@ from harness.study.suite import Suite, cells, declare
 from harness.study.suite_log import Session, note_session
 from navstack.errors import InputError
 
-PAYING = ("robot_at_fault", "shared_fault", "no_threshold_robot_at_fault")
+PAYING = ("robot_at_fault", "shared_fault", "no_threshold_robot_at_fault", "monotone")
 ROOT = Path(__file__).parents[2]
 SUITE = Suite("Made up", ("mine", "other", "absent"), 30, maps=("sidewalk", "sidewalk_1"))
 INTERVAL = r"-?\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"  # of dollars

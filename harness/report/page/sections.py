@@ -16,7 +16,7 @@ from harness.report.comparison import winner
 from harness.report.names import COSTS
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
-from harness.report.repriced import ACCOUNTING_NOTE, TITLES
+from harness.report.repriced import ACCOUNTING_NOTE, TITLES, forgiven
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
@@ -128,7 +128,8 @@ def accountings(entries: Sequence[Entry]) -> Json | None:
         {"title": title, "cells": [each[name].as_json() if name in each else None for each in known]}
         for name, title in TITLES.items()
     ]
-    return {"note": ACCOUNTING_NOTE, "rows": rows}
+    lines = [f"{entry.label}: {forgiven(each)}." for entry, each in zip(entries, known, strict=True)]
+    return {"notes": [ACCOUNTING_NOTE, *lines], "rows": rows}
 
 
 def outcomes(entries: Sequence[Entry]) -> list[Json]:

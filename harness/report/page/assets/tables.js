@@ -21,12 +21,12 @@ function paperTable(layout, columns) {
 }
 
 function accountingTable() {
-  const { rows, note } = DATA.accountings, cell = each => each === null ? '–' : [usd(each.value),
+  const { rows, notes } = DATA.accountings, cell = each => each === null ? '–' : [usd(each.value),
     isNumber(each.low) && h('span', { class: 'span' }, `${usd(each.low)} to ${usd(each.high)}`)];
   const head = h('tr', {}, h('th', { scope: 'col' }, 'contacts that count, and who pays'),
     DATA.headline.stacks.map(each => h('th', { scope: 'col', class: 'n' }, each.label, h('span', { class: 'span' }, `n = ${num(each.n)}`))));
   return [scroller('Who pays for contacts', h('table', { class: 'wide' }, h('thead', {}, head), h('tbody', {}, rows.map(row => h('tr', {},
-    h('th', { scope: 'row' }, row.title), row.cells.map(each => h('td', { class: 'n' }, cell(each)))))))), h('p', { class: 'note' }, note)];
+    h('th', { scope: 'row' }, row.title), row.cells.map(each => h('td', { class: 'n' }, cell(each)))))))), notes.map(note => h('p', { class: 'note' }, note))];
 }
 
 function comparisonTables() {
