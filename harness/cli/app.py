@@ -28,6 +28,7 @@ COMMANDS = {  # heading in the help -> file of harness.cli and name of the comma
         "compare": "Compare two runs mission by mission.",
         "price": "Price a finished run again, without simulating.",
         "sensitivity": "Show which prices a finished run's profit depends on.",
+        "verify": "Check that a run was not changed, and that its deliveries repeat.",
         "paper": "Print the paper's two tables from its published measurements, and its thresholds.",
     },
     "Look at one part": {

@@ -13,7 +13,14 @@ from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.storage.run_folder import RunFolder, create_run, default_folder, other_study, require_usable
+from harness.storage.run_folder import (
+    RunFolder,
+    accept_changes,
+    create_run,
+    default_folder,
+    other_study,
+    require_usable,
+)
 from harness.storage.tables import Row
 from harness.study.drive import (
     TABLES,
@@ -69,12 +76,14 @@ def begin_run(study: Study, out: Path | None, where: Where, as_json: bool) -> in
     return _drive(load_study(path, study.workers), path, where, as_json)
 
 
-def resume_run(path: Path, where: Where, as_json: bool) -> int:
-    """Go on with the study of a run folder; otherwise as :func:`begin_run`."""
+def resume_run(path: Path, where: Where, as_json: bool, is_forced: bool = False) -> int:
+    """Go on with the study of a run folder, also with a changed one if forced; otherwise as :func:`begin_run`."""
     path = path.resolve()  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known
         raise InputError(f"'{path}' is {kind}; go on with navbench {command} --resume {path}")
+    if is_forced:
+        accept_changes(path)
     study = load_study(path, where.workers)
     check(study)
     for note in version_notes(path):
@@ -98,6 +107,8 @@ def drive_folder(study: Study, path: Path, where: Where) -> tuple[list[StackResu
     """
     interrupted = False
     with RunFolder(path, TABLES, study.total) as folder:
+        for note in folder.notes:
+            say(f"note: {note}")
         require_own(study, folder)
         say_what_is_done(folder, study)
         tally = Tally(study.total, len(folder.records))

@@ -8,6 +8,7 @@ import click
 
 from harness.cli.options import LOCALIZER, refuse_others, study_options
 from harness.study.places import Where
+from navstack.errors import InputError
 
 
 @click.command()
@@ -18,9 +19,18 @@ from harness.study.places import Where
 @click.option("--out", type=click.Path(path_type=Path), help="Run folder; default: results/<time>-<stack>.")
 @click.option("--resume", type=click.Path(path_type=Path), metavar="DIR",
               help="Go on with an interrupted run, from its folder alone.")  # fmt: skip
+@click.option("--force", "is_forced", is_flag=True,
+              help="With --resume: also if its files were changed; run.json says so.")  # fmt: skip
 @click.pass_context
 def run(
-    context: click.Context, /, out: Path | None, resume: Path | None, where: Where, as_json: bool, **choices: Any
+    context: click.Context,
+    /,
+    out: Path | None,
+    resume: Path | None,
+    is_forced: bool,
+    where: Where,
+    as_json: bool,
+    **choices: Any,
 ) -> None:
     """Drive deliveries and print what they did and what they cost.
 
@@ -37,6 +47,8 @@ def run(
     from harness.task.study import make_study
 
     if resume is not None:
-        refuse_others(context)
-        sys.exit(resume_run(resume, where, as_json))
+        refuse_others(context, "is_forced")
+        sys.exit(resume_run(resume, where, as_json, is_forced))
+    if is_forced:
+        raise InputError("--force goes with --resume DIR, whose files were changed")
     sys.exit(begin_run(make_study(workers=where.workers, **choices), out, where, as_json))

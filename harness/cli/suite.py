@@ -219,6 +219,8 @@ def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
 def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tuple[list[Row], bool]:
     """The records of a cell, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
+        for note in folder.notes:
+            say(f"note: {note}")
         require_own(study, folder)
         interrupted = is_interrupted(study, folder, workers, tally)
         finish(study, folder)

@@ -1,14 +1,16 @@
 """The records of finished deliveries: lines of a run's journal, or rows of the tables that it becomes."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
+from harness.storage.checksums import sealed, unsealed
 from harness.storage.tables import Columns, Row, is_of_kind, read_rows
 from navstack.errors import InputError
 
 LARGEST = 1e12  # of any number; more is no measurement of ours
+PARTS = {"row", "events", "timing"}  # of a record
 KEYS = ("stack", "stack_number", "seed", "episode")  # of every delivery
 NEEDED = ("stack", "map", "seed", "episode", "outcome", "distance_m", "duration_s", "average_speed_mps")
 NEEDED_OF_TIMINGS = ("wall_s", "real_time_factor")
@@ -22,14 +24,16 @@ def key_of(record: Row) -> tuple[int, int]:
 
 def line_of(record: Row) -> bytes:
     """A record (``row``, ``events``, ``timing``) as a line of a journal."""
-    return json.dumps(record, allow_nan=False).encode() + b"\n"
+    return sealed(json.dumps(record, allow_nan=False))
 
 
 def record_of(line: bytes) -> Row | None:
     """The record of a line; None: it was cut off or is damaged."""
     try:
-        record = json.loads(line)
-        whole = line.endswith(b"\n") and all(isinstance(number, int) for number in key_of(record))
+        record = json.loads(unsealed(line))
+        whole = (
+            line.endswith(b"\n") and set(record) == PARTS and all(isinstance(number, int) for number in key_of(record))
+        )
         whole = whole and isinstance(record["events"], list) and isinstance(record["timing"], dict)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
@@ -37,18 +41,15 @@ def record_of(line: bytes) -> Row | None:
 
 
 def records_in(
-    lines: Iterable[bytes], size: int, path: Path, tables: Mapping[str, Columns]
+    lines: Iterable[bytes], size: int, tables: Mapping[str, Columns], complain: Callable[[str], None]
 ) -> Iterator[tuple[Row, int, int]]:
     """The records of a journal, each with its place and length [bytes]; a last line that was cut off is none.
 
     Args:
         lines: of the journal.
         size: [bytes] of all lines.
-        path: of the journal, for messages.
         tables: columns of ``episodes``, ``events`` and ``timings``; what an episode's row lacks of them is null.
-
-    Raises:
-        InputError: another line is damaged, or an episode is there twice.
+        complain: takes what is wrong with another line, which is passed over.
     """
     end = 0
     known: set[tuple[int, int]] = set()
@@ -59,8 +60,8 @@ def records_in(
             return
         trouble = "" if record is None else _trouble_in(record, tables)
         if record is None or trouble or key_of(record) in known:
-            reason = f"damaged: {trouble}" if trouble else "damaged or there twice"
-            raise InputError(f"{path}: line {number} is {reason}; a run resumes from a whole journal")
+            complain(f"line {number} is {f'damaged: {trouble}' if trouble else 'damaged or there twice'}")
+            continue
         known.add(key_of(record))
         yield {**record, "row": {**dict.fromkeys(tables["episodes"]), **record["row"]}}, begin, len(line)
 
@@ -68,7 +69,7 @@ def records_in(
 def events_at(journal: IO[bytes], place: int) -> list[Row]:
     """The events of the record that begins at a byte of a journal."""
     journal.seek(place)
-    events: list[Row] = json.loads(journal.readline())["events"]
+    events: list[Row] = json.loads(unsealed(journal.readline()))["events"]
     return events
 
 

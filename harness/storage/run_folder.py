@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
+from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.files import (
     LOCK,
     locked,
@@ -98,7 +99,9 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
             (path / "params").mkdir()
             for name, text in parameters.items():
                 write_text(path / "params" / name, text)
-            write_text(path / MANIFEST, json.dumps(about, indent=2, sort_keys=True) + "\n")
+            manifest = _manifest(about)
+            write_checksums(path, {MANIFEST: manifest})  # a folder with a manifest has them
+            write_text(path / MANIFEST, manifest)
             (path / BEGUN).unlink()
     except OSError as error:
         raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
@@ -118,12 +121,44 @@ def extend_run(path: Path, episodes: int) -> None:
     require_real_folders(path)
     try:
         with locked(path):
-            about = json.loads(read_text(path / MANIFEST))
-            write_text(path / MANIFEST, json.dumps({**about, "episodes": episodes}, indent=2, sort_keys=True) + "\n")
+            _rewrite(path, {"episodes": episodes})
     except OSError as error:
         raise InputError(
             f"run folder '{path}' cannot be written ({error.strerror}); make room or choose another"
         ) from None
+
+
+def _manifest(about: Row) -> str:
+    return json.dumps(about, indent=2, sort_keys=True) + "\n"
+
+
+def _rewrite(path: Path, changes: Row) -> None:
+    """Change entries of a manifest."""
+    manifest = _manifest({**json.loads(read_text(path / MANIFEST)), **changes})
+    if (path / CHECKSUMS).exists():
+        write_checksums(path, {MANIFEST: manifest})
+    write_text(path / MANIFEST, manifest)
+
+
+def require_unchanged(path: Path) -> None:
+    """Check that a run folder is as the program left it.
+
+    Raises:
+        InputError: it was changed.
+    """
+    if changed := changed_files(path, not (path / JOURNAL).exists()):
+        raise InputError(
+            f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; restore it, or go on "
+            f"with --resume {path} --force, which marks the run as mixed"
+        )
+
+
+def accept_changes(path: Path) -> None:
+    """Take a run folder as it is, and let its manifest say what was changed."""
+    if changed := changed_files(path, not (path / JOURNAL).exists()):
+        before = read_manifest(path).get("mixed", [])
+        with locked(path):
+            _rewrite(path, {"mixed": sorted({*before, *changed})})
 
 
 class RunFolder:
@@ -142,10 +177,11 @@ class RunFolder:
             total: number of episodes that make the run complete.
 
         Raises:
-            InputError: another program writes the folder, it cannot be written, or its journal is damaged.
+            InputError: another program writes the folder, it cannot be written, or its tables are damaged.
         """
         self.path = path
         self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
+        self.notes: list[str] = []  # what was wrong with the journal
         self._tables, self._total = tables, total
         self._places: list[int] = []  # [bytes] where each record begins in the journal
         self._journal: IO[bytes] | None = None
@@ -250,6 +286,8 @@ class RunFolder:
             try:
                 for table, columns in self._tables.items():
                     write_table(self.path / f"{table}.parquet", columns, rows[table])
+                if (self.path / CHECKSUMS).exists():
+                    write_checksums(self.path)
                 if self.is_complete:
                     (self.path / JOURNAL).unlink()
             except OSError as error:
@@ -279,10 +317,13 @@ class RunFolder:
         end, size = 0, journal.seek(0, os.SEEK_END)
         journal.seek(0)
         lines = iter(lambda: journal.readline(MOST_LINE), b"")
-        for record, place, length in records_in(lines, size, self.path / JOURNAL, self._tables):
+        for record, place, length in records_in(lines, size, self._tables, self._complain):
             self._keep(record, place)
             end = place + length
         journal.truncate(end)
+
+    def _complain(self, trouble: str) -> None:
+        self.notes.append(f"{self.path / JOURNAL}: {trouble}; its delivery is driven again")
 
     def _failed(self, error: OSError) -> InputError:
         kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""

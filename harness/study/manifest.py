@@ -9,7 +9,7 @@ from typing import Any
 
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.execution.worker_check import project_digest
-from harness.storage.run_folder import MANIFEST, read_manifest
+from harness.storage.run_folder import MANIFEST, read_manifest, require_unchanged
 from harness.storage.tables import Row
 from harness.task.stack import Stack
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
@@ -82,6 +82,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     Raises:
         InputError: the folder holds no run, one of another version of this program, or one on a map that has changed.
     """
+    require_unchanged(folder)
     content = _whole_manifest(folder)
     where = str(folder / MANIFEST)
     recorded = content.get("versions", {}).get(PROGRAM)

@@ -5,7 +5,7 @@ import dataclasses
 import functools
 import hashlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,10 @@ from typing import Any
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices, load_prices
+from harness.economics.valuation import ARRIVED, OUTCOMES
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
+from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, other_study, read_manifest
 from harness.storage.tables import read_rows
@@ -22,6 +24,8 @@ from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
 from navstack.params.strict import load_yaml
 
+ENDS = (*OUTCOMES, ARRIVED)
+NOT_NEGATIVE = ("distance_m", "duration_s", "pedestrian_injury_usd", "collision_impulse_ns", "pieces_lost")
 NEEDED_OF_EVENTS = (
     *("stack", "episode", "type", "partner", "kind", "fault"),
     *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
@@ -164,6 +168,11 @@ def _load(folder: Path) -> StoredRun:
     finished = [row for row in rows if row["error"] is None]
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")
+    _check_whole(rows, folder / "episodes.parquet")
+    if about.get("mixed"):
+        sys.stderr.write(f"note: {folder} is mixed: {', '.join(about['mixed'])} were changed after it had begun\n")
+    if changed := changed_files(folder, not (folder / JOURNAL).exists()):
+        sys.stderr.write(f"note: {folder} was changed since it was written: {', '.join(changed)}\n")
     stacks = tuple(
         StoredStack(
             name=name,
@@ -193,6 +202,21 @@ def _described(folder: Path) -> dict[str, Any]:
     if not sound:
         raise InputError(f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run")
     return {**about, "stacks": stacks}
+
+
+def _check_whole(rows: Sequence[Row], where: Path) -> None:
+    """Check that deliveries can have gone so, and that none is there twice."""
+    seen: set[tuple[Any, ...]] = set()
+    for number, row in enumerate(rows, start=1):
+        key = (row["stack"], row["stack_number"], row["seed"], row["episode"])
+        below = next((name for name in NOT_NEGATIVE if row[name] is not None and row[name] < 0.0), None)
+        if key in seen:
+            raise InputError(f"{where}: row {number}: delivery {row['episode']} of '{row['stack']}' is there twice")
+        if row["error"] is None and row["outcome"] not in ENDS:
+            raise InputError(f"{where}: row {number}: outcome '{row['outcome']}'; known are {', '.join(ENDS)}")
+        if below:
+            raise InputError(f"{where}: row {number}: {below} {row[below]:g} is no measurement; it cannot be negative")
+        seen.add(key)
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:

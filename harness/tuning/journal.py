@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
+from harness.storage.checksums import sealed, unsealed
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder
 from harness.storage.journal import trouble_with
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
@@ -115,7 +116,7 @@ class Journal:
         record = {"values": dict(candidate.values), **episode, "elapsed_s": self.elapsed}
         line = json.dumps(record, allow_nan=False)
         try:
-            self._file.write(line.encode() + b"\n")
+            self._file.write(sealed(line))
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
@@ -152,7 +153,7 @@ class Journal:
     def _take_in(self, line: bytes) -> str:
         """Keep a line's episode; returns what is wrong with it."""
         try:
-            record = json.loads(line) if line.endswith(b"\n") else None
+            record = json.loads(unsealed(line)) if line.endswith(b"\n") else None
             if record is None:
                 return "cut off"
             trouble = _trouble_with(record["row"])

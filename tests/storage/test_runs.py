@@ -9,7 +9,9 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
+from harness.storage.checksums import CHECKSUMS
 from harness.storage.files import LOCK, locked, replacing, write_text
+from harness.storage.journal import line_of, record_of
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
 
@@ -53,7 +55,7 @@ def test_tables_do_not_depend_on_the_order_of_work(tmp_path: Path) -> None:
     distances = pq.read_table(tmp_path / "a" / "episodes.parquet")["distance_m"].to_pylist()
     assert distances == [0.0, 1 / 3, 10.0, 10.0 + 1 / 3]
     assert sorted(file.name for file in (tmp_path / "a").iterdir()) == sorted(
-        [*(f"{name}.parquet" for name in TABLES), "params", MANIFEST]
+        [*(f"{name}.parquet" for name in TABLES), "params", CHECKSUMS, MANIFEST]
     )
 
 
@@ -118,23 +120,31 @@ def test_a_finished_run_is_read_and_left_as_it_is(tmp_path: Path) -> None:
     assert count_finished(tmp_path / "run") == 4
 
 
-def test_a_journal_damaged_in_its_middle_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("damaged", ["nonsense\n", '{"row": {}}\n', None])
+def test_a_damaged_line_costs_its_delivery_only(tmp_path: Path, damaged: str | None) -> None:
+    write_run(tmp_path / "whole", ORDER)
     create_run(tmp_path / "run", {}, {})
-    line = json.dumps(record(0, 0)) + "\n"
-    (tmp_path / "run" / JOURNAL).write_text("nonsense\n" + line)
-    with pytest.raises(InputError, match="line 1 is damaged"):
-        go_on(tmp_path / "run", [])
-
-
-def test_a_delivery_that_a_journal_has_twice_is_refused(tmp_path: Path) -> None:
-    create_run(tmp_path / "run", {}, {})
-    lines = [json.dumps(record(*key)) + "\n" for key in ((0, 0), (1, 0), (0, 0))]
-    (tmp_path / "run" / JOURNAL).write_text("".join(lines))
-    with pytest.raises(InputError, match="line 3 is damaged or there twice"):
-        go_on(tmp_path / "run", [])
-    (tmp_path / "run" / JOURNAL).write_text("".join(lines[:2]))
+    lines = [line_of(record(*key)) for key in ORDER[:3]]
+    lines[1] = lines[0] if damaged is None else damaged.encode()  # None: a delivery is there twice
+    (tmp_path / "run" / JOURNAL).write_bytes(b"".join(lines))
     with RunFolder(tmp_path / "run", TABLES, len(ORDER)) as folder:
-        assert folder.finished == {(0, 0), (1, 0)}
+        (note,) = folder.notes
+        assert "journal.jsonl: line 2 is damaged" in note and note.endswith("its delivery is driven again")
+        assert folder.finished == {ORDER[0], ORDER[2]}
+        folder.add(record(*ORDER[1]))
+        folder.add(record(*ORDER[3]))
+    assert tables(tmp_path / "run") == tables(tmp_path / "whole")
+
+
+def test_a_sealed_line_is_told_from_a_changed_one() -> None:
+    line = line_of(record(0, 1))
+    assert record_of(line) == record(0, 1)
+    assert record_of(json.dumps(record(0, 1)).encode() + b"\n") == record(0, 1), "as earlier versions wrote them"
+    for place in range(len(line) - 1):
+        for bit in (0, 3, 6):
+            changed = bytearray(line)
+            changed[place] ^= 1 << bit
+            assert record_of(bytes(changed)) is None, (place, bit)
 
 
 def test_two_programs_cannot_write_one_folder(tmp_path: Path) -> None:
@@ -231,7 +241,7 @@ def test_a_program_that_is_killed_while_it_makes_a_folder_leaves_one_to_use(
         create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 1\n", "b.yaml": "y: 1\n"})
     create_run(tmp_path / "run", {"command": ["x"]}, {"a.yaml": "x: 2\n"})
     files = sorted(str(file.relative_to(tmp_path / "run")) for file in (tmp_path / "run").rglob("*"))
-    assert files == ["params", "params/a.yaml", MANIFEST]
+    assert files == [CHECKSUMS, "params", "params/a.yaml", MANIFEST]
     with pytest.raises(InputError, match="not empty"):
         create_run(tmp_path / "run", {}, {})
 

@@ -255,7 +255,7 @@ def begun_only(path: Path) -> None:
         (SUITE.replace("seeds: [0, 1]", "seeds: [0, one]"), ("seeds[1]", "'one'", "whole number")),
         (SUITE.replace("seeds: [0, 1]", "seeds: []"), ("seeds", "at least one")),
         (SUITE.replace("seeds: [0, 1]", "seeds: [1, 1]"), ("two cells", "seed1")),
-        (SUITE.replace("pedestrians: [0, 3]", f"pedestrians: {list(range(999))}"), ("1998 cells", "1000")),
+        (SUITE.replace("pedestrians: [0, 3]", f"pedestrians: {list(range(1999))}"), ("3998 cells", "2000")),
         (SUITE.replace("title: Nobody and somebody\n", ""), ("title", "missing")),
         ("just a text", ("not a mapping",)),
     ],

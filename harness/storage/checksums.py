@@ -1,0 +1,74 @@
+"""What tells whether a run folder was changed: checksums of its files, and one in each line of a journal."""
+
+import hashlib
+import json
+import re
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from harness.storage.files import write_text
+
+CHECKSUMS = "checksums.json"  # SHA-256 of each file below, by name
+OF_ALL = ("run.json", "params/*")
+OF_FINISHED = ("*.parquet", "summary.json")  # as long as there is a journal, these follow from it
+_SEAL = re.compile(rb', "crc": "([0-9a-f]{8})"\}\n')
+_SEALED = len(b', "crc": "01234567"}\n')
+
+
+def sealed(text: str) -> bytes:
+    """An object in JSON, of at least one key, as a line with its checksum."""
+    return f'{text[:-1]}, "crc": "{zlib.crc32(text.encode()):08x}"}}\n'.encode()
+
+
+def unsealed(line: bytes) -> bytes:
+    """The JSON text of a line; one without checksum, as older versions wrote it, is taken as it is.
+
+    Raises:
+        ValueError: it is not what was written.
+    """
+    seal = _SEAL.fullmatch(line[-_SEALED:])
+    if seal is None:
+        return line
+    text = line[:-_SEALED] + b"}"
+    if zlib.crc32(text) != int(seal[1], 16):
+        raise ValueError("its checksum is another one")
+    return text
+
+
+def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> None:
+    """Note the files of a run folder as they are; of those that are to be written next, the texts are given."""
+    found = {name: _digest((folder / name).read_bytes()) for name in _files(folder, (*OF_ALL, *OF_FINISHED))}
+    found |= {name: _digest(text.encode()) for name, text in (coming or {}).items()}
+    write_text(folder / CHECKSUMS, json.dumps(found, indent=1, sort_keys=True) + "\n")
+
+
+def changed_files(folder: Path, is_finished: bool) -> list[str]:
+    """Files of a run folder that are not as they were written, or that are missing; none in one without checksums.
+
+    Args:
+        folder: of a run.
+        is_finished: whether its tables count, too; else they follow from the journal.
+    """
+    file = folder / CHECKSUMS
+    if not file.is_file():
+        return []
+    try:
+        known = {str(name): str(digest) for name, digest in json.loads(file.read_text(encoding="utf-8")).items()}
+    except (ValueError, AttributeError, RecursionError):
+        return [CHECKSUMS]
+    patterns = (*OF_ALL, *(OF_FINISHED if is_finished else ()))
+    there = set(_files(folder, patterns)) & {*known, *_files(folder, OF_ALL)}  # a study may add tables of its own
+    wanted = {name for name in known if any(Path(name).match(pattern) for pattern in patterns)}
+    same = {name for name in there & wanted if _digest((folder / name).read_bytes()) == known[name]}
+    return sorted((there | wanted) - same)
+
+
+def _files(folder: Path, patterns: tuple[str, ...]) -> list[str]:
+    return sorted(
+        str(path.relative_to(folder)) for pattern in patterns for path in folder.glob(pattern) if path.is_file()
+    )
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,114 @@
+"""Run folders tell whether they were changed, and whether their deliveries repeat."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from harness.cli.app import main
+from harness.storage.checksums import CHECKSUMS
+from harness.storage.shipped import shipped
+
+EDITS = 20
+
+
+def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as leaving:
+        main(list(arguments))
+    told = capsys.readouterr()
+    return int(leaving.value.code or 0), told.out, told.err
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of three short deliveries of a robot that stands."""
+    folder = tmp_path_factory.mktemp("verified")
+    rules = (shipped("params") / "rules" / "costnav.yaml").read_text(encoding="utf-8")
+    (folder / "short.yaml").write_text(rules.replace("timeout: 241.0", "timeout: 3.0"))
+    options = ["--episodes", "3", "--pedestrians", "2", "--workers", "1", "--rules", str(folder / "short.yaml")]
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--stack", "parked", "--out", str(folder / "run"), *options])
+    assert not leaving.value.code
+    return folder / "run"
+
+
+@pytest.fixture
+def run(driven: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copytree(driven, tmp_path / "run"))
+
+
+def test_a_run_as_it_was_written_repeats(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = navbench(capsys, "verify", str(run), "--sample", "2", "--json")
+    (found,) = json.loads(out)["runs"]
+    assert status == 0 and json.loads(out)["sound"]
+    assert (len(found["repeated"]), found["changed"], found["other"]) == (2, [], {})
+
+
+def test_a_delivery_that_comes_out_otherwise_is_told(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = pq.read_table(run / "episodes.parquet")
+    place = table.schema.get_field_index("shortest_path_m")
+    pq.write_table(table.set_column(place, "shortest_path_m", pa.array([1.0, 2.0, 3.0])), run / "episodes.parquet")
+    (run / CHECKSUMS).unlink()  # as a run of an earlier version has none
+    status, out, _ = navbench(capsys, "verify", str(run), "--sample", "3")
+    assert status == 1 and out.count("comes out otherwise: shortest_path_m") == 3
+
+
+@pytest.mark.parametrize("number", range(EDITS))
+def test_a_random_edit_is_noticed(run: Path, capsys: pytest.CaptureFixture[str], number: int) -> None:
+    rng = np.random.default_rng(number)
+    files = sorted(file for file in run.rglob("*") if file.is_file())
+    file = files[rng.integers(len(files))]
+    what = ("byte", "removed", "another", "cut")[rng.integers(4)]
+    if what == "byte":
+        content = bytearray(file.read_bytes())
+        content[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
+        file.write_bytes(content)
+    elif what == "removed":
+        file = file if file.name != CHECKSUMS else run / "run.json"  # without it the run is one of an earlier version
+        file.unlink()
+    elif what == "another":
+        (run / "params" / "people.csv").write_text("id,t,x,y\n1,0,0,0\n")
+    else:
+        file.write_bytes(file.read_bytes()[:-3])
+    status, out, error = navbench(capsys, "verify", str(run), "--sample", "0")
+    assert status == 1 and (out + error).count("\n") >= 1, (what, file.name)
+
+
+def test_a_changed_run_goes_on_only_when_that_is_forced(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rules = run / "params" / "rules.yaml"
+    rules.write_text(rules.read_text().replace("timeout: 3.0", "timeout: 4.0"))
+    status, _, error = navbench(capsys, "run", "--resume", str(run))
+    assert status == 1 and error.count("\n") == 1 and "params/rules.yaml; restore it" in error
+    status, _, error = navbench(capsys, "run", "--resume", str(run), "--force")
+    assert status == 0 and json.loads((run / "run.json").read_text())["mixed"] == ["params/rules.yaml"]
+    _, _, error = navbench(capsys, "price", str(run))
+    assert "is mixed: params/rules.yaml were changed after it had begun" in error
+    assert navbench(capsys, "run", "--resume", str(run))[0] == 0, "said once, it is as it is"
+    assert navbench(capsys, "verify", str(run), "--sample", "0")[0] == 1, "but not what it was"
+
+
+def test_force_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--force goes with --resume" in navbench(capsys, "run", "--force")[2]
+
+
+@pytest.mark.parametrize(
+    ("column", "values", "says"),
+    [
+        ("duration_s", [3.0, -1.0, 3.0], "row 2: duration_s -1 is no measurement"),
+        ("outcome", ["timeout", "timeout", "won"], "row 3: outcome 'won'; known are sla"),
+        ("episode", [0, 1, 1], "row 3: delivery 1 of 'parked' is there twice"),
+    ],
+)
+def test_impossible_rows_are_refused_with_file_row_and_value(
+    run: Path, capsys: pytest.CaptureFixture[str], column: str, values: list[object], says: str
+) -> None:
+    table = pq.read_table(run / "episodes.parquet")
+    place = table.schema.get_field_index(column)
+    pq.write_table(table.set_column(place, column, pa.array(values)), run / "episodes.parquet")
+    status, _, error = navbench(capsys, "price", str(run))
+    assert status == 1 and f"episodes.parquet: {says}" in error and "Traceback" not in error
