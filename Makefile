@@ -16,7 +16,7 @@ help:
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
 	@echo "make docs   build the documentation into site/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
-	@echo "make frozen drive what results/baseline lacks on the frozen world: published rows, controllers, tuned file"
+	@echo "make frozen drive what results/baseline lacks on the frozen worlds: published rows, controllers, tuned file"
 
 $(READY): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: set PYTHON=/path/to/python3.11"; exit 1; }

@@ -1,4 +1,4 @@
-"""World ``published_2`` beside the published rows: drives what results/baseline lacks, prints the tables of it.
+"""World ``published_2`` beside the published rows: drives what results/baseline lacks, writes docs/calibration.md's tables.
 
 Usage: python benchmarks/frozen_world.py [--tables] [--workers N] [--stack NAME] [--place NAME]
 
@@ -62,6 +62,8 @@ PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("avg_velocity_mps", 2, None),
     ("avg_runtime_h", 4, None),
 )
+PAGE = KEPT.parents[2] / "docs" / "calibration.md"
+BEGIN, END = "<!-- benchmarks/frozen_world.py writes what follows -->", "<!-- tables end -->"
 STANDING = 172.0  # [s] that the published NavDP, which hardly moves, takes for a run
 
 
@@ -130,6 +132,9 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
         status = begin_run(study, folder, where, as_json=False)
     if status:
         sys.exit(status)
+    if own_map is not None:  # what is kept names no folder of this machine
+        manifest = folder / "run.json"
+        write_text(manifest, manifest.read_text(encoding="utf-8").replace(f"{own_map.parent}/", ""))
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +276,10 @@ def main() -> None:
             if is_asked and (own_map is not None or cell.place != OWN_MAP):
                 drive(cell, own_map, asked.workers)
         driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
-        print("\n\n".join(part(driven) for part in (shares, predictions, standing, earnings)))
+        tables = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
+        print(tables)
+        before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+        write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")
     except NavstackError as error:
         sys.exit(str(error))
 
