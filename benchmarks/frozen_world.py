@@ -1,4 +1,4 @@
-"""World ``published_2`` beside the published rows: drives what results/baseline lacks, writes docs/calibration.md's tables.
+"""World ``published_2`` beside the published rows: drives what is not kept, writes the tables of docs/calibration.md.
 
 Usage: python benchmarks/frozen_world.py [--tables] [--workers N] [--stack NAME] [--place NAME]
 

@@ -1,4 +1,4 @@
-"""What may be opened of the files that a user received: regular files of a bounded size."""
+"""What may be opened of the files that a user received, and what may be loaded and run."""
 
 import errno
 import os
@@ -26,3 +26,12 @@ def check_regular(path: Path, most: int) -> None:
         raise OSError(errno.EINVAL, "a pipe or a device, not a file")
     if status.st_size > most:
         raise OSError(errno.EFBIG, f"{status.st_size} bytes, at most {most} are read")
+
+
+def is_private(path: Path) -> bool:
+    """Whether a file or folder is this user's own and nobody else can write it: code that lies there may be run."""
+    try:
+        status = path.stat()
+    except OSError:
+        return False
+    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

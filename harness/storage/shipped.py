@@ -1,12 +1,12 @@
 """Where the maps and parameters that come with the program are."""
 
 import os
-import stat
 import tempfile
 import warnings
 from pathlib import Path
 
 from navstack.errors import InputError, UnknownNameError
+from navstack.files import is_private
 
 DEFAULT_WORLD = "published_2"
 _FORMER_NAMES = {("world", "costnav"): "easy"}  # (what, as it was called) -> as it is called
@@ -66,10 +66,9 @@ def _is_ours(folder: Path) -> bool:
     """Whether a folder, made where it is missing, is this user's own: what lies there is loaded and run."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = folder.stat()
     except OSError:
         return False
-    return found.st_uid == os.getuid() and not found.st_mode & stat.S_IWOTH and os.access(folder, os.W_OK)
+    return is_private(folder) and os.access(folder, os.W_OK)
 
 
 def compiled_code() -> Path:

@@ -105,7 +105,7 @@ def _header(stream: Any) -> tuple[tuple[int, ...], bool, "np.dtype[Any]"]:
 def _write(file: Path, array: Array) -> None:
     """Write beside the place and rename, so that no reader and no second process sees half a file."""
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(
             dir=file.parent, prefix=f"{file.stem}-", suffix=".partial", delete=False
         ) as stream:

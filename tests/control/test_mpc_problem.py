@@ -125,3 +125,29 @@ def test_a_damaged_library_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(compiler, "find_compiler", lambda: "/nowhere/cc")
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "other"))
     assert compiler.compiled(square) is None
+
+
+@pytest.mark.parametrize("open_to_others", ["folder", "library"])
+def test_a_library_that_others_may_have_put_there_is_not_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, open_to_others: str
+) -> None:
+    if compiler.find_compiler() is None:
+        pytest.skip("there is no C compiler here")
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
+    x = ca.SX.sym("x")
+    square, cube = ca.Function("power", [x], [x * x]), ca.Function("power", [x], [x * x * x])
+    compiler.compiled(square)
+    (library,) = tmp_path.glob("*.so")
+    planted = library.read_bytes()
+    compiler.compiled(cube)
+    (other,) = set(tmp_path.glob("*.so")) - {library}
+    other.unlink()
+    other.write_bytes(planted)  # the square's code under the cube's name
+    other.chmod(0o722 if open_to_others == "library" else 0o700)
+    tmp_path.chmod(0o777 if open_to_others == "folder" else 0o700)
+    compiler._own_folder.cache_clear()
+    if open_to_others == "folder":
+        with pytest.warns(RuntimeWarning, match="can be written by others"):
+            assert float(compiler.compiled(cube)(3.0)) == 27.0
+    else:
+        assert float(compiler.compiled(cube)(3.0)) == 27.0

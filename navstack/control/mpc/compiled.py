@@ -2,21 +2,26 @@
 
 The library's name is a hash of the generated source, the compiler and its flags, in the folder of
 :func:`~navstack.costmap.field_cache.cache_folder`. Any number of processes may start at once: each compiles into a file
-of its own and renames it, which replaces an equal one. Whatever goes wrong, there is no library, and CasADi's virtual
-machine runs the function instead.
+of its own and renames it, which replaces an equal one. A library is loaded only where it and its folder are this user's
+and nobody else can write them: else each process compiles for itself. Whatever goes wrong, there is no library, and
+CasADi's virtual machine runs the function instead.
 """
 
+import atexit
+import contextlib
 import os
 import platform
 import shutil
 import subprocess
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
 import casadi as ca
 
 from navstack.costmap.field_cache import cache_folder, content_key
+from navstack.files import is_private
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 _LONGEST = 120.0  # [s] that a compiler may take
@@ -33,7 +38,7 @@ def compiled(function: ca.Function) -> ca.Function | None:
     generator.add(function)
     source = generator.dump()
     key = content_key("casadi-c-1", source, compiler, " ".join(_FLAGS), platform.platform(), ca.CasadiMeta.version())
-    library = cache_folder() / f"{key}{_EXTENSION}"
+    library = _folder() / f"{key}{_EXTENSION}"
     loaded = _load(name, library)
     if loaded is None and _compile(compiler, source, library):
         loaded = _load(name, library)
@@ -50,8 +55,28 @@ def find_compiler() -> str | None:
     return None
 
 
+def _folder() -> Path:
+    """Where libraries are kept: the cache, or where others can write that, a folder of this process alone."""
+    folder = cache_folder()
+    with contextlib.suppress(OSError):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder if is_private(folder) or not folder.is_dir() else _own_folder(folder)
+
+
+@cache
+def _own_folder(instead_of: Path) -> Path:
+    warnings.warn(
+        f"{instead_of} can be written by others, so no code is loaded from it; set NAVSTACK_CACHE to a folder of yours",
+        RuntimeWarning,
+        stacklevel=4,
+    )
+    folder = Path(tempfile.mkdtemp(prefix="navbench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 def _load(name: str, library: Path) -> ca.Function | None:
-    if not library.is_file():
+    if not is_private(library):
         return None
     try:
         return ca.external(name, str(library))
@@ -62,12 +87,12 @@ def _load(name: str, library: Path) -> ca.Function | None:
 def _compile(compiler: str, source: str, library: Path) -> bool:
     """Compile beside the place and rename; whether that worked."""
     try:
-        library.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=library.parent, prefix="compile-") as folder:
             text, partial = Path(folder) / "source.c", Path(folder) / "library.so"
             text.write_text(source, encoding="utf-8")
             command = [compiler, *_FLAGS, "-o", str(partial), str(text), "-lm"]
             subprocess.run(command, check=True, capture_output=True, timeout=_LONGEST)
+            partial.chmod(0o700)  # whatever the umask lets others do
             os.replace(partial, library)
     except (OSError, subprocess.SubprocessError):
         return False
