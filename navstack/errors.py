@@ -112,3 +112,7 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
     """The phrase ``; did you mean 'x'?`` for the nearest known name, or nothing."""
     nearest = difflib.get_close_matches(given, list(known), n=1, cutoff=0.5)
     return f"; did you mean '{nearest[0]}'?" if nearest else ""
+
+
+class NavstackWarning(UserWarning):
+    """Something that a user should know, and that stops nothing."""

@@ -10,8 +10,8 @@ import click
 
 from harness.cli.signals import stop_like_ctrl_c
 from harness.cli.streams import lost_output, provide_streams
-from harness.storage.shipped import FormerName, keep_compiled_code
-from navstack.errors import NavstackError
+from harness.storage.shipped import keep_compiled_code
+from navstack.errors import NavstackError, NavstackWarning
 
 COMMANDS = {  # heading in the help -> file of harness.cli and name of the command in it -> what it does
     "Drive deliveries": {
@@ -122,7 +122,7 @@ def _status(arguments: list[str] | None) -> int:
 
 def _show(*told: Any, **_: Any) -> None:
     message, category = told[:2]
-    sys.stderr.write(f"note: {message}\n" if category is FormerName else warnings.formatwarning(*told[:4]))
+    sys.stderr.write(f"note: {message}\n" if category is NavstackWarning else warnings.formatwarning(*told[:4]))
 
 
 def _complain(message: str, status: int) -> int:

@@ -5,16 +5,12 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from navstack.errors import InputError, UnknownNameError
+from navstack.errors import InputError, NavstackWarning, UnknownNameError
 from navstack.files import is_private
 
 DEFAULT_WORLD = "published_2"
 _FORMER_NAMES = {("world", "costnav"): "easy"}  # (what, as it was called) -> as it is called
 _PACKAGE = Path(__file__).resolve().parents[1]
-
-
-class FormerName(FutureWarning):
-    """A shipped file was asked for by a name that it no longer has."""
 
 
 def shipped(kind: str) -> Path:
@@ -26,7 +22,7 @@ def shipped(kind: str) -> Path:
 def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
 
-    A former name is understood, with a warning (:class:`FormerName`).
+    A former name is understood, with a warning.
 
     Raises:
         InputError: neither; the message offers the nearest known name.
@@ -39,7 +35,7 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
             raise InputError(f"{what} file '{name_or_file}' {trouble}; give a YAML file or one of: {known}")
         return given
     if former := _FORMER_NAMES.get((what, name_or_file)):
-        warnings.warn(f"the {what} '{name_or_file}' is called '{former}' now", FormerName, stacklevel=2)
+        warnings.warn(f"the {what} '{name_or_file}' is called '{former}' now", NavstackWarning, stacklevel=2)
         name_or_file = former
     candidate = folder / f"{name_or_file}.yaml"
     if not candidate.is_file():

@@ -14,6 +14,7 @@ from navstack.control.mpc.motion import rollout
 from navstack.control.mpc.mpc_problem import MpcProblem, linearisation, residuals
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import cost_terms
+from navstack.errors import NavstackWarning
 from navstack.types import FloatArray
 
 PERIOD = 1.0 / 30.0
@@ -147,7 +148,7 @@ def test_a_library_that_others_may_have_put_there_is_not_loaded(
     tmp_path.chmod(0o777 if open_to_others == "folder" else 0o700)
     compiler._own_folder.cache_clear()
     if open_to_others == "folder":
-        with pytest.warns(RuntimeWarning, match="can be written by others"):
+        with pytest.warns(NavstackWarning, match="can be written by others"):
             assert float(compiler.compiled(cube)(3.0)) == 27.0
     else:
         assert float(compiler.compiled(cube)(3.0)) == 27.0

@@ -21,6 +21,7 @@ from pathlib import Path
 import casadi as ca
 
 from navstack.costmap.field_cache import cache_folder, content_key
+from navstack.errors import NavstackWarning
 from navstack.files import is_private
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
@@ -67,7 +68,7 @@ def _folder() -> Path:
 def _own_folder(instead_of: Path) -> Path:
     warnings.warn(
         f"{instead_of} can be written by others, so no code is loaded from it; set NAVSTACK_CACHE to a folder of yours",
-        RuntimeWarning,
+        NavstackWarning,
         stacklevel=4,
     )
     folder = Path(tempfile.mkdtemp(prefix="navbench-"))
