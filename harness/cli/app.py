@@ -40,6 +40,7 @@ COMMANDS = {  # heading in the help -> file of harness.cli and name of the comma
         "bench": "Measure how fast everything is, and against what.",
     },
 }
+NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
 LONGEST_LINE = 1000  # [characters] of a complaint
@@ -111,13 +112,24 @@ def _status(arguments: list[str] | None) -> int:
         return _complain(f"{error.format_message()} See 'navbench --help'.", 2)
     except NavstackError as error:
         return _complain(str(error), 1)
-    except OSError as error:  # files say by themselves that they cannot be written
-        if error.errno not in NO_ROOM:
+    except (OSError, RuntimeError) as error:
+        message = _of_the_system(error)
+        if not message:
             raise
-        return _complain(f"{UNWRITABLE} ({error.strerror})", 1)
+        return _complain(message, 1)
     except (KeyboardInterrupt, click.Abort):
         return _complain("interrupted", 130)
     return 0
+
+
+def _of_the_system(error: Exception) -> str:
+    """What a user can do about a name that no file can have, or a full disk; empty: it is a fault of the program."""
+    if isinstance(error, OSError) and error.errno in NO_NAME:
+        return f"'{error.filename}' cannot be used ({error.strerror}); give another name or path"
+    if isinstance(error, OSError) and error.errno in NO_ROOM:  # files say by themselves that they cannot be written
+        return f"{UNWRITABLE} ({error.strerror})"
+    is_loop = str(error).startswith("Symlink loop")  # so says pathlib before Python 3.13
+    return f"{error}; give another path" if is_loop else ""
 
 
 def _show(*told: Any, **_: Any) -> None:

@@ -63,6 +63,10 @@ class RobotParams:
                 f"robot: footprint reaches {self.half_size[0]} m lengthwise and {self.half_size[1]} m sideways "
                 f"from its middle; allowed are 0.01 to {MAX_SIZE:g} m"
             )
+        if not all(abs(part) <= MAX_SIZE for part in self.bucket):
+            raise ParameterError(
+                f"robot: bucket {list(self.bucket)} m; allowed is up to {MAX_SIZE:g} m off the base frame"
+            )
         check_ranges("robot", self, positive=_POSITIVE, not_negative=_NOT_NEGATIVE)
         for name in _POSITIVE.split():
             if getattr(self, name) > MAX_VALUE:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -169,3 +170,25 @@ def test_a_world_is_found_by_its_former_name_and_says_so(capsys: pytest.CaptureF
     assert status("run", "--world", "costnav", "--start", "1,2") == 1, "for the start"
     note, error = capsys.readouterr().err.splitlines()
     assert note == "note: the world 'costnav' is called 'easy' now" and "1,2" in error
+
+
+@pytest.mark.parametrize(
+    "command", ["run --stack {}", "run --world {}", "report {} --out x.html", "verify {}", "lint {}.yaml"]
+)
+def test_a_name_that_no_file_can_have_is_one_line(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    assert "File name too long" in complaint(capsys, *command.format("a" * 300).split())
+
+
+def test_a_link_to_itself_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    assert "loop" in complaint(capsys, "ablate", "--resume", str(tmp_path / "loop"))
+
+
+@pytest.mark.parametrize(("name", "value"), [("footprint_padding", "1.0e+308"), ("cost_scaling_factor", ".inf")])
+def test_numbers_beyond_all_measure_are_errors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, value: str
+) -> None:
+    (tmp_path / "nav2.yaml").write_text(re.sub(rf"{name}: \S+", f"{name}: {value}", TUNED))
+    assert status("lint", str(tmp_path / "nav2.yaml")) == 1
+    said = "".join(capsys.readouterr())
+    assert f"{name}: {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed" in said

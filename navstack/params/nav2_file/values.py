@@ -23,6 +23,9 @@ INTEGERS = ("width", "height")  # whole numbers in Nav2, any here
 LISTS_ONLY = ("critics",)  # lists of names that no release of Nav2 takes as one text with blanks
 PLUGIN_KEYS = ("plugin", "primary_controller")  # parameters whose value is a plugin type
 
+LARGEST = 1e9  # of any number with a decimal point
+ENDLESS = ("_range", "_height")  # ends of names whose values may be infinite
+
 
 def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: Mapping[str, Any]) -> T:
     """Fill a dataclass from the parameters below a dotted prefix (ending in a dot, or empty).
@@ -176,6 +179,9 @@ def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
         return _convert_list(get_args(kind), value, path, line)
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is float and is_number and not math.isnan(value):
+        is_endless = math.isinf(value) and path.endswith(ENDLESS)
+        if abs(value) > LARGEST and not is_endless:
+            raise _WrongKindError(path, f"{_shown(value)} is out of range; at most {LARGEST:g} is allowed", line)
         return float(value)
     if kind is not float and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
