@@ -16,12 +16,14 @@ from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
+from harness.execution.silence import SILENCE, Pulse
 from navstack.errors import InputError
 
 TIME_LIMIT = 1800.0  # [s] of wall time per task; a delivery takes seconds to a few minutes, compiling once included
 _M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
 ATTEMPTS = 2  # at a task whose worker dies or hangs
-LOOK = 1.0  # [s] between two looks at how much room there is, where it changes
+LOOK = 1.0  # [s] between two looks at who works, and how much room there is
+NOTHING_DONE = f"its worker process did nothing for {SILENCE:g} s (stopped?)"
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -67,6 +69,11 @@ class WorkerProcess(ProcessPoolExecutor):
         """End the process, whatever it is doing."""
         if self._process is not None:
             self._process.kill()
+
+    @property
+    def pid(self) -> int | None:
+        """Of the process; None: it has not started."""
+        return None if self._process is None else self._process.pid
 
     @property
     def ending(self) -> str:
@@ -133,6 +140,11 @@ class _Slot:
             self._executor = self._make_executor()
             return self._executor.submit(function, task)
 
+    @property
+    def pid(self) -> int | None:
+        """Of the process that works here; None: it is not known."""
+        return self._executor.pid if isinstance(self._executor, WorkerProcess) else None
+
     def discard(self) -> str:
         """Give the executor up, with what runs there if it can be killed; returns how it ended, if that is known."""
         executor, self._executor = self._executor, None
@@ -159,6 +171,7 @@ class _Running(Generic[Task]):
     attempt: _Attempt[Task]
     slot: _Slot
     deadline: float  # [s] of the monotonic clock
+    pulse: Pulse
 
 
 class Workers:
@@ -220,7 +233,7 @@ class Workers:
                         self._idle.append(_Slot(self._make_executor))
                     future = self._idle[-1].submit(function, waiting[0].task)
                     deadline = time.monotonic() + self._time_limit
-                    running[future] = _Running(waiting.popleft(), self._idle.pop(), deadline)
+                    running[future] = _Running(waiting.popleft(), self._idle.pop(), deadline, Pulse())
                 for future in self._ended(running):
                     each = running.pop(future)
                     self._idle.append(each.slot)
@@ -239,18 +252,19 @@ class Workers:
         return self._count if self._room is None else min(self._count, self._room())
 
     def _ended(self, running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
-        """Wait for what is done or overdue; nothing, when it is time to look how much room there is."""
+        """Wait for what is done, overdue or silent; nothing, when it is time to look again."""
         if not running:
             time.sleep(LOOK)
             return []
         patience = max(min(each.deadline for each in running.values()) - time.monotonic(), 0.0)
-        done, _ = wait(running, patience if self._room is None else min(patience, LOOK), FIRST_COMPLETED)
+        done, _ = wait(running, min(patience, LOOK), FIRST_COMPLETED)
         return list(done) or _overdue(running)
 
 
 def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
     now = time.monotonic()
-    return [future for future, each in running.items() if each.deadline <= now]
+    silent = [future for future, each in running.items() if each.pulse.is_silent(each.slot.pid)]  # asks all of them
+    return [future for future, each in running.items() if each.deadline <= now or future in silent]
 
 
 def _collect(
@@ -260,7 +274,8 @@ def _collect(
     task, lost = each.attempt.task, each.attempt.lost
     if not future.done():
         each.slot.discard()
-        reason = f"it ran for more than {time_limit:g} s (--episode-timeout)"
+        is_late = each.deadline <= time.monotonic()
+        reason = f"it ran for more than {time_limit:g} s (--episode-timeout)" if is_late else NOTHING_DONE
     else:
         error = future.exception()
         if error is None:

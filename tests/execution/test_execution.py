@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.execution.workers import InProcess, WorkerProcess, Workers
+from harness.execution import silence
+from harness.execution.workers import NOTHING_DONE, InProcess, WorkerProcess, Workers
 
 EXECUTORS: dict[str, Callable[[], Executor]] = {
     "in_process": InProcess,
@@ -111,3 +112,46 @@ def test_a_worker_killed_between_two_studies_is_replaced(tmp_path: Path) -> None
         os.kill(first.result, signal.SIGKILL)
         (second,) = workers.run(process_number, [0])
         assert second.error is None and second.result != first.result
+
+
+def stop_once(folder: str) -> int:
+    """The first time the worker is stopped, as by SIGSTOP from outside; then it counts for longer than the silence."""
+    mark = Path(folder) / "stopped"
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGSTOP)
+    end, number = time.monotonic() + 4.0, 0
+    while time.monotonic() < end:
+        number += 1
+    return os.getpid()
+
+
+def test_a_stopped_worker_is_given_up_and_one_that_works_on_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if silence.processor_time(os.getpid()) is None:
+        pytest.skip("there is no /proc here")
+    monkeypatch.setattr(silence, "SILENCE", 3.0)
+    begun = time.monotonic()
+    with Workers(1) as workers:
+        (finished,) = workers.run(stop_once, [str(tmp_path)])
+    assert finished.result and finished.error is None
+    assert finished.lost == (NOTHING_DONE,)
+    assert time.monotonic() - begun < 60.0, "not the time limit of half an hour"
+
+
+def test_a_program_that_was_stopped_itself_blames_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, taken = [0.0], [5.0]
+    monkeypatch.setattr(silence.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(silence, "processor_time", lambda pid: taken[0])
+    pulse = silence.Pulse()
+    for clock[0] in range(1, 40):
+        assert not pulse.is_silent(1)
+    clock[0] = 1000.0  # Ctrl-Z, and a quarter of an hour later fg
+    assert not pulse.is_silent(1)
+    for clock[0] in range(1001, 1046):
+        assert not pulse.is_silent(1)
+    clock[0] = 1046.0
+    assert pulse.is_silent(1)
+    taken[0] = 6.0
+    assert not pulse.is_silent(1), "it works again"
