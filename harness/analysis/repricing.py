@@ -75,6 +75,8 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
         InputError: a price file, setting or term that cannot be used.
     """
     loaded = run.prices() if prices is None else load_prices(prices)
+    if loaded.accounting not in ACCOUNTINGS:
+        raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
     optional = load_optional_prices()
     values = dict(_setting(text) for text in settings)
     own, other = names_of(loaded), names_of(optional)

@@ -2,13 +2,16 @@
 
 import click
 
+from harness.analysis.price_sets import under_price_sets
 from harness.analysis.repricing import choose, document, reprice
 from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
 from harness.cli.streams import print_json
-from harness.report.repriced import print_repriced
+from harness.report.repriced import print_price_sets, print_repriced
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
 from navstack.errors import InputError
+
+ALL = "all"  # in place of a name of prices
 
 
 @click.command()
@@ -26,9 +29,19 @@ def price(run: str, prices: str | None, settings: tuple[str, ...], terms: tuple[
     Examples:
       navbench price results/latest --set delivery_fee_usd_per_run=4.99
       navbench price results/latest --prices my_prices.yaml --json
+      navbench price results/latest --prices all
       navbench price results/latest --with operator,on_site_assistance,battery_wear --set on_site_time_h=0.5
     """
     stored = load_run(run)
+    if prices == ALL:
+        if settings or terms:
+            raise InputError("--prices all takes neither --set nor --with: give one set of prices with them")
+        sets = under_price_sets(stored)
+        if as_json:
+            print_json({"schema": 1, "sets": {name: each.as_json() for name, each in sets.items()}})
+        else:
+            print_price_sets(stored, sets, report_console())
+        return
     choices = choose(stored, prices, settings, terms)
     results = reprice(stored, choices)
     if not results:

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
-from harness.storage.shipped import resolve, shipped
+from harness.storage.shipped import names, resolve, shipped
 from navstack.errors import ParameterError
-from navstack.params.strict import load_dataclass
+from navstack.params.strict import from_mapping, load_dataclass, load_yaml
 
 DAYS_PER_YEAR = 365
 GRAVITY = 9.8  # [m/s2] as the paper rounds it
@@ -94,6 +95,8 @@ class Prices:
     motor_efficiency: Price = _price("1", positive=True, at_most=1.0)
     robot_mass: Price = _price("kg", positive=True)
     rolling_resistance_coefficient: Price = _price("1")
+    accounting: str = "published"  # by which contacts are paid: a name of harness.economics.accountings.ACCOUNTINGS
+    as_of: str = ""  # year and month of the sources
 
     @property
     def robot_life_runs(self) -> float:
@@ -139,13 +142,30 @@ class Prices:
 
 
 def load_prices(name_or_file: str = "costnav") -> Prices:
-    """Prices by name (of ``params/prices``) or from a YAML file.
+    """Prices by name (of ``params/prices``) or from a YAML file; ``as_in`` of it names others that it builds on.
 
     Raises:
         InputError: an unknown name or key, a number in another unit or out of its range.
     """
-    path = resolve(name_or_file, shipped("params") / "prices", "prices")
-    return checked(load_dataclass(Prices, path), str(path))
+    folder = shipped("params") / "prices"
+    path = resolve(name_or_file, folder, "prices")
+    content = load_yaml(path)
+    if isinstance(content, dict) and (base := content.pop("as_in", None)) is not None:
+        content = _over(load_yaml(resolve(str(base), folder, "prices")), content)
+    return checked(from_mapping(Prices, content, str(path)), str(path))
+
+
+def price_sets() -> list[str]:
+    """The names of all shipped prices, the published ones first."""
+    known = names(shipped("params") / "prices")
+    return sorted(known, key=lambda name: (name != "costnav", name))
+
+
+def _over(base: Any, content: Any) -> Any:
+    """A mapping with the entries of another in place of its own, at every depth; a price is replaced as a whole."""
+    if not (isinstance(base, dict) and isinstance(content, dict)) or "value" in content:
+        return content
+    return {**base, **{key: _over(base.get(key), value) for key, value in content.items()}}
 
 
 @dataclass(frozen=True, slots=True)

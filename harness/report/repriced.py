@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from rich.console import Console
 from rich.text import Text
 
+from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
 from harness.economics.accountings import MONOTONE, PUBLISHED
 from harness.economics.valuation import Risk
@@ -40,6 +41,8 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     for each in results:
         print_sheet(_accountings(each), console)
     console.print(Text(ACCOUNTING_NOTE, style="dim"))
+    if (paying := choices.prices.accounting) != PUBLISHED:
+        console.print(f"these prices go with the accounting '{TITLES[paying]}': its row is theirs")
     for each in results:
         margins = {name: found.intervals.get(MARGIN) for name, found in each.accountings.items()}
         console.print(f"{each.stack.name}: {forgiven(margins)}")
@@ -54,6 +57,28 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
             )
     for key, number in choices.settings.items():
         console.print(f"set: {key} = {number:g}")
+    console.print(f"run folder: {run.folder}", soft_wrap=True)
+
+
+def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Console) -> None:
+    """Print what each stack earns under each set of prices, and where the order changes."""
+    stacks = [stack.name for stack in run.stacks]
+    rows = [
+        (
+            name,
+            TITLES[each.accounting],
+            *(interval_text(each.margins.get(stack), absent="undefined") for stack in stacks),
+        )
+        for name, each in sets.items()
+    ]
+    print_sheet(declared("price_sets", rows, columns=stacks), console)
+    (first, published), *others = sets.items()
+    changed = [name for name, each in others if each.order != published.order]
+    if len(stacks) > 1:
+        told = ", ".join(f"{name} ({' > '.join(sets[name].order)})" for name in changed)
+        console.print(
+            f"order under {first}: {' > '.join(published.order)}; other under: {told or 'none'}", soft_wrap=True
+        )
     console.print(f"run folder: {run.folder}", soft_wrap=True)
 
 

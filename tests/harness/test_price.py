@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,9 +15,9 @@ import pytest
 from harness.analysis.repricing import choose, document, reprice
 from harness.cli.price import price
 from harness.economics.accountings import accounted
-from harness.economics.contact_costs import injury_cost, monotone_injury_costs
+from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
 from harness.economics.cost_model import Measured, running
-from harness.economics.prices import load_prices
+from harness.economics.prices import load_prices, price_sets
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.repriced import forgiven, risk_text
@@ -25,6 +26,7 @@ from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
 from navstack.errors import InputError
+from navstack.params.nav2_file.yaml_text import load_text
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
@@ -360,8 +362,12 @@ def test_values_follow_the_summary(write_run: WriteRun) -> None:
 def test_a_real_run_repriced_is_that_run_at_these_prices(tmp_path: Path, other_prices: str) -> None:
     """A short delivery in a thick crowd, every touch of which counts."""
     options = {}
-    for kind, old, new in (("rules", "timeout: 241.0", "timeout: 8.0"), ("worlds", "impulse: 50.0", "impulse: 10.0")):
-        text = (shipped("params") / kind / "costnav.yaml").read_text(encoding="utf-8")
+    changes = (
+        ("rules", "costnav", "timeout: 241.0", "timeout: 8.0"),
+        ("worlds", "easy", "impulse: 50.0", "impulse: 10.0"),
+    )
+    for kind, file, old, new in changes:
+        text = (shipped("params") / kind / f"{file}.yaml").read_text(encoding="utf-8")
         assert text.count(old) == 1
         options[kind] = tmp_path / f"{kind}.yaml"
         options[kind].write_text(text.replace(old, new), encoding="utf-8")
@@ -411,3 +417,41 @@ def test_deliveries_of_one_mission_are_one_cluster(write_run: WriteRun) -> None:
 def test_changed_prices_say_what_they_were(write_run: WriteRun) -> None:
     run = load_run(str(write_run("run", episodes=1)))
     assert dataclasses.asdict(choose(run, None, ("refund=36",), ()).prices.refund)["source"].count("35.42") == 1
+
+
+def test_every_set_is_the_published_one_but_for_what_it_says() -> None:
+    published = load_prices()
+    for name in price_sets():
+        stored = load_prices(name)
+        text = (shipped("params") / "prices" / f"{name}.yaml").read_text(encoding="utf-8")
+        own = set(load_text(text, name)) - {"as_in"}
+        for field in dataclasses.fields(stored):
+            if field.name not in own and name != "costnav":
+                assert getattr(stored, field.name) == getattr(published, field.name), (name, field.name)
+        assert name == "costnav" or (own - {"as_of"} and re.fullmatch(r"20\d\d-\d\d", stored.as_of))
+
+
+def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
+    run = write_run("run", ("one", "two"), crowd=3.0)
+    price.callback(str(run), "all", (), (), as_json=True)
+    sets = json.loads(capsys.readouterr().out)["sets"]
+    assert list(sets) == price_sets() and price_sets()[0] == "costnav"
+    for name, found in sets.items():
+        for stack in ("one", "two"):
+            (alone,) = priced(f"{run}:{stack}", name)
+            expected = alone["accountings"][found["accounting"]]["contribution_margin"]
+            assert found["margins"][stack] == pytest.approx(expected), (name, stack)
+    assert sets["insurer"]["accounting"] == "robot_at_fault"
+    price.callback(str(run), "all", (), (), as_json=False)
+    assert "order under costnav: " in capsys.readouterr().out
+    with pytest.raises(InputError, match="takes neither --set nor --with"):
+        price.callback(str(run), "all", ("delivery_fee=4",), (), as_json=False)
+
+
+def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
+    curves = load_prices("robot_crash_tests").injury.logistic.curves
+    at_least = 1.0 - np.cumsum(mais_probabilities(np.array([1.5, 3.1]), curves), axis=-1)
+    tibia, chest = at_least[:, 1], at_least[:, 2]
+    assert tibia == pytest.approx([0.05, 0.33], abs=0.005)
+    odds = chest / (1.0 - chest) * 10.0  # of one bystander in ten
+    assert odds / (1.0 + odds) == pytest.approx([0.05, 0.50], abs=0.01)
