@@ -191,4 +191,4 @@ def test_numbers_beyond_all_measure_are_errors(
     (tmp_path / "nav2.yaml").write_text(re.sub(rf"{name}: \S+", f"{name}: {value}", TUNED))
     assert status("lint", str(tmp_path / "nav2.yaml")) == 1
     said = "".join(capsys.readouterr())
-    assert f"{name}: {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed" in said
+    assert f"{name} {float(value.replace('.inf', 'inf'))!r} is out of range; at most 1e+09 is allowed" in said

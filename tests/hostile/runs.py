@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from harness.execution.workers import InProcess, Workers
+from harness.storage.checksums import CHECKSUMS
 from harness.storage.run_folder import RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
@@ -257,6 +258,7 @@ def copy_of(folder: Path, episodes: int = 2) -> Path:
 
 def _copy(folder: Path, change: Change, episodes: int) -> Path:
     run = copy_of(folder, episodes)
+    (run / CHECKSUMS).unlink()  # as a run of an earlier version: else that it was changed is all that is said
     change(run)
     return run
 

@@ -16,6 +16,7 @@ import pytest
 
 from harness.cli.app import main
 from harness.execution.workers import Finished, InProcess, Workers
+from harness.storage.checksums import CHECKSUMS
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, create_run
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES, drive_missing, finish
@@ -183,6 +184,7 @@ def test_a_manifest_that_does_not_fit_is_refused(
     path = begin(tmp_path / "run", study)
     content = json.loads((path / MANIFEST).read_text()) | {key: value}
     (path / MANIFEST).write_text(json.dumps(content))
+    (path / CHECKSUMS).unlink()
     with pytest.raises(InputError, match=words):
         load_study(path)
 
@@ -191,6 +193,7 @@ def test_a_stack_cannot_lead_out_of_the_folder(study: Study, tmp_path: Path) -> 
     path = begin(tmp_path / "run", study)
     content = json.loads((path / MANIFEST).read_text())
     content["stacks"][0]["robot"] = "/etc/passwd"
+    (path / CHECKSUMS).unlink()
     (path / MANIFEST).write_text(json.dumps(content))
     assert load_study(path).stacks[0].robot == str(path / "params" / "parked-robot.yaml")
     content["stacks"][0]["name"] = "../../stack"

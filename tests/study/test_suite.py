@@ -9,6 +9,7 @@ import pytest
 from harness.cli.app import main
 from harness.episode.factory import rules_of
 from harness.execution.workers import InProcess, Workers
+from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import names, shipped
 from harness.study.drive import TABLES
@@ -246,6 +247,7 @@ def cut_off(path: Path) -> None:
 def begun_only(path: Path) -> None:
     for file in [*path.glob("*.parquet"), path / "summary.json"]:
         file.unlink()
+    write_checksums(path)  # as it was when it had begun
 
 
 @pytest.mark.parametrize(

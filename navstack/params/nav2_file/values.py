@@ -24,7 +24,7 @@ LISTS_ONLY = ("critics",)  # lists of names that no release of Nav2 takes as one
 PLUGIN_KEYS = ("plugin", "primary_controller")  # parameters whose value is a plugin type
 
 LARGEST = 1e9  # of any number with a decimal point
-ENDLESS = ("_range", "_height")  # ends of names whose values may be infinite
+ENDLESS = ("_range", "_height", "path_length_tolerance")  # ends of names whose values may be as large as they like
 
 
 def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: Mapping[str, Any]) -> T:
@@ -43,9 +43,13 @@ def read_values(cls: type[T], entries: Mapping[str, Entry], prefix: str, given: 
         elif f"{prefix}{name}" in entries and not _is_left_open(kind, entries[f"{prefix}{name}"]):
             values[name] = _field_value(name, kind, entries[f"{prefix}{name}"], prefix)
     try:
-        return cls(**{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()})
+        made = cls(**{f"{name}_" if iskeyword(name) else name: value for name, value in values.items()})
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
+    for name, value in values.items():  # what the dataclass itself takes at any size
+        if isinstance(value, float) and abs(value) > LARGEST and not name.endswith(ENDLESS):
+            raise _OutOfRangeError(cls, prefix, f"{name} {value!r} is out of range; at most {LARGEST:g} is allowed")
+    return made
 
 
 def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visit]) -> list[Notice]:
@@ -179,9 +183,6 @@ def _convert(kind: Any, value: Any, path: str, line: int) -> Any:
         return _convert_list(get_args(kind), value, path, line)
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is float and is_number and not math.isnan(value):
-        is_endless = math.isinf(value) and path.endswith(ENDLESS)
-        if abs(value) > LARGEST and not is_endless:
-            raise _WrongKindError(path, f"{_shown(value)} is out of range; at most {LARGEST:g} is allowed", line)
         return float(value)
     if kind is not float and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value

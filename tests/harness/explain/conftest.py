@@ -9,6 +9,7 @@ import pytest
 
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
+from harness.storage.checksums import write_checksums
 from harness.storage.shipped import shipped
 from harness.storage.tables import write_table
 
@@ -31,4 +32,5 @@ def folder(write_run: Callable[..., Path]) -> Path:
     critics = {f"{name}_{end}": kind for name in CRITICS for end, kind in CRITIC_COLUMNS.items()}
     rows = [decision(stamp) for stamp in np.arange(0.0, END, 0.05)]
     write_table(made / "recordings" / "mine-0-decisions.parquet", DECISION_COLUMNS | critics, rows)
+    write_checksums(made)
     return made

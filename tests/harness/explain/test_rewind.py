@@ -16,6 +16,7 @@ from harness.execution.process_cache import forget
 from harness.explain.brains import Watched
 from harness.explain.rewind import changes_of, drive_changed
 from harness.metrics.columns import EPISODE_COLUMNS
+from harness.storage.checksums import CHECKSUMS
 from harness.storage.tables import read_rows, write_table
 from harness.task.study import EpisodeTask, make_study
 from harness.world.world import World
@@ -177,6 +178,7 @@ def test_a_delivery_that_comes_out_otherwise_is_not_explained(
     rows = read_rows(other / "episodes.parquet", EPISODE_COLUMNS)
     changed = [{**row, "distance_m": row["distance_m"] + 0.001} for row in rows]
     write_table(other / "episodes.parquet", EPISODE_COLUMNS, changed)
+    (other / CHECKSUMS).unlink()
     capsys.readouterr()
     assert explain(str(other), "0") == 1
     err = capsys.readouterr().err.splitlines()

@@ -10,6 +10,7 @@ import pytest
 
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
+from harness.storage.checksums import write_checksums
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
@@ -88,6 +89,7 @@ def record() -> Callable[..., None]:
         robot = (shipped("params") / "robots" / "segway_e1.yaml").read_text(encoding="utf-8")
         (folder / "params" / f"{stack}-robot.yaml").write_text(robot, encoding="utf-8")
         place_events(folder)
+        write_checksums(folder)  # as if a run had written all of it
 
     return add
 

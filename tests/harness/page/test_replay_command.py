@@ -17,6 +17,7 @@ from harness.recorded.ros_messages import TYPES
 from harness.report.replay import Replay, contacts_shown, grid_around
 from harness.report.replay_bag import GREY, RED, write_bag
 from harness.report.replay_gif import FRAMES_PER_SECOND, SPEED, frame_times
+from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.geometry import compose
@@ -150,6 +151,7 @@ def test_headings_of_a_plan_point_to_the_next_pose_and_the_last_one_stays(folder
 def test_a_map_that_has_changed_is_in_no_file(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
+    write_checksums(folder)
     assert run(str(folder), "1", "--mcap", str(tmp_path / "d.mcap")) == 0
     err = capsys.readouterr().err
     assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1

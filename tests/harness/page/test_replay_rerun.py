@@ -17,6 +17,7 @@ from harness.economics.accountings import is_grave
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS
 from harness.report import replay_rerun
 from harness.report.replay import contacts_shown
+from harness.storage.checksums import write_checksums
 from harness.storage.tables import read_rows
 from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import SOLID_FROM
@@ -115,6 +116,7 @@ def test_a_map_that_has_changed_is_left_out_with_a_note(
 ) -> None:
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     (folder / "run.json").write_text(json.dumps({**about, "map_sha256": "0" * 64}), encoding="utf-8")
+    write_checksums(folder)
     assert "/map" not in shown()
     err = capsys.readouterr().err
     assert "note: the replay has no map: map 'sidewalk' has changed since the run" in err and err.count("\n") == 1
