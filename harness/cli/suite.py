@@ -53,6 +53,9 @@ from harness.task.study import Study, usable_workers
 from navstack.errors import InputError
 
 
+MANY = 20  # cells that take a while to look at
+
+
 @click.command()
 @click.argument("file", required=False)
 @click.option("--stack", "stacks", multiple=True, help="Drive this stack of the suite only; repeatable. Default: all.")
@@ -143,6 +146,8 @@ def begin_suite(
     for cell, study in studies.items():
         if is_begun(path, cell):
             require_alike(path, cell, study)
+    if len(studies) > MANY:
+        say(f"checking the files of {len(studies)} cells before the first delivery")
     notes = [note for cell, study in studies.items() if cell.seed == suite.seeds[0] for note in check(study)]
     for note in dict.fromkeys(notes):
         say(f"note: {note}")
