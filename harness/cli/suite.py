@@ -52,7 +52,6 @@ from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers
 from navstack.errors import InputError
 
-
 MANY = 20  # cells that take a while to look at
 
 
