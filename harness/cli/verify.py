@@ -47,7 +47,7 @@ def _verified(folder: Path, sample: int, seed: int) -> dict[str, Any]:
     import numpy as np
 
     from harness.storage.checksums import CHECKSUMS, changed_files
-    from harness.storage.run_folder import JOURNAL, read_manifest
+    from harness.storage.run_folder import JOURNAL, mixed_files
     from harness.study.manifest import version_notes
     from harness.study.stored_run import load_run
 
@@ -56,7 +56,7 @@ def _verified(folder: Path, sample: int, seed: int) -> dict[str, Any]:
         "folder": str(folder),
         "has_checksums": (folder / CHECKSUMS).is_file(),
         "changed": changed,
-        "mixed": read_manifest(folder).get("mixed", []),
+        "mixed": mixed_files(folder),
         "notes": version_notes(folder),
         "repeated": [],
         "other": {},

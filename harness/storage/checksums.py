@@ -43,6 +43,22 @@ def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> No
     write_text(folder / CHECKSUMS, json.dumps(found, indent=1, sort_keys=True) + "\n")
 
 
+def note_tables(folder: Path) -> None:
+    """Note the tables and the summary of a run as they are now; the other files stay as they were noted."""
+    if (folder / CHECKSUMS).exists() and (known := _known(folder)) is not None:
+        known |= {name: _digest((folder / name).read_bytes()) for name in _files(folder, OF_FINISHED)}
+        write_text(folder / CHECKSUMS, json.dumps(known, indent=1, sort_keys=True) + "\n")
+
+
+def _known(folder: Path) -> dict[str, str] | None:
+    """The noted checksums; None: their file is damaged."""
+    try:
+        content = json.loads((folder / CHECKSUMS).read_text(encoding="utf-8"))
+        return {str(name): str(digest) for name, digest in content.items()}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return None
+
+
 def changed_files(folder: Path, is_finished: bool) -> list[str]:
     """Files of a run folder that are not as they were written, or that are missing; none in one without checksums.
 
@@ -50,12 +66,10 @@ def changed_files(folder: Path, is_finished: bool) -> list[str]:
         folder: of a run.
         is_finished: whether its tables count, too; else they follow from the journal.
     """
-    file = folder / CHECKSUMS
-    if not file.is_file():
+    if not (folder / CHECKSUMS).is_file():
         return []
-    try:
-        known = {str(name): str(digest) for name, digest in json.loads(file.read_text(encoding="utf-8")).items()}
-    except (ValueError, AttributeError, RecursionError):
+    known = _known(folder)
+    if known is None:
         return [CHECKSUMS]
     patterns = (*OF_ALL, *(OF_FINISHED if is_finished else ()))
     there = set(_files(folder, patterns)) & {*known, *_files(folder, OF_ALL)}  # a study may add tables of its own

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
+from harness.storage.checksums import CHECKSUMS, changed_files, note_tables, write_checksums
 from harness.storage.files import (
     LOCK,
     locked,
@@ -156,9 +156,14 @@ def require_unchanged(path: Path) -> None:
 def accept_changes(path: Path) -> None:
     """Take a run folder as it is, and let its manifest say what was changed."""
     if changed := changed_files(path, not (path / JOURNAL).exists()):
-        before = read_manifest(path).get("mixed", [])
         with locked(path):
-            _rewrite(path, {"mixed": sorted({*before, *changed})})
+            _rewrite(path, {"mixed": sorted({*mixed_files(path), *changed})})
+
+
+def mixed_files(path: Path) -> list[str]:
+    """Files of a run that were changed, and taken as they were; by its manifest."""
+    noted = read_manifest(path).get("mixed", [])
+    return [str(name) for name in noted] if isinstance(noted, list) else []
 
 
 class RunFolder:
@@ -286,8 +291,7 @@ class RunFolder:
             try:
                 for table, columns in self._tables.items():
                     write_table(self.path / f"{table}.parquet", columns, rows[table])
-                if (self.path / CHECKSUMS).exists():
-                    write_checksums(self.path)
+                note_tables(self.path)
                 if self.is_complete:
                     (self.path / JOURNAL).unlink()
             except OSError as error:

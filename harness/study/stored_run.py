@@ -18,7 +18,7 @@ from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
-from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, other_study, read_manifest
+from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, mixed_files, other_study, read_manifest
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
@@ -169,8 +169,8 @@ def _load(folder: Path) -> StoredRun:
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")
     _check_whole(rows, folder / "episodes.parquet")
-    if about.get("mixed"):
-        sys.stderr.write(f"note: {folder} is mixed: {', '.join(about['mixed'])} were changed after it had begun\n")
+    if mixed := mixed_files(folder):
+        sys.stderr.write(f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n")
     if changed := changed_files(folder, not (folder / JOURNAL).exists()):
         sys.stderr.write(f"note: {folder} was changed since it was written: {', '.join(changed)}\n")
     stacks = tuple(

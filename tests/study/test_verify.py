@@ -10,8 +10,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.cli.app import main
-from harness.storage.checksums import CHECKSUMS
+from harness.storage.checksums import CHECKSUMS, changed_files
+from harness.storage.run_folder import RunFolder, create_run
 from harness.storage.shipped import shipped
+from harness.study.drive import TABLES
 
 EDITS = 20
 
@@ -112,3 +114,10 @@ def test_impossible_rows_are_refused_with_file_row_and_value(
     pq.write_table(table.set_column(place, column, pa.array(values)), run / "episodes.parquet")
     status, _, error = navbench(capsys, "price", str(run))
     assert status == 1 and f"episodes.parquet: {says}" in error and "Traceback" not in error
+
+
+def test_what_is_changed_while_a_run_is_driven_is_noticed(tmp_path: Path) -> None:
+    create_run(tmp_path / "run", {"command": ["x"]}, {"rules.yaml": "timeout: 3.0\n"})
+    with RunFolder(tmp_path / "run", TABLES, 1):
+        (tmp_path / "run" / "params" / "rules.yaml").write_text("timeout: 4.0\n")
+    assert changed_files(tmp_path / "run", is_finished=True) == ["params/rules.yaml"]
