@@ -11,6 +11,7 @@ from harness.world import glass, sky
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
 from harness.world.sensors import SensorParams
+from navstack.costmap.occupancy_grid import FREE
 from navstack.geometry import footprint_radii
 from navstack.params.costmap import robot_footprint
 from navstack.params.nav2_file.file import Nav2File
@@ -19,6 +20,8 @@ from navstack.params.nav2_file.findings import IGNORED_BY_NAV2, UNKNOWN_KEY
 from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_dataclass
 
+AREA_PER_PERSON = 630.0  # [m2] of navigation mesh on the shipped maps, with 20 people
+CROWDED = 5.0  # times that density from which it is told
 MOST_MISSPELT = 3  # names told in a note; lint tells all
 BODY_TOLERANCE = 0.05  # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
 
@@ -35,6 +38,8 @@ def check(study: Study) -> list[str]:
         parts = Parts(task)
         parts.mission(task.generators()["mission"])
         parts.brain(parts.world())
+        if number == 0:
+            notes += crowd_notes(study, parts)
         notes += sensor_notes(stack, parts.scene)
         if stack.nav2_file:
             nav2 = parts.nav2
@@ -44,6 +49,21 @@ def check(study: Study) -> list[str]:
             notes += footprint_notes(nav2, parts.robot, stack.name)
     compile_ahead(study.stacks)  # last: bad input is one line, at once
     return notes
+
+
+def crowd_notes(study: Study, parts: Parts) -> list[str]:
+    """A note where the world's own number of people, meant for a part of a town, crowds a small map."""
+    people, mesh = parts.params.people, parts.scene.navigation_mesh
+    area = float((mesh.data == FREE).sum()) * mesh.resolution**2
+    if study.template.pedestrians is not None or people.model == "replay" or not people.count or not area:
+        return []
+    times = AREA_PER_PERSON * people.count / area
+    if times < CROWDED:
+        return []
+    return [
+        f"on this map {people.count} people share {area:,.0f} m2, {times:.0f} times as densely as on the shipped ones; "
+        f"--pedestrians {max(1, round(area / AREA_PER_PERSON))} would be theirs"
+    ]
 
 
 def sensor_notes(stack: Stack, scene: Scene) -> list[str]:

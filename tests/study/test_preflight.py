@@ -3,16 +3,20 @@
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from harness.episode.factory import Parts
 from harness.study import preflight
-from harness.study.preflight import sensor_notes
+from harness.study.preflight import crowd_notes, sensor_notes
 from harness.task.stack import load_stack
 from harness.task.study import make_study
 from harness.world.extrude import extrude
 from harness.world.scene_io import load_scene
-from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.errors import NavstackError
+from navstack.types import Pose2D
 
 
 @pytest.mark.parametrize("preset", ["rtk_urban", "consumer_gps"])
@@ -37,3 +41,16 @@ def test_bad_input_is_found_before_kernels_are_compiled(tmp_path: Path, monkeypa
     study = make_study(stacks=["parked"], episodes=1, seed=0, workers=1)
     preflight.check(study)
     assert compiled == [study.stacks]
+
+
+def test_a_crowded_map_is_told(tmp_path: Path) -> None:
+    hall = OccupancyGrid(np.zeros((200, 600), dtype=np.int8), 0.05, Pose2D())  # 30 m by 10 m
+    save_map(hall, tmp_path / "hall.yaml")
+
+    def notes(**choice: object) -> list[str]:
+        study = make_study(stacks=["parked"], episodes=1, workers=1, **choice)  # type: ignore[arg-type]
+        return crowd_notes(study, Parts(study.template))
+
+    (note,) = notes(map_name=str(tmp_path / "hall.yaml"))
+    assert note.startswith("on this map 20 people share 300 m2, 42 times as densely") and "--pedestrians 1 " in note
+    assert notes(map_name=str(tmp_path / "hall.yaml"), pedestrians=20) == [] == notes()
