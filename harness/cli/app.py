@@ -112,13 +112,13 @@ def _status(arguments: list[str] | None) -> int:
         return _complain(f"{error.format_message()} See 'navbench --help'.", 2)
     except NavstackError as error:
         return _complain(str(error), 1)
+    except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError
+        return _complain("interrupted", 130)
     except (OSError, RuntimeError) as error:
         message = _of_the_system(error)
         if not message:
             raise
         return _complain(message, 1)
-    except (KeyboardInterrupt, click.Abort):
-        return _complain("interrupted", 130)
     return 0
 
 

@@ -186,7 +186,7 @@ class RunFolder:
         """
         self.path = path
         self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
-        self.notes: list[str] = []  # what was wrong with the journal
+        self._troubles: list[str] = []  # with lines of the journal
         self._tables, self._total = tables, total
         self._places: list[int] = []  # [bytes] where each record begins in the journal
         self._journal: IO[bytes] | None = None
@@ -327,7 +327,15 @@ class RunFolder:
         journal.truncate(end)
 
     def _complain(self, trouble: str) -> None:
-        self.notes.append(f"{self.path / JOURNAL}: {trouble}; its delivery is driven again")
+        self._troubles.append(trouble)
+
+    @property
+    def notes(self) -> list[str]:
+        """What was wrong with the journal, in a line at most."""
+        if not self._troubles:
+            return []
+        more = f", and {len(self._troubles) - 1} lines more" if len(self._troubles) > 1 else ""
+        return [f"{self.path / JOURNAL}: {self._troubles[0]}{more}; what they told of is driven again"]
 
     def _failed(self, error: OSError) -> InputError:
         kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""

@@ -204,3 +204,16 @@ def test_a_run_beside_a_suites_file_is_none_of_its_cells(tmp_path: Path) -> None
     (tmp_path / "mine").symlink_to("elsewhere")
     create_run(tmp_path / "mine", {}, {})
     assert (tmp_path / "elsewhere" / "run.json").is_file()
+
+
+@pytest.mark.parametrize(
+    "journal", [bytes(range(256)) * 9, b'{"a": 1}\n{"b": 2}\n', b"[" * 100_000 + b"\n{}\n", b"\n" * 50]
+)
+def test_a_journal_that_is_none_has_no_deliveries_and_one_note(tmp_path: Path, journal: bytes) -> None:
+    path = begun(tmp_path / "run")
+    (path / JOURNAL).write_bytes(journal)
+    with RunFolder(path, TABLES, TOTAL) as folder:
+        assert not folder.finished and len(folder.notes) == 1 and len(folder.notes[0]) < 600
+        folder.add(record(0))
+    with RunFolder(path, TABLES, TOTAL) as folder:
+        assert folder.finished == {(0, 0)} and not folder.notes, "nothing of it is left"

@@ -129,7 +129,7 @@ def test_a_damaged_line_costs_its_delivery_only(tmp_path: Path, damaged: str | N
     (tmp_path / "run" / JOURNAL).write_bytes(b"".join(lines))
     with RunFolder(tmp_path / "run", TABLES, len(ORDER)) as folder:
         (note,) = folder.notes
-        assert "journal.jsonl: line 2 is damaged" in note and note.endswith("its delivery is driven again")
+        assert "journal.jsonl: line 2 is damaged" in note and note.endswith("; what they told of is driven again")
         assert folder.finished == {ORDER[0], ORDER[2]}
         folder.add(record(*ORDER[1]))
         folder.add(record(*ORDER[3]))
