@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import json
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
@@ -113,8 +114,13 @@ def _long_texts(run: Path) -> None:
 
 
 def _journal(old: str, new: str) -> Change:
-    """The journal with one text for another."""
-    return lambda run: put(run / "journal.jsonl", (run / "journal.jsonl").read_text().replace(old, new))
+    """The journal with one text for another, as an earlier version wrote it: without checksums."""
+
+    def change(run: Path) -> None:
+        text = re.sub(r', "crc": "[0-9a-f]{8}"}', "}", (run / "journal.jsonl").read_text())
+        put(run / "journal.jsonl", text.replace(old, new))
+
+    return change
 
 
 def _time(value: float | None) -> Change:
@@ -208,11 +214,6 @@ TABLE_CHANGES: dict[str, tuple[Change, str]] = {
     "has texts of 80 GB": (_long_texts, "run"),
     "is a pickle": (_text("episodes.parquet", b"cposix\nsystem\n(S'touch hacked'\ntR."), "damaged"),
 }
-
-
-def _holes(path: Path, size: int) -> None:
-    with path.open("wb") as stream:
-        stream.truncate(size)
 
 
 def _damaged(path: Path) -> bytes:
