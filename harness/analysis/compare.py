@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
-from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, mean_columns
+from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, margins, mean_columns
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
@@ -23,6 +24,7 @@ PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one m
 EARNED = ("revenue", "contribution_margin")
 FAMILY = ("contribution_margin", "sla")  # whose p values are adjusted together, unless metrics are named
 SHORT = {"margin": "contribution_margin"}  # as elsewhere on the command line
+ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}  # metric -> accounting
 SHOWN_VALUES = 3  # differing parameters that a warning names
 
 
@@ -91,7 +93,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         first: the one that is there.
         second: the one that is held against it.
         metrics: which to compare, the family of the adjusted p values; none: all that both sides have, of which
-            ``FAMILY`` is the family.
+            ``FAMILY`` is the family, but not :data:`ACCOUNTED`.
 
     Raises:
         InputError: no mission in common, or an unknown metric.
@@ -103,12 +105,12 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
             "--map and --missions"
         )
     rows = tuple(zip(*pairs, strict=True))
-    columns = [_columns(side, own) for side, own in zip((first, second), rows, strict=True)]
+    columns = [_columns(side, own, metrics) for side, own in zip((first, second), rows, strict=True)]
     keys = [key for key in columns[0] if key in columns[1]]
     named = [SHORT.get(key, key) for key in metrics]
     for key in named:
         if key not in keys:
-            raise UnknownNameError("metric", key, keys)
+            raise UnknownNameError("metric", key, [*keys, *ACCOUNTED])
     wanted = [key for key in keys if key in named or not named]
     clusters = number_clusters([tuple(row[key] for key in MISSION) for row in rows[0]])
     known = {}
@@ -162,8 +164,11 @@ def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, Row]]:
     return [(row, others[key]) for key, row in keyed if key in others]
 
 
-def _columns(side: Side, rows: Sequence[Row]) -> dict[str, FloatArray]:
-    """Every quantity of a side, delivery by delivery, NaN where undefined; those undefined for all are left out."""
+def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[str, FloatArray]:
+    """Every quantity of a side, delivery by delivery, NaN where undefined; those undefined for all are left out.
+
+    Margins under other accountings are among them if they are ``asked`` for.
+    """
     prices = side.run.prices()
     each = deliveries(rows, prices.rolling_resistance_force)
     costs = running(each, prices)
@@ -171,6 +176,7 @@ def _columns(side: Side, rows: Sequence[Row]) -> dict[str, FloatArray]:
         **{key: getattr(each, key) for key in OUTCOMES},
         **{term: getattr(costs, term) for term in DOLLARS},
         **mean_columns(rows),
+        **{key: margins(rows, prices, side.run.events, name) for key, name in ACCOUNTED.items() if key in asked},
     }
     known = {key: np.broadcast_to(column, len(rows)) for key, column in columns.items() if column is not None}
     return {key: column for key, column in known.items() if not np.isnan(column).all()}
@@ -181,7 +187,7 @@ def _compare(first: FloatArray, second: FloatArray, clusters: IntArray, key: str
     if not both.any():
         return None
     own = number_clusters(clusters[both].tolist())
-    resolution = CENT if key in DOLLARS else 0.0
+    resolution = CENT if key in DOLLARS or key in ACCOUNTED else 0.0
     paired = compare_pairs(first[both], second[both], own, np.random.default_rng(seed), key in OUTCOMES, resolution)
     return Compared(float(first[both].mean()), float(second[both].mean()), paired, 1.0, _directions()[key])
 
@@ -190,6 +196,7 @@ def _compare(first: FloatArray, second: FloatArray, clusters: IntArray, key: str
 def _directions() -> dict[str, Better]:
     directions = {metric.key: metric.better for metric in RUN_METRICS}
     directions |= {term: Better.HIGHER if term in EARNED else Better.LOWER for term in DOLLARS}
+    directions |= dict.fromkeys(ACCOUNTED, Better.HIGHER)
     return directions | {metric.mean_key: metric.better for metric in EPISODE_METRICS if metric.mean_key}
 
 

@@ -1,14 +1,15 @@
 """A stored run at other prices: the documents of ``navbench run``, and what other accounting would make of them."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from harness.economics.accountings import ACCOUNTINGS, COUNTED, accounted, contacts_of
+from harness.economics.accountings import ACCOUNTINGS, COUNTED, MONOTONE, PUBLISHED, accounted, contacts_of
 from harness.economics.break_even import break_even_runs
-from harness.economics.contact_costs import injury_costs
+from harness.economics.contact_costs import injury_costs, turning_impulse
+from harness.economics.contact_limits import beyond_limit, limit_speed
 from harness.economics.cost_model import Economics, Measured, Running, price, running
 from harness.economics.optional_terms import TERMS, OptionalTerms, check_terms, load_optional_prices, together
 from harness.economics.price import check_prices, names_of, price_keys, with_values
@@ -26,7 +27,7 @@ from harness.economics.valuation import (
 )
 from harness.metrics.columns import Row
 from harness.metrics.summary import summarize
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, wilson_interval
 from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -34,6 +35,7 @@ from navstack.types import FloatArray
 # Prices that replace those of today, by key -> the money then, and all prices then.
 Evaluate = Callable[[Mapping[str, float]], tuple[Economics, Prices]]
 VARIED = ("pedestrian_safety", "property_damage", "opex", "contribution_margin")
+FORGIVEN = "forgiven"  # beside accountings: the margin of the published one less that of ``monotone``
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,11 @@ class Repriced:
     stack: StoredStack
     valuation: Valuation
     accountings: dict[str, Accounting]  # by name of harness.economics.accountings.ACCOUNTINGS
+    forgiven: Interval | None  # [USD/run] see :data:`FORGIVEN`; None: the margin is undefined
+    turn_ns: float  # [N s] beyond which a contact with a person costs less by the published rule
+    turned: Interval  # share of the counted contacts with people that are beyond
+    limit_mps: float  # [m/s] closing speed of ISO/TS 15066, see harness.economics.contact_limits
+    beyond_limit: Interval  # share of all contacts with people that are beyond
 
 
 def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: Sequence[str]) -> Choices:
@@ -67,7 +74,7 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
 
     Args:
         run: the run, whose own prices are the default.
-        prices: a name of params/prices or a file; None: the run's own.
+        prices: a name of params/prices or a file; None: the run's own. Its optional terms are among those asked for.
         settings: ``KEY=VALUE`` each; keys of the price file or of the optional terms', with or without the unit.
         terms: names of optional terms, each entry one or several separated by commas.
 
@@ -75,9 +82,9 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
         InputError: a price file, setting or term that cannot be used.
     """
     loaded = run.prices() if prices is None else load_prices(prices)
+    optional = load_optional_prices(loaded)
     if loaded.accounting not in ACCOUNTINGS:
         raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
-    optional = load_optional_prices()
     values = dict(_setting(text) for text in settings)
     own, other = names_of(loaded), names_of(optional)
     for key in values:
@@ -86,7 +93,7 @@ def choose(run: StoredRun, prices: str | None, settings: Sequence[str], terms: S
     loaded = with_values(loaded, {key: number for key, number in values.items() if key in own})
     optional = with_values(optional, {key: number for key, number in values.items() if key in other})
     check_prices(optional, "--set")
-    names = check_terms([name.strip() for text in terms for name in text.split(",")])
+    names = check_terms([*loaded.terms, *(name.strip() for text in terms for name in text.split(","))])
     for key in (key for key in values if key in other):
         users = [term for term, (_, used) in TERMS.items() if other[key] in used]
         if not set(users) & set(names):
@@ -109,53 +116,76 @@ def reprice(run: StoredRun, choices: Choices) -> list[Repriced]:
 
 def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
     stack = repriced(stack, run.events, choices.prices)
-    valuation = value(stack.rows, stack, choices.prices, run.seed, choices.optional)
-    return Repriced(stack, valuation, _accountings(run, stack, valuation, choices))
+    prices = choices.prices
+    valuation = value(stack.rows, stack, prices, run.seed, choices.optional)
+    costs = dict(_running_costs(run, stack, choices))
+    turn = turning_impulse(prices)
+    counted = contacts_of(stack.rows, run.events, COUNTED)
+    impulses = counted.impulses[counted.with_people]
+    return Repriced(
+        stack=stack,
+        valuation=valuation,
+        accountings={name: _accounting(run, stack, valuation, each) for name, each in costs.items()},
+        forgiven=_margins([costs], stack.rows, run.seed).get(FORGIVEN),
+        turn_ns=turn,
+        turned=wilson_interval(int((impulses > turn).sum()), impulses.size),
+        limit_mps=limit_speed(prices),
+        beyond_limit=beyond_limit(stack.rows, run.events, prices),
+    )
 
 
-def _accountings(run: StoredRun, stack: StoredStack, valuation: Valuation, choices: Choices) -> dict[str, Accounting]:
-    """The money under every accounting, on the same resamples."""
-    clusters = missions(stack.rows)
-    results = {}
-    for name, costs in _running_costs(run, stack, choices):
-        intervals = mean_intervals({term: getattr(costs, term) for term in VARIED}, clusters, run.seed, CENT)
-        margin = intervals["contribution_margin"].value if "contribution_margin" in intervals else None
-        results[name] = Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
-    return results
+def _accounting(run: StoredRun, stack: StoredStack, valuation: Valuation, costs: Running) -> Accounting:
+    """The money under an accounting, on the same resamples as under the others."""
+    terms = {term: getattr(costs, term) for term in VARIED}
+    intervals = mean_intervals(terms, missions(stack.rows), run.seed, CENT)
+    margin = intervals["contribution_margin"].value if "contribution_margin" in intervals else None
+    return Accounting(intervals, break_even_runs(valuation.economics.capex_usd, margin))
 
 
-def _running_costs(run: StoredRun, stack: StoredStack, choices: Choices) -> Iterator[tuple[str, Running]]:
+def _running_costs(
+    run: StoredRun, stack: StoredStack, choices: Choices, names: Collection[str] = ACCOUNTINGS
+) -> Iterator[tuple[str, Running]]:
     """What a stack's deliveries cost and earn under every accounting, an entry per delivery."""
     prices = choices.prices
     each = deliveries(stack.rows, prices.rolling_resistance_force)
     extra = together(beyond(each, stack, prices, choices.optional).values())
-    for name in ACCOUNTINGS:
+    for name in names:
         yield name, running(accounted(each, stack.rows, run.events, name, prices), prices, extra)
 
 
-def accounted_margins(first: StoredRun, parts: Sequence[tuple[StoredRun, StoredStack]]) -> dict[str, Interval]:
-    """The mean margin of a stack's deliveries under every accounting, on the same resamples.
+def accounted_margins(
+    first: StoredRun,
+    parts: Sequence[tuple[StoredRun, StoredStack]],
+    names: Collection[str] = ACCOUNTINGS,
+    choices: Choices | None = None,
+) -> dict[str, Interval]:
+    """The mean margin of a stack's deliveries under accountings, and :data:`FORGIVEN`, on the same resamples.
 
     Empty where it is undefined, because the cargo was not simulated.
 
     Args:
-        first: whose prices, and whose seed for the bootstrap, are taken.
+        first: whose seed for the bootstrap is taken.
         parts: the stack in each of its runs; those without a delivery are left out.
+        names: of the accountings.
+        choices: prices and optional terms; None: the first run's prices, without terms.
 
     Raises:
         InputError: rows and events of a run are of different states.
     """
-    choices = choose(first, None, (), ())
+    choices = choices or Choices(first.prices(), OptionalTerms((), load_optional_prices()), {})
     driven = [(run, repriced(stack, run.events, choices.prices)) for run, stack in parts if stack.rows]
-    known = [dict(_running_costs(run, stack, choices)) for run, stack in driven]
-    found = {name: [costs[name].contribution_margin for costs in known] for name in ACCOUNTINGS}
-    columns = {
-        name: np.concatenate([margin for margin in each if margin is not None])
-        for name, each in found.items()
-        if each and all(margin is not None for margin in each)
-    }
-    rows = [row for _, stack in driven for row in stack.rows]
-    return mean_intervals(columns, missions(rows), first.seed, CENT) if columns else {}
+    known = [dict(_running_costs(run, stack, choices, names)) for run, stack in driven]
+    return _margins(known, [row for _, stack in driven for row in stack.rows], first.seed)
+
+
+def _margins(known: Sequence[Mapping[str, Running]], rows: Sequence[Row], seed: int) -> dict[str, Interval]:
+    """Mean margins by accounting of several runs' deliveries together; empty where they are undefined."""
+    if not known or any(costs.contribution_margin is None for each in known for costs in each.values()):
+        return {}
+    columns = {name: np.concatenate([each[name].contribution_margin for each in known]) for name in known[0]}
+    if {PUBLISHED, MONOTONE} <= set(columns):
+        columns[FORGIVEN] = columns[PUBLISHED] - columns[MONOTONE]
+    return mean_intervals(columns, missions(rows), seed, CENT)
 
 
 def document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:
@@ -177,6 +207,9 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
         "errors": stack.errors,
         **valuation_document(valuation),
         "accountings": {name: _accounting_document(each) for name, each in result.accountings.items()},
+        "forgiven_usd_per_run": None if result.forgiven is None else result.forgiven.as_json(),
+        "contacts_beyond_turn": {"impulse_ns": result.turn_ns, "share": result.turned.as_json()},
+        "contacts_beyond_iso_ts_15066": {"closing_speed_mps": result.limit_mps, "share": result.beyond_limit.as_json()},
         "optional_terms": {
             name: {
                 "in_paper": False,

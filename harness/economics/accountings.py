@@ -15,7 +15,7 @@ from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
 from navstack.types import FloatArray
 
-PUBLISHED, MONOTONE = "published", "monotone"  # of :data:`ACCOUNTINGS`
+PUBLISHED, MONOTONE, AT_FAULT = "published", "monotone", "robot_at_fault"  # of :data:`ACCOUNTINGS`
 COUNTED, EVENT = "counted_contact", "contact_event"  # types of rows in events.parquet
 PERSON = "pedestrian"
 ROBOT_MOVED = ("robot_into_person", "robot_into_property")  # faults that are the robot's
@@ -94,7 +94,7 @@ def shared(contacts: Contacts) -> FloatArray:
 ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
     MONOTONE: (COUNTED, whole),
     PUBLISHED: (COUNTED, whole),
-    "robot_at_fault": (COUNTED, at_fault_only),
+    AT_FAULT: (COUNTED, at_fault_only),
     "shared_fault": (COUNTED, shared),
     "no_threshold": (EVENT, whole),
     "no_threshold_robot_at_fault": (EVENT, at_fault_only),

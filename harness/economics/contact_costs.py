@@ -80,6 +80,11 @@ def monotone_injury_costs(impulses: npt.ArrayLike, prices: Prices) -> FloatArray
     return cost
 
 
+def turning_impulse(prices: Prices) -> float:
+    """Impulse [N s] of a contact with a person at which the published cost is highest; beyond, it falls."""
+    return float(_SPEEDS[injury_cost(_SPEEDS, prices).argmax()]) * prices.robot_mass.value
+
+
 @lru_cache(maxsize=8)
 def _beyond_peak(prices: Prices) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
     """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s]; the highest cost so far."""

@@ -1,10 +1,11 @@
 """Costs that the paper leaves out: off unless asked for, and marked wherever they enter."""
 
+import dataclasses
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from harness.economics.cost_model import Beyond, Measured
-from harness.economics.price import Price, check_prices
+from harness.economics.price import Price, check_prices, price_keys
 from harness.economics.price import price_field as _price
 from harness.economics.prices import Prices
 from harness.storage.shipped import shipped
@@ -91,12 +92,20 @@ TERMS: dict[str, tuple[Callable[[Inputs], Beyond], tuple[str, ...]]] = {
 }
 
 
-def load_optional_prices() -> OptionalPrices:
-    """The shipped prices of the optional terms."""
+def load_optional_prices(prices: Prices | None = None) -> OptionalPrices:
+    """The shipped prices of the optional terms, and in their place those that a price set has of its own.
+
+    Raises:
+        InputError: the set has one that is not known, in another unit or out of its range.
+    """
     path = shipped("params") / "prices" / "optional" / "terms.yaml"
-    prices = load_dataclass(OptionalPrices, path)
-    check_prices(prices, str(path))
-    return prices
+    optional, own = load_dataclass(OptionalPrices, path), {} if prices is None else prices.optional
+    for key in own:
+        if key not in (known := price_keys(optional)):
+            raise UnknownNameError("optional price", key, known)
+    optional = dataclasses.replace(optional, **own)
+    check_prices(optional, "optional" if own else str(path))
+    return optional
 
 
 def check_terms(names: Collection[str]) -> tuple[str, ...]:

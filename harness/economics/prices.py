@@ -1,14 +1,15 @@
 """The prices and constants of the cost model, each with its unit and its source."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from harness.economics.price import Price, check_prices
 from harness.economics.price import price_field as _price
 from harness.storage.shipped import names, resolve, shipped
-from navstack.errors import ParameterError
-from navstack.params.strict import from_mapping, load_dataclass, load_yaml
+from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.strict import KEPT_OUT, from_mapping, load_dataclass, load_yaml
 
 DAYS_PER_YEAR = 365
 GRAVITY = 9.8  # [m/s2] as the paper rounds it
@@ -95,8 +96,11 @@ class Prices:
     motor_efficiency: Price = _price("1", positive=True, at_most=1.0)
     robot_mass: Price = _price("kg", positive=True)
     rolling_resistance_coefficient: Price = _price("1")
-    accounting: str = "published"  # by which contacts are paid: a name of harness.economics.accountings.ACCOUNTINGS
-    as_of: str = ""  # year and month of the sources
+    # by which contacts are paid: a name of harness.economics.accountings.ACCOUNTINGS
+    accounting: str = field(default="published", metadata=KEPT_OUT)
+    as_of: str = field(default="", metadata=KEPT_OUT)  # year and month of the sources
+    terms: tuple[str, ...] = field(default=(), metadata=KEPT_OUT)  # optional terms that belong to the set
+    optional: dict[str, Price] = field(default_factory=dict, hash=False, metadata=KEPT_OUT)  # its own prices of these
 
     @property
     def robot_life_runs(self) -> float:
@@ -142,17 +146,23 @@ class Prices:
 
 
 def load_prices(name_or_file: str = "costnav") -> Prices:
-    """Prices by name (of ``params/prices``) or from a YAML file; ``as_in`` of it names others that it builds on.
+    """Prices by name (of ``params/prices``) or from a YAML file; ``as_in`` of it names shipped ones that it builds on.
 
     Raises:
         InputError: an unknown name or key, a number in another unit or out of its range.
     """
-    folder = shipped("params") / "prices"
-    path = resolve(name_or_file, folder, "prices")
+    path = resolve(name_or_file, shipped("params") / "prices", "prices")
+    return checked(from_mapping(Prices, _content(path), str(path)), str(path))
+
+
+def _content(path: Path) -> Any:
+    """A price file with what it builds on."""
     content = load_yaml(path)
-    if isinstance(content, dict) and (base := content.pop("as_in", None)) is not None:
-        content = _over(load_yaml(resolve(str(base), folder, "prices")), content)
-    return checked(from_mapping(Prices, content, str(path)), str(path))
+    if not isinstance(content, dict) or (base := content.pop("as_in", None)) is None:
+        return content
+    if base not in price_sets():
+        raise UnknownNameError(f"{path}: as_in", str(base), price_sets())
+    return _over(_content(shipped("params") / "prices" / f"{base}.yaml"), content)
 
 
 def price_sets() -> list[str]:

@@ -15,7 +15,6 @@ from harness.report.tables import own_column, render_tables
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
-MARGIN = "contribution_margin"
 TITLES = {
     PUBLISHED: "published rule",
     MONOTONE: "harder costs more",
@@ -44,10 +43,8 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     if (paying := choices.prices.accounting) != PUBLISHED:
         console.print(f"these prices go with the accounting '{TITLES[paying]}': its row is theirs")
     for each in results:
-        margins = {name: found.intervals.get(MARGIN) for name, found in each.accountings.items()}
-        console.print(f"{each.stack.name}: {forgiven(margins)}")
-    for each in results:
-        console.print(f"{each.stack.name}: {risk_text(each.valuation.risk)}")
+        for text in (forgiven(each.forgiven), *_contact_texts(each), risk_text(each.valuation.risk)):
+            console.print(f"{each.stack.name}: {text}")
         if each.stack.errors:
             console.print(f"{each.stack.name}: {each.stack.errors} deliveries ended in an error, left out")
         for name, term in each.valuation.terms.items():
@@ -61,17 +58,19 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
 
 
 def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Console) -> None:
-    """Print what each stack earns under each set of prices, and where the order changes."""
-    stacks = [stack.name for stack in run.stacks]
-    rows = [
-        (
-            name,
-            TITLES[each.accounting],
-            *(interval_text(each.margins.get(stack), absent="undefined") for stack in stacks),
-        )
-        for name, each in sets.items()
-    ]
-    print_sheet(declared("price_sets", rows, columns=stacks), console)
+    """Print what each stack earns under each set of prices, what is left of it, and where the order changes."""
+    stacks = [stack.name for stack in run.stacks if stack.rows]
+    for sheet, key in (("price_sets", "margin"), ("price_set_profits", "profit")):
+        rows = [
+            (
+                name,
+                TITLES[each.choices.prices.accounting],
+                ", ".join(each.choices.optional.names) or "--",
+                *(interval_text(getattr(each.money.get(stack), key, None), absent="undefined") for stack in stacks),
+            )
+            for name, each in sets.items()
+        ]
+        print_sheet(declared(sheet, rows, columns=stacks), console)
     (first, published), *others = sets.items()
     changed = [name for name, each in others if each.order != published.order]
     if len(stacks) > 1:
@@ -82,15 +81,30 @@ def print_price_sets(run: StoredRun, sets: Mapping[str, UnderSet], console: Cons
     console.print(f"run folder: {run.folder}", soft_wrap=True)
 
 
-def forgiven(margins: Mapping[str, Interval | None]) -> str:
-    """How much the published rule does not charge for, in one line; by the margins of all accountings."""
-    published, monotone = (margins.get(name) for name in (PUBLISHED, MONOTONE))
-    if published is None or monotone is None or published.value is None or monotone.value is None:
+def forgiven(difference: Interval | None) -> str:
+    """How much the published rule does not charge for, in one line; by how much its margin is above monotone's."""
+    if difference is None or difference.value is None:
         return "what the published rule forgives is undefined, because the cargo was not simulated"
     return (
-        f"the published rule forgives {published.value - monotone.value:.2f} $ a delivery: injuries beyond its peak, "
-        "touches of property below 100 N s and of kinds without a price"
+        f"the published rule forgives {interval_text(difference)} $ a delivery (n = {difference.n}): injuries beyond "
+        "its peak, touches of property below 100 N s and of kinds without a price"
     )
+
+
+def _contact_texts(result: Repriced) -> list[str]:
+    """How many contacts with people the peak of the published cost and ISO/TS 15066 concern."""
+    return [
+        f"{_of(result.turned)} counted contacts with people are beyond the peak of the published cost, "
+        f"{result.turn_ns:,.0f} N s",
+        f"{_of(result.beyond_limit)} contacts with people are beyond the limit of ISO/TS 15066 for a lower leg, "
+        f"closing at {result.limit_mps:.2f} m/s",
+    ]
+
+
+def _of(share: Interval) -> str:
+    if share.value is None:
+        return "none of 0"
+    return f"{round(share.value * share.n)} of {share.n} ({interval_text(share, 3)})"
 
 
 def risk_text(risk: Risk) -> str:

@@ -18,6 +18,7 @@ from navstack.params.nav2_file.yaml_text import load_text
 T = TypeVar("T")
 
 LEAST, MOST = 1e-12, 1e12  # magnitude of a number other than 0: no quantity here is smaller or larger
+KEPT_OUT = {"kept_out": True}  # metadata of a field that a dump leaves out at its default
 MAX_FILE_BYTES = 4_000_000  # a parameter file larger than this is a mistake
 
 
@@ -73,12 +74,23 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
 
 
 def dump_dataclass(value: Any) -> str:
-    """A dataclass as YAML text that :func:`load_dataclass` reads back; every field stands in it."""
-    text = io.StringIO()
+    """A dataclass as YAML text that :func:`load_dataclass` reads back.
+
+    Every field stands in it, but one that is :data:`KEPT_OUT` and has its default: a field that came later.
+    """
+    text, left_out = io.StringIO(), {entry.name for entry in dataclasses.fields(value) if _is_left_out(entry, value)}
     writer = YAML(typ="rt", pure=True)  # keeps the order of the fields
     writer.default_flow_style = False
-    writer.dump(_plain(dataclasses.asdict(value)), text)
+    content = {key: entry for key, entry in dataclasses.asdict(value).items() if key not in left_out}
+    writer.dump(_plain(content), text)
     return text.getvalue()
+
+
+def _is_left_out(entry: "dataclasses.Field[Any]", value: Any) -> bool:
+    if not KEPT_OUT.items() <= entry.metadata.items():
+        return False
+    factory = entry.default_factory
+    return bool(getattr(value, entry.name) == (entry.default if factory is dataclasses.MISSING else factory()))
 
 
 def _plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import ttest_rel
 
 from harness.analysis.compare import compare, document, side_of
+from harness.analysis.repricing import accounted_margins
 from harness.cli import compare as command
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
@@ -116,6 +117,15 @@ def test_metrics_narrow_the_family(write_run: WriteRun) -> None:
     assert list(compared(*runs, "margin")["differences"]) == ["contribution_margin"], "as it is called elsewhere"
     with pytest.raises(InputError, match="unknown metric 'slaa'; did you mean 'sla'"):
         compared(*runs, "slaa")
+
+
+def test_margins_under_other_accountings_are_compared_when_asked_for(write_run: WriteRun) -> None:
+    folders = write_run("a", crowd=3.0), write_run("b", crowd=1.0)
+    key, runs = "contribution_margin_monotone", [load_run(str(folder)) for folder in folders]
+    found = compared(*folders, key)["differences"][key]
+    means = [accounted_margins(run, [(run, run.stacks[0])])["monotone"].value for run in runs]
+    assert (found["a"], found["b"]) == (pytest.approx(means[0]), pytest.approx(means[1]))
+    assert found["value"] > 0.0 and key not in compared(*folders)["differences"]
 
 
 def test_what_is_not_comparable_is_said(write_run: WriteRun, tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from harness.cli.price import price
 from harness.economics.accountings import accounted
 from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
 from harness.economics.cost_model import Measured, running
+from harness.economics.optional_terms import load_optional_prices
 from harness.economics.prices import load_prices, price_sets
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
@@ -27,6 +28,7 @@ from harness.storage.tables import read_rows, write_table
 from harness.study.stored_run import load_run, repriced
 from navstack.errors import InputError
 from navstack.params.nav2_file.yaml_text import load_text
+from navstack.params.strict import dump_dataclass, load_yaml
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
@@ -175,13 +177,9 @@ def test_monotone_by_hand(write_run: WriteRun) -> None:
     assert found["monotone"]["property_damage"]["value"] == pytest.approx(damage / len(rows))
     published, monotone = (found[name]["contribution_margin"]["value"] for name in ("published", "monotone"))
     assert monotone < published
-    line = forgiven(
-        {
-            name: Interval(value, None, None, 9)
-            for name, value in zip(("published", "monotone"), (2.0, 0.5), strict=True)
-        }
-    )
-    assert line.startswith("the published rule forgives 1.50 $ a delivery")
+    told = Interval(**priced(run)[0]["forgiven_usd_per_run"])
+    assert told.value == pytest.approx(published - monotone) and told.n == len(rows)
+    assert forgiven(told).startswith(f"the published rule forgives {told.value:.2f} [")
 
 
 def test_what_has_no_price_has_one_in_monotone() -> None:
@@ -441,6 +439,10 @@ def test_a_run_under_all_sets(write_run: WriteRun, capsys: pytest.CaptureFixture
             (alone,) = priced(f"{run}:{stack}", name)
             expected = alone["accountings"][found["accounting"]]["contribution_margin"]
             assert found["margins"][stack] == pytest.approx(expected), (name, stack)
+            assert found["capex_usd"][stack] == alone["economics"]["capex_usd"]
+            assert found["optional_terms"] == list(alone["optional_terms"])
+            share = found["capex_usd"][stack] / alone["risk"]["break_even"]["within_runs"]
+            assert found["profits"][stack]["low"] == pytest.approx(expected["low"] - share)
     assert sets["insurer"]["accounting"] == "robot_at_fault"
     price.callback(str(run), "all", (), (), as_json=False)
     assert "order under costnav: " in capsys.readouterr().out
@@ -455,3 +457,48 @@ def test_the_curve_of_crash_tests_goes_through_what_was_measured() -> None:
     assert tibia == pytest.approx([0.05, 0.33], abs=0.005)
     odds = chest / (1.0 - chest) * 10.0  # of one bystander in ten
     assert odds / (1.0 + odds) == pytest.approx([0.05, 0.50], abs=0.01)
+
+
+def test_contacts_beyond_the_peak_and_beyond_the_limit_are_counted(write_run: WriteRun) -> None:
+    run = load_run(str(write_run("run", crowd=4.0)))
+    squeezed = tuple({**each, "impulse_ns": 20.0 * each["impulse_ns"]} for each in run.events)
+    (result,) = reprice(dataclasses.replace(run, events=squeezed), choose(run, None, (), ()))
+    people = [each for each in squeezed if each["kind"] == "pedestrian"]
+    counted = [each["impulse_ns"] > 1042.25 for each in people if each["type"] == "counted_contact"]
+    assert (result.turned.value, result.turned.n) == (pytest.approx(np.mean(counted)), len(counted))
+    limit = 260.0 / np.sqrt(60_000.0 * 50.0 * 75.0 / 125.0)  # [m/s] force over the root of stiffness times reduced mass
+    closing = [e["robot_speed_mps"] + e["partner_speed_mps"] > limit for e in people if e["type"] == "contact_event"]
+    assert (result.beyond_limit.value, result.beyond_limit.n) == (pytest.approx(np.mean(closing)), len(closing))
+
+
+def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path: Path) -> None:
+    """A stored study goes on only with the price file that it holds, so published prices are dumped as ever."""
+    study = Path(__file__).parents[2] / "results" / "baseline" / "study" / "sidewalk-published-seed3000-parked"
+    assert load_text(dump_dataclass(load_prices()), "dump") == load_yaml(study / "params" / "prices.yaml")
+    for name in price_sets():
+        prices = load_prices(name)
+        (tmp_path / "kept.yaml").write_text(dump_dataclass(prices), encoding="utf-8")
+        assert load_prices(str(tmp_path / "kept.yaml")) == prices
+        optional = load_optional_prices(prices)
+        assert all(getattr(optional, key) == each for key, each in prices.optional.items())
+    assert load_prices("city_fleet").terms == ("operator", "on_site_assistance")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("as_in: costnaf", "as_in 'costnaf'; did you mean 'costnav'"),
+        ("as_in: campus\naccounting: at_fault", "accounting of prices 'at_fault'; did you mean 'robot_at_fault'"),
+        ("as_in: campus\nterms: [operater]", "unknown optional term 'operater'; did you mean 'operator'"),
+        (
+            "as_in: campus\noptional: {operater_wage: {value: 1, unit: USD/h, source: x}}",
+            "unknown optional price 'operater_wage'; did you mean 'operator_wage'",
+        ),
+        ("as_in: campus\noptional: {operator_wage: {value: 1, unit: EUR/h, source: x}}", "convert it to 'USD/h'"),
+    ],
+)
+def test_a_set_that_cannot_be_used_is_refused(write_run: WriteRun, tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message) as caught:
+        priced(write_run("run", episodes=1), str(tmp_path / "mine.yaml"))
+    assert "\n" not in str(caught.value)

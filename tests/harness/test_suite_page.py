@@ -16,15 +16,19 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from harness.analysis.compare import Side, compare
-from harness.analysis.repricing import accounted_margins, choose, reprice
+from harness.analysis.price_sets import NO_INTERVAL, Money, money_of, order, under_curves
+from harness.analysis.repricing import FORGIVEN, accounted_margins, choose, reprice
 from harness.cli.suite import _sheet
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
+from harness.economics.contact_limits import beyond_limit
+from harness.economics.prices import price_sets
 from harness.economics.valuation import value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.markdown import interval_text
 from harness.report.sheet import print_sheet
 from harness.report.suite.document import page, write_results
 from harness.report.suite.figures import FIGURES, _margin
+from harness.report.suite.other_prices import _moves, earns
 from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
 from harness.statistics.interval import Interval
@@ -112,15 +116,45 @@ def test_margins_under_other_accountings_are_those_of_price(study: Path) -> None
     (expected,) = reprice(run, choose(run, None, (), ()))
     standing = results.standings[1]
     found = results.accounted[standing.condition, "other"]
-    assert found == {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
+    own = {name: each.intervals[MARGIN] for name, each in expected.accountings.items()}
+    assert found == {**own, FORGIVEN: expected.forgiven}
     assert found[PUBLISHED] == standing.interval(MARGIN) != found["robot_at_fault"]
-    section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## How deliveries end")[0]
+    section = flat(page(results)).partition("## Who pays for contacts")[2].partition("## At other prices")[0]
     for text, name in zip(section.split("**: ")[1:], PAYING, strict=True):
         assert f"| `other` | {interval_text(found[name], 2)}, n = 12 | not driven |" in text
     write_results(results, study)
     rows = {row["quantity"]: row for row in read_rows(study / "table.parquet", COLUMNS) if row["stack"] == "other"}
     assert {f"{MARGIN}_{name}" for name in ACCOUNTINGS if name != PUBLISHED} <= set(rows)
     assert rows[f"{MARGIN}_shared_fault"]["low"] == found["shared_fault"].low
+
+
+def test_other_prices_are_told_of_stacks_that_drove_everywhere(study: Path) -> None:
+    text = flat(page(read_results(study)))
+    section = text.partition("## At other prices")[2].partition("## How deliveries end")[0]
+    runs = [load_run(str(study / f"{place}-published_2-seed0-mine")) for place in ("sidewalk", "sidewalk_1")]
+    parts = [(run, run.stacks[0]) for run in runs]
+    money = [money_of(parts, choose(runs[0], name, (), ())) for name in price_sets()]
+    curves = under_curves(parts)
+    ranked = " | ".join(f"1. {interval_text(each.profit)}" for each in money)
+    assert f"| `mine` | {ranked} |" in section and "`other`" not in section
+    assert "- `campus`: the order of `costnav`" in section
+    assert all(interval_text(each) in section for each in curves.values())
+    assert curves["published"].value == pytest.approx(money[0].margin.value)
+    counts = [round(each.value * each.n) for each in (beyond_limit(s.rows, r.events, r.prices()) for r, s in parts)]
+    assert f" | {sum(counts)} of " in section
+
+
+def test_who_is_ahead_and_who_earns_depends_on_the_set() -> None:
+    def money(margin: float, capex: float) -> Money:
+        return Money(Interval(margin, margin - 0.5, margin + 0.5, 9), capex, 1000.0)
+
+    found = {
+        "costnav": {"a": money(3.0, 0.0), "b": money(2.0, 0.0)},
+        "campus": {"a": money(3.0, 1500.0), "b": money(2.0, 0.0)},
+    }
+    assert [order(each) for each in found.values()] == [("a", "b"), ("b", "a")], "profit, not margin"
+    assert _moves(found, "campus").endswith("1 of 1 pairs of stacks change places against `costnav`: `b` before `a`")
+    assert earns(Interval(1.0, 0.1, 2.0, 9)) and not earns(Interval(1.0, -0.1, 2.0, 9)) and not earns(NO_INTERVAL)
 
 
 def test_seeds_are_accounted_together(write_run: Callable[..., Path], tmp_path: Path) -> None:
@@ -150,7 +184,7 @@ def test_where_nobody_was_touched_nobody_pays(write_run: Callable[..., Path], tm
     declare(tmp_path / "study", Suite("Made up", ("mine",), 9, maps=("sidewalk",)))
     write_run("study/sidewalk-published_2-seed0-mine", episodes=9, crowd=0.0)
     results = read_results(tmp_path / "study")
-    assert set(results.accounted[results.standings[0].condition, "mine"]) == set(ACCOUNTINGS)
+    assert set(results.accounted[results.standings[0].condition, "mine"]) == {*ACCOUNTINGS, FORGIVEN}
     assert "Who pays" not in page(results)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.compare import compare, have_common_missions
-from harness.analysis.repricing import accounted_margins
+from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
@@ -122,13 +122,13 @@ def accountings(entries: Sequence[Entry]) -> Json | None:
         InputError: rows and events of a run are of different states.
     """
     known = [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
-    if not any(each[name] != each[PUBLISHED] for each in known for name in each):
+    if not any(each[name] != each[PUBLISHED] for each in known if each for name in TITLES):
         return None
     rows = [
         {"title": title, "cells": [each[name].as_json() if name in each else None for each in known]}
         for name, title in TITLES.items()
     ]
-    lines = [f"{entry.label}: {forgiven(each)}." for entry, each in zip(entries, known, strict=True)]
+    lines = [f"{entry.label}: {forgiven(each.get(FORGIVEN))}." for entry, each in zip(entries, known, strict=True)]
     return {"notes": [ACCOUNTING_NOTE, *lines], "rows": rows}
 
 

@@ -6,9 +6,10 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from harness.economics.accountings import PUBLISHED
+from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
+from harness.report.suite.other_prices import at_other_prices
 from harness.report.suite.results import Results, Standing
 from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
 from harness.storage.files import write_text, writing
@@ -96,6 +97,7 @@ def _found(results: Results) -> str:
         figures=FOLDER,
         cut=f"The figures show the first {MOST_PANELS} of {shown} conditions." if shown > MOST_PANELS else "",
         liability=_liability(results),
+        prices=at_other_prices(results),
         first=Path(results.suite.stacks[0]).stem,
         conditions="\n\n".join(conditions),
     )
@@ -105,7 +107,7 @@ def _found(results: Results) -> str:
 def _liability(results: Results) -> str:
     """What the robot would earn if it paid for other contacts; nothing where that changes nothing."""
     known = [each for each in results.accounted.values() if each]
-    if not any(each[name] != each[PUBLISHED] for each in known for name in each):
+    if not any(each[name] != each[PUBLISHED] for each in known for name in ACCOUNTINGS):
         return ""
     return _template("liability.md").substitute({name: margins_under(results, name) for name in known[0]})
 

@@ -189,6 +189,7 @@ def test_who_pays_is_what_price_says(write_run: Callable[..., Path]) -> None:
     run = load_run(str(write_run("one", stacks=("a", "b"), episodes=12)))
     expected = reprice(run, choose(run, None, (), ()))
     told = data_of(report_page([run], 0, ""))["accountings"]
+    assert sum("the published rule forgives" in note for note in told["notes"]) == len(run.stacks)
     assert [row["title"] for row in told["rows"]] == list(TITLES.values())
     for number, name in enumerate(TITLES):
         margins = [each.accountings[name].intervals["contribution_margin"].as_json() for each in expected]
