@@ -1,4 +1,4 @@
-# docker build -t navbench . ; docker run --rm -v "$PWD/results:/work/results" navbench run --stack nav2-gps --episodes 5
+# docker build -t navbench . ; docker run --rm -v "$PWD/results:/data/results" navbench run --stack nav2-gps --episodes 5
 FROM python:3.11-slim
 RUN apt-get update && apt-get install -y --no-install-recommends libgomp1 && rm -rf /var/lib/apt/lists/*
 WORKDIR /src
@@ -9,5 +9,5 @@ COPY harness harness
 COPY maps maps
 COPY params params
 RUN pip install --no-cache-dir -c constraints.txt . && rm -rf /src
-WORKDIR /work
+WORKDIR /data
 ENTRYPOINT ["navbench"]

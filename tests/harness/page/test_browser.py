@@ -267,7 +267,7 @@ def test_a_replay_opened_from_the_list_takes_the_keys_and_follows(page: Path, br
     wait(browser, "document.querySelector('#player').dataset.ready")
     follow = "return document.querySelector('#player [aria-label=\"Follow the robot\"]').getAttribute('aria-pressed')"
     browser.execute_script("document.querySelector('#player [aria-label=\"Show all\"]').click()")
-    assert browser.execute_script(follow) == "false"
+    wait(browser, f"{follow.removeprefix('return ')} === 'false'")
     number = browser.execute_script(
         "const other = [...document.querySelectorAll('#deliveries-table [data-replay]')]"
         ".find(b => b.dataset.replay !== document.querySelector('#player').dataset.ready);"
