@@ -24,6 +24,7 @@ from harness.report.markdown import interval_text, table
 from harness.report.published import PublishedMethod, load_published
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm
+from harness.storage.checksums import write_checksums
 from harness.storage.files import write_text
 from harness.storage.shipped import shipped
 from harness.study.places import Where
@@ -135,6 +136,7 @@ def drive(cell: Cell, own_map: Path | None, workers: int | None) -> None:
     if own_map is not None:  # what is kept names no folder of this machine
         manifest = folder / "run.json"
         write_text(manifest, manifest.read_text(encoding="utf-8").replace(f"{own_map.parent}/", ""))
+        write_checksums(folder)
 
 
 @dataclass(frozen=True, slots=True)
