@@ -39,7 +39,7 @@ from navstack.params.nav2_file.views import (
 from navstack.params.registry.tasks import BEHAVIORS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from navstack.params.tracker import TrackerParams
 from navstack.planning.cost_to_go import cost_to_go
-from navstack.planning.planner import RobotShape
+from navstack.planning.planner import Planner, RobotShape
 from navstack.safety.collision_monitor import CollisionMonitor
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.types import BoolArray, FloatArray
@@ -120,9 +120,8 @@ def build_navigator(
     for costmap in (local_costmap, global_costmap):
         costmap.on_speed_limit(controller_server.set_speed_limit)
     tracker = (tracker or _tracker(nav2, static_map)) if controller.wants_tracks else None
-    planner = read_planner(nav2)
     tree = NavigateToPose(
-        algorithms("planners")[planner.type].create(planner.params, parts={"robot_shape": robot_shape(global_costmap)}),
+        build_planner(nav2, global_costmap),
         controller_server,
         _build_behavior_server(nav2, local_costmap),
         global_costmap,
@@ -144,6 +143,15 @@ def build_navigator(
 def build_global_costmap(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> LayeredCostmap:
     """The costmap on which paths are planned; see :func:`build_navigator`."""
     return _build_costmap(nav2, "global_costmap", static_map, keepout)
+
+
+def build_planner(nav2: Nav2File, costmap: LayeredCostmap) -> Planner:
+    """The planner that Nav2's default tree asks, for a robot as the global costmap has it."""
+    plugin = read_planner(nav2)
+    planner: Planner = algorithms("planners")[plugin.type].create(
+        plugin.params, parts={"robot_shape": robot_shape(costmap)}
+    )
+    return planner
 
 
 def robot_shape(costmap: LayeredCostmap) -> RobotShape:

@@ -5,7 +5,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from harness.episode.factory import nav2_parameters
-from harness.task.stack import LOCALIZATION_MAPS, NO_ERROR, SENSORS, TRUTH, InjectedError, Stack, localizer_names
+from harness.task.stack import (
+    LOCALIZATION_MAPS,
+    NO_ERROR,
+    PARKED,
+    SENSORS,
+    TRUTH,
+    InjectedError,
+    Stack,
+    localizer_names,
+)
 from harness.task.study import Study, usable_workers
 from navstack.errors import InputError, UnknownNameError
 from navstack.params.costmap import ObstacleLayerParams
@@ -49,7 +58,7 @@ def arms_of(
     Raises:
         InputError: a name, map or error that cannot be had, an arm given twice, or fewer than two arms.
     """
-    if stack.navigator == "parked":
+    if stack.navigator == PARKED:
         raise InputError(f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give another")
     names = list(localizers) or ([TRUTH] if errors else list(localizer_names()))
     if errors and TRUTH not in names:

@@ -95,7 +95,7 @@ def money_of(parts: Parts, choices: Choices) -> Money:
     known = accounted_margins(first, parts, [prices.accounting], choices)
     measured = Measured(**summarize(rows, prices.rolling_resistance_force))
     extra = together(beyond(measured, stack, prices, choices.optional).values())
-    capex = price(measured, stack.carries, False, prices, extra).capex_usd
+    capex = price(measured, stack.carries, stack.data_collection, prices, extra).capex_usd
     return Money(known.get(prices.accounting, NO_INTERVAL), capex, prices.robot_life_runs)
 
 

@@ -248,7 +248,7 @@ def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
             }
         )
         extra = together(beyond(measured, stack, prices, optional).values())
-        return price(measured, stack.carries, False, prices, extra), prices
+        return price(measured, stack.carries, stack.data_collection, prices, extra), prices
 
     return economics_at
 

@@ -141,8 +141,8 @@ def create_study(budget: float | None, out: Path | None, choices: dict[str, Any]
     objectives = parse_objectives(declaration.objective)
     study = make_study(stacks=[stack], episodes=max(declaration.test_episodes, declaration.episodes), **choices)
     original = study.stacks[0]
-    if not original.nav2_file:
-        raise InputError(f"stack '{original.name}' has no Nav2 file to tune; give another")
+    if not original.is_nav2:
+        raise InputError(f"stack '{original.name}' does not drive by a Nav2 file that could be tuned; give another")
     declaration = dataclasses.replace(declaration, sensors=_short(original.sensors), robot=_short(original.robot))
     nav2 = nav2_parameters(original.nav2_file, study.template.allow_unknown)
     fitted = fit_space(space, content, nav2, study.template.allow_unknown)

@@ -48,6 +48,10 @@ class Priced(Protocol):
     def localizer(self) -> str:
         """Name of its localizer."""
 
+    @property
+    def data_collection(self) -> bool:
+        """Whether data collection is part of its CAPEX."""
+
 
 @dataclass(frozen=True, slots=True)
 class Risk:
@@ -94,7 +98,7 @@ def value(
     summary, each = summarize(rows, force), deliveries(rows, force)
     terms = beyond(Measured(**summary), stack, prices, optional)
     each_running = running(each, prices, together(beyond(each, stack, prices, optional).values()))
-    economics = price(Measured(**summary), stack.carries, False, prices, together(terms.values()))
+    economics = price(Measured(**summary), stack.carries, stack.data_collection, prices, together(terms.values()))
     clusters = missions(rows)
     means = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
     dollars = {term: getattr(each_running, term) for term in DOLLARS}

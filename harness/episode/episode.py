@@ -27,7 +27,7 @@ from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Verdict
 from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import World
-from navstack.types import Belief, Twist2D
+from navstack.types import Belief, Observation, Twist2D
 
 MakeBrain = Callable[[Parts, World], Brain]
 
@@ -43,6 +43,96 @@ class Delivery:
     decisions: tuple[dict[str, str], list[Row]] | None  # columns and rows; None: not asked for
 
 
+class RunningDelivery:
+    """A delivery under way: driven by commands until there is a verdict, then finished."""
+
+    def __init__(self, task: EpisodeTask, make_brain: MakeBrain = Parts.brain, owns_world: bool = False) -> None:
+        """Set the delivery up; no time has passed.
+
+        Args:
+            task: the delivery.
+            make_brain: what drives it, or senses for whoever does.
+            owns_world: whether it has a world of its own, so that several can be under way in one process; to be
+                closed by :meth:`close`.
+
+        Raises:
+            NavstackError: the task cannot be set up.
+        """
+        began = time.perf_counter()
+        self.task, self.parts, self._owns_world = task, Parts(task), owns_world
+        generators = task.generators()
+        self.mission = self.parts.mission(generators["mission"])
+        self.world = self.parts.new_world() if owns_world else self.parts.world()
+        self.brain = make_brain(self.parts, self.world)
+        self._ready = time.perf_counter()
+        self._setup = self._ready - began  # [s]
+        self.observation = self.world.reset(self.mission, generators)
+        own = (generators[name] for name in ("planner", "localizer", "controller"))
+        self.brain.reset(self.mission.goal, Belief(self.mission.start), *own)
+        kinds = frozenset(obstacle.kind for obstacle in self.parts.scene.obstacles)
+        self._log = DeliveryLog(self.world.truth, kinds, _body(self.parts))
+        self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)
+        self._decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
+        self._replay = ReplayLog() if task.keep_trace else NoReplayLog()
+        self._command = Twist2D()
+
+    @property
+    def truth(self) -> Truth:
+        """The true state now."""
+        return self.world.truth
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """How it ended; None: it goes on."""
+        return self.parts.rules.judge(self.world.truth, self.mission.goal)
+
+    def drive(self, command: Twist2D) -> Observation:
+        """Drive a tick by a command, which ``brain`` gave or whoever else; returns what the sensors delivered."""
+        self._command = command
+        self._decisions.record(self.brain)
+        self._replay.record(self.world.truth, self.observation, self.brain, command)
+        self.observation = self.world.step(command)
+        self._log.record(self.world.truth, self.brain.belief)
+        self._delay.record(self.world.truth)
+        return self.observation
+
+    def finish(self) -> Delivery:
+        """What is kept of it, once there is a verdict.
+
+        Raises:
+            ValueError: there is none yet.
+        """
+        verdict, brain, task = self.verdict, self.brain, self.task
+        if verdict is None:
+            raise ValueError("the delivery goes on; drive it until there is a verdict")
+        truth = self.world.close_episode()
+        self._replay.finish(truth, brain, self._command)
+        wall = time.perf_counter() - self._ready
+        where = {"stack": task.stack.name, "episode": task.episode}
+        measured = {**self._log.measurements(truth), "pedestrian_delay_s": self._delay.total(truth)}
+        prices, decisions = self.parts.prices, self._decisions
+        events = event_rows(truth, [cost_of(contact, prices) for contact in truth.counted_contacts])
+        return Delivery(
+            row=_row(task, self.mission, verdict, truth, brain, measured, prices),
+            events=[{**where, **event} for event in events],
+            timing={
+                **where,
+                "setup_s": self._setup,
+                "wall_s": wall,
+                "real_time_factor": truth.stamp / wall,
+                **_latency("planner", "planner_calls", brain.latencies.planner),
+                **_latency("controller", "controller_cycles", brain.latencies.controller),
+            },
+            recording=self._replay.recording() if task.keep_trace else None,
+            decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
+        )
+
+    def close(self) -> None:
+        """Free a world of its own; nothing more can be driven."""
+        if self._owns_world:
+            self.world.close()
+
+
 def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Delivery:
     """Simulate one delivery.
 
@@ -51,54 +141,13 @@ def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Deliv
         make_brain: what drives it.
 
     Raises:
-        NavstackError: the task cannot be set up.
+        NavstackError: the task cannot be set up, or a policy fails.
     """
-    began = time.perf_counter()
-    parts = Parts(task)
-    generators = task.generators()
-    mission = parts.mission(generators["mission"])
-    world = parts.world()
-    brain = make_brain(parts, world)
-    ready = time.perf_counter()
-
-    observation = world.reset(mission, generators)
-    brain.reset(
-        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
-    )
-    kinds = frozenset(obstacle.kind for obstacle in parts.scene.obstacles)
-    log = DeliveryLog(world.truth, kinds, _body(parts))
-    delay = PedestrianDelay(world.people, world.truth, *world.tick)
-    decisions = DecisionLog() if task.keep_decisions else NoDecisionLog()
-    replay = ReplayLog() if task.keep_trace else NoReplayLog()
-    command = Twist2D()
-    while (verdict := parts.rules.judge(world.truth, mission.goal)) is None:
-        command = brain.tick(observation)
-        decisions.record(brain)
-        replay.record(world.truth, observation, brain, command)
-        observation = world.step(command)
-        log.record(world.truth, brain.belief)
-        delay.record(world.truth)
-
-    truth = world.close_episode()
-    replay.finish(truth, brain, command)
-    wall = time.perf_counter() - ready
-    where = {"stack": task.stack.name, "episode": task.episode}
-    measured = {**log.measurements(truth), "pedestrian_delay_s": delay.total(truth)}
-    events = event_rows(truth, [_cost(contact, parts.prices) for contact in truth.counted_contacts])
-    return Delivery(
-        row=_row(task, mission, verdict, truth, brain, measured, parts.prices),
-        events=[{**where, **event} for event in events],
-        timing={
-            **where,
-            "setup_s": ready - began,
-            "wall_s": wall,
-            "real_time_factor": truth.stamp / wall,
-            **_latency("planner", "planner_calls", brain.latencies.planner),
-            **_latency("controller", "controller_cycles", brain.latencies.controller),
-        },
-        recording=replay.recording() if task.keep_trace else None,
-        decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
-    )
+    delivery = RunningDelivery(task, make_brain)
+    brain = delivery.brain
+    while delivery.verdict is None:
+        delivery.drive(brain.tick(delivery.observation))
+    return delivery.finish()
 
 
 def _body(parts: Parts) -> Body:
@@ -150,7 +199,7 @@ def _row(
     }
 
 
-def _cost(contact: CountedContact, prices: Prices) -> float:
+def cost_of(contact: CountedContact, prices: Prices) -> float:
     """What a contact costs, in [USD]."""
     if contact.partner is Partner.PEDESTRIAN:
         return float(injury_costs(contact.impulse, prices))

@@ -10,8 +10,11 @@ import numpy as np
 from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
+from harness.episode.policies import policy_brain_on, senses_on
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
+from harness.policy.brain import PolicyBrain
+from harness.policy.senses import Senses
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
 from harness.task.study import EpisodeTask, is_recording
@@ -131,25 +134,37 @@ class Parts:
         )
 
     def world(self) -> PyBulletWorld:
-        """The world, to be reset."""
+        """The world, to be reset; the process has one for all tasks that are alike."""
+        return _world(*self._of_world())
+
+    def new_world(self) -> PyBulletWorld:
+        """A world of its own, to be reset, and to be closed by whoever asked for it."""
+        return _make_world(*self._of_world())
+
+    def _of_world(self) -> tuple[str, str, str, str, int | None, str | None, int]:
         task, steps = self._task, PARKED_STEPS
         if task.stack.nav2_file:
             steps = _steps_per_tick_of(task.stack.nav2_file, task.allow_unknown, self.params.physics.rate)
         stack = task.stack
-        return _world(task.map_name, task.world, stack.robot, stack.sensors, task.pedestrians, task.people, steps)
+        return task.map_name, task.world, stack.robot, stack.sensors, task.pedestrians, task.people, steps
+
+    def senses(self, world: World) -> Senses:
+        """What a policy of the task's stack sees, to be reset."""
+        return _senses(world, self.scene, self._task.stack, self.nav2)
 
     def brain(self, world: World) -> Brain:
         """The brain, to be reset."""
         task = self._task
         if not task.stack.nav2_file:
             return Parked()
+        if task.stack.is_policy:
+            return _policy_brain(world, task.map_name, task.stack, task.allow_unknown)
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
         return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices, factor)
 
 
-@kept(2)
-def _world(
+def _make_world(
     map_name: str,
     world: str,
     robot: str,
@@ -167,6 +182,9 @@ def _world(
         SensorSuite(load_dataclass(SensorParams, Path(sensors)), scene, params.people.radius),
         steps_per_tick,
     )
+
+
+_world = kept(2)(_make_world)
 
 
 @kept(2)
@@ -238,6 +256,16 @@ def _navigator(
     return navigator_on(scene_of(map_name), world, stack, nav2, prices)
 
 
+@kept(2)
+def _policy_brain(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> PolicyBrain:
+    nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
+    return policy_brain_on(stack, _senses(world, scene_of(map_name), stack, nav2))
+
+
+def _senses(world: World, scene: Scene, stack: Stack, nav2: Nav2File) -> Senses:
+    return senses_on(world, stack, localizer_on(scene, world, stack, nav2), nav2, planning_map(scene, stack))
+
+
 def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
     """What a controller that minimises dollars is told of a study; contacts count from ``counted_impulse`` [N s] on.
 
@@ -264,17 +292,20 @@ def navigator_on(
         nav2: its parameter file.
         prices: see :func:`delivery_prices`; None: those of the file hold.
     """
-    if stack.localizer == TRUTH:
-        localizer: Localizer = GroundTruthLocalizer(lambda: world.truth.pose)
-        if not stack.injected.is_zero:
-            localizer = InjectedErrorLocalizer(localizer, stack.injected)
-    else:
-        localizer = build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
+    localizer = localizer_on(scene, world, stack, nav2)
     stops = stack.when_lost == "stop"
     tracker = None
     if stack.tracker == TRUTH:
         tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
     return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
+
+
+def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Localizer:
+    """The localizer of a stack that drives, to be reset; see :func:`navigator_on`."""
+    if stack.localizer != TRUTH:
+        return build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
+    truth = GroundTruthLocalizer(lambda: world.truth.pose)
+    return truth if stack.injected.is_zero else InjectedErrorLocalizer(truth, stack.injected)
 
 
 def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:

@@ -79,8 +79,8 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     Raises:
         InputError: a setting cannot be used, or the delivery ends before the next decision.
     """
-    if not task.stack.nav2_file:
-        raise InputError(f"--rewind: {task.stack.name} has no Nav2 file, so there is nothing to change")
+    if not task.stack.is_nav2:
+        raise InputError(f"--rewind: no Nav2 file decides how {task.stack.name} drives, so there is nothing to change")
     parts = Parts(task)
     nav2 = parts.nav2
     changes = changes_of(nav2, settings)

@@ -66,8 +66,8 @@ def run_scenario(path: Path) -> Result:
 
 def _drive(scenario: Scenario, path: Path) -> Drive:
     stack = load_stack(_beside(path, scenario.stack))
-    if not stack.nav2_file:
-        raise ParameterError(f"{path}: stack '{scenario.stack}' does not drive; give one that navigates")
+    if not stack.is_nav2:
+        raise ParameterError(f"{path}: stack '{scenario.stack}' has no Nav2 navigator; give one that has")
     known = _scene(scenario, path)
     mapped = with_things(known, tuple(thing for thing in scenario.things if thing.on_map))
     real = with_things(known, scenario.things)

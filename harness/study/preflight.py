@@ -41,7 +41,7 @@ def check(study: Study) -> list[str]:
         if number == 0:
             notes += crowd_notes(study, parts)
         notes += sensor_notes(stack, parts.scene)
-        if stack.nav2_file:
+        if stack.is_nav2:
             nav2 = parts.nav2
             notes += [f"{stack.name}: {line}" for line in file_notes(nav2)]
             notes += [f"{stack.name}: {ignored_keys(nav2)}"] if nav2.ignored else []

@@ -43,6 +43,7 @@ class StoredStack:
     localizer: str
     errors: int  # deliveries without a result
     rows: tuple[Row, ...]  # of the finished deliveries, as in episodes.parquet
+    data_collection: bool = False  # whether it is part of the CAPEX
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +181,9 @@ def _load(folder: Path) -> StoredRun:
             localizer=localizer,
             errors=sum(row["stack"] == name and row["error"] is not None for row in rows),
             rows=tuple(row for row in finished if row["stack"] == name),
+            data_collection=is_trained,
         )
-        for name, carries, localizer in about["stacks"]
+        for name, carries, localizer, is_trained in about["stacks"]
     )
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     for event in events:
@@ -190,14 +192,19 @@ def _load(folder: Path) -> StoredRun:
 
 
 def _described(folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``, its stacks as name, sensors and localizer."""
+    """Content of ``run.json``, its stacks as name, sensors, localizer and whether data was collected."""
     about = read_manifest(folder)
     try:
-        stacks = [(s["name"], tuple(s["carries"]), s["localizer"]) for s in about["stacks"]]
+        stacks = [
+            (s["name"], tuple(s["carries"]), s["localizer"], s.get("policy", {}).get("data_collection") is True)
+            for s in about["stacks"]
+        ]
         sound = isinstance(about["seed"], int) and isinstance(about["map_name"], str)
         sound = sound and about["seed"] >= 0 and isinstance(about.get("versions", {}), dict)
-        sound = sound and all(isinstance(text, str) for name, sensors, key in stacks for text in (name, *sensors, key))
-    except (TypeError, KeyError):
+        sound = sound and all(
+            isinstance(text, str) for name, sensors, key, _ in stacks for text in (name, *sensors, key)
+        )
+    except (TypeError, KeyError, AttributeError):
         sound = False
     if not sound:
         raise InputError(f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of a run")

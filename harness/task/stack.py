@@ -15,7 +15,7 @@ from navstack.params.strict import load_dataclass, read_text
 TRUTH = "ground_truth"  # the localizer and the tracker that no robot can have
 GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")  # none: all is free until it is seen
 LOCALIZATION_MAPS = (GEOMETRY, MESH, "outlined_mesh")
-NAVIGATORS = ("nav2", "parked")
+NAV2, PARKED = NAVIGATORS = ("nav2", "parked")  # or a policy, as MODULE:CLASS or FILE.py:CLASS
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
 CORRELATION_TIME = 10.0  # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
@@ -51,6 +51,32 @@ NO_ERROR = InjectedError()
 
 
 @dataclass(frozen=True, slots=True)
+class PolicyParams:
+    """How a policy of the user's drives; see :mod:`harness.policy`."""
+
+    rate: float = 10.0  # [Hz] at which it is asked
+    time_limit: float = 10.0  # [s] of wall time for an answer
+    start_limit: float = 120.0  # [s] of wall time until it is there: it may have to load a network
+    file: str = ""  # handed to it when it is made, e.g. its weights; empty: it is made without
+    speed: float = 1.0  # [m/s] at which the waypoints of one that answers with waypoints are followed
+    sees_people: bool = False  # whether it is told where people truly are
+    data_collection: bool = False  # whether it was trained on collected data, which is part of the CAPEX
+
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a value out of range.
+        """
+        for name, most in (("rate", 1000.0), ("time_limit", 1800.0), ("start_limit", 1800.0), ("speed", 100.0)):
+            if not 0.0 < getattr(self, name) <= most:
+                raise ParameterError(f"policy: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
+
+
+NO_POLICY = PolicyParams()
+
+
+@dataclass(frozen=True, slots=True)
 class Stack:
     """One way to drive. Files stand as absolute paths once the stack is loaded."""
 
@@ -67,6 +93,22 @@ class Stack:
     injected: InjectedError = NO_ERROR  # on top of ground_truth
     tracker: str = ""  # ground_truth: people as they are; empty: as the Nav2 file's tracker sees them
     name: str = ""
+    policy: PolicyParams = NO_POLICY  # of a navigator that is a policy
+
+    @property
+    def is_nav2(self) -> bool:
+        """Whether the Nav2 file decides how it drives."""
+        return self.navigator == NAV2
+
+    @property
+    def is_policy(self) -> bool:
+        """Whether a policy of the user's drives."""
+        return ":" in self.navigator
+
+    @property
+    def data_collection(self) -> bool:
+        """Whether data collection is part of its CAPEX."""
+        return self.policy.data_collection
 
 
 def load_stack(
@@ -93,6 +135,8 @@ def load_stack(
     stack = dataclasses.replace(
         stack,
         name=path.stem,
+        navigator=_policy_beside(path, stack.navigator),
+        policy=dataclasses.replace(stack.policy, file=_weights_beside(path, stack.policy.file)),
         nav2_file=_beside(path, stack.nav2_file),
         localizer=stack.localizer if localizer is None else localizer,
         planning_map=_beside(path, stack.planning_map),
@@ -119,6 +163,27 @@ def _beside(path: Path, name_or_file: str) -> str:
     return str((path.parent / name_or_file).absolute()) if is_file(name_or_file) else name_or_file
 
 
+def _policy_beside(path: Path, navigator: str) -> str:
+    """A policy in a file, relative to the stack's, with its absolute path; another navigator as it is.
+
+    Raises:
+        ParameterError: the file is not there.
+    """
+    file, colon, name = navigator.rpartition(":")
+    if not colon or not file.endswith(".py"):
+        return navigator
+    return f"{_weights_beside(path, file)}:{name}"
+
+
+def _weights_beside(path: Path, file: str) -> str:
+    if not file:
+        return ""
+    found = (path.parent / file).absolute()
+    if not found.is_file():
+        raise ParameterError(f"{path}: {found} is not there; files of a policy are looked for beside the stack's file")
+    return str(found)
+
+
 def _check_map(kind: str, given: str, known: Collection[str]) -> None:
     """Refuse a map that is neither a name nor a file that there is."""
     if not is_file(given):
@@ -129,7 +194,8 @@ def _check_map(kind: str, given: str, known: Collection[str]) -> None:
 
 def _with_paths(stack: Stack, path: Path) -> Stack:
     """Check the names and turn those of files into absolute paths."""
-    _check("navigator", stack.navigator, NAVIGATORS)
+    if not stack.is_policy:
+        _check("navigator", stack.navigator, (*NAVIGATORS, "MODULE:POLICY"))
     _check("localizer", stack.localizer, localizer_names())
     _check_map("planning map", stack.planning_map, PLANNING_MAPS)
     if stack.localization_map or stack.planning_map != NO_MAP or uses_map(stack.localizer):
@@ -142,9 +208,12 @@ def _with_paths(stack: Stack, path: Path) -> Stack:
         raise ParameterError(f"{path}: injected: an error is added to ground_truth only, not to '{stack.localizer}'")
     params = shipped("params")
     nav2_file = ""
-    if stack.navigator == "nav2":
+    if stack.navigator != PARKED:
         if not stack.nav2_file:
-            raise ParameterError(f"{path}: key 'nav2_file' is missing; a nav2 stack needs one")
+            needs = (
+                "it has the localizer's and the planner's parameters" if stack.is_policy else "a nav2 stack needs one"
+            )
+            raise ParameterError(f"{path}: key 'nav2_file' is missing; {needs}")
         nav2_file = str(resolve(stack.nav2_file, params / "nav2", "Nav2").resolve())
     return dataclasses.replace(
         stack,

@@ -126,7 +126,7 @@ def test_a_moment_after_the_last_decision_is_refused(rules: Path) -> None:
 
 
 def test_who_is_parked_has_nothing_to_change(rules: Path) -> None:
-    with pytest.raises(InputError, match="parked has no Nav2 file"):
+    with pytest.raises(InputError, match="how parked drives"):
         drive_changed(task_for("parked", rules), [f"{SPEED}=1.0"], MOMENT)
 
 

@@ -144,7 +144,7 @@ def test_budget_leaves_time_for_the_test_and_lets_what_was_begun_go_on(tmp_path:
         (["--sampler", "tpa"], "did you mean 'tpe'?"),
         (["--trials", "0"], "--trials 0 is out of range"),
         (["--episodes", "1"], "--episodes 1 is out of range"),
-        (["--stack", "parked"], "has no Nav2 file to tune"),
+        (["--stack", "parked"], "does not drive by a Nav2 file"),
         (["--stack", "mpc-gps-ekf"], "has none of its parameters"),
         (["--budget", "soon"], "is no duration"),
         (["--resume", "/nowhere"], "holds no run"),

@@ -1,0 +1,105 @@
+"""A policy in a process of its own: it may crash or hang, and only its delivery is lost."""
+
+import contextlib
+import multiprocessing
+import os
+import subprocess
+import sys
+import weakref
+from multiprocessing.connection import Connection
+from typing import Any
+
+from harness.policy.interface import PolicyError, PolicyObservation
+from harness.task.stack import PolicyParams
+from navstack.types import FloatArray
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # unless the user says otherwise
+PATIENCE = 5.0  # [s] for a process to end that was told to
+
+
+class PolicyProcess:
+    """Starts when it is asked first, and again after it was lost."""
+
+    def __init__(self, policy: str, params: PolicyParams) -> None:
+        """Start nothing yet.
+
+        Args:
+            policy: MODULE:CLASS or FILE.py:CLASS.
+            params: time limits, and the file that it is made with.
+        """
+        self._policy, self._params = policy, params
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def reset(self, seed: int) -> None:
+        """Begin a delivery, see :class:`harness.policy.interface.Policy`.
+
+        Raises:
+            PolicyError: the policy cannot be loaded, fails or does not answer in time.
+        """
+        self.start()
+        self._ask("reset", seed, self._params.time_limit)
+
+    def act(self, observation: PolicyObservation) -> FloatArray:
+        """The policy's answer, a velocity (2,) or waypoints (k, 2).
+
+        Raises:
+            PolicyError: it fails, does not answer in time, or what it answers is neither.
+        """
+        answer: FloatArray = self._ask("act", observation, self._params.time_limit)
+        return answer
+
+    def start(self) -> None:
+        """Load the policy, unless it is there.
+
+        Raises:
+            PolicyError: it cannot be loaded.
+        """
+        if self._process is not None and self._process.poll() is None:
+            return
+        ours, theirs = multiprocessing.Pipe()
+        with theirs:
+            command = [sys.executable, "-m", "harness.policy.serve", str(theirs.fileno())]
+            paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+            environment = {**dict.fromkeys(ONE_THREAD, "1"), **os.environ, "PYTHONPATH": paths}
+            self._process = subprocess.Popen(
+                command, pass_fds=[theirs.fileno()], env=environment, stdin=subprocess.DEVNULL
+            )
+        self._connection = ours
+        self._end = weakref.finalize(self, _end, self._process, ours)
+        self._ask("load", (self._policy, self._params.file), self._params.start_limit)
+
+    def _ask(self, what: str, given: Any, limit: float) -> Any:
+        """Send a request and wait for its answer."""
+        try:
+            self._connection.send((what, given))
+            if not self._connection.poll(limit):
+                raise self._lost(f"did not answer within {limit:g} s (policy: time_limit and start_limit of the stack)")
+            is_good, answer = self._connection.recv()
+        except (EOFError, OSError):
+            raise self._lost(f"ended while it was asked to {what}{self._status()}") from None
+        if not is_good:
+            raise PolicyError(f"policy {self._policy}: {what}: {answer}")
+        return answer
+
+    def _status(self) -> str:
+        """How the process ended, if it does so soon."""
+        assert self._process is not None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return f", with status {self._process.wait(PATIENCE)}"
+        return ""
+
+    def _lost(self, why: str) -> PolicyError:
+        self.close()
+        return PolicyError(f"policy {self._policy} {why}")
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._end()
+            self._process = None
+
+
+def _end(process: "subprocess.Popen[bytes]", connection: "Connection[Any, Any]") -> None:
+    connection.close()
+    process.kill()
+    process.wait()

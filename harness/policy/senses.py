@@ -1,0 +1,104 @@
+"""From what the sensors deliver to what a policy sees."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, PolicyObservation
+from navstack.geometry import relative_to
+from navstack.localization.localizer import Localizer
+from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Twist2D
+
+AHEAD = 10.0  # [m] of the route that is searched for the robot's place on it
+ASTRAY = 5.0  # [m] off that stretch from which all of the route is searched
+_NOBODY: FloatArray = np.empty((0, 4))
+_NO_SCAN = LaserScan(0.0, np.empty(0), 0.0, 0.0, 0.0, 0.0)
+
+MakeRoute = Callable[[Pose2D, Pose2D, np.random.Generator], Path]
+People = Callable[[], tuple[Pose2D, FloatArray]]  # the true pose, and people (n, 4) in the map frame
+
+
+class Route:
+    """A path, and how far along it the robot has come."""
+
+    def __init__(self, path: Path) -> None:
+        """Start at the path's beginning."""
+        self._points: FloatArray = np.ascontiguousarray(path.poses[:, :2])
+        steps = np.hypot(*np.diff(self._points, axis=0).T) if len(self._points) > 1 else np.empty(0)
+        self._along = np.concatenate(([0.0], np.cumsum(steps)))  # [m] of each point
+        self._at = 0  # index of the point that was nearest last
+
+    def ahead(self, pose: Pose2D) -> FloatArray:
+        """Points (ROUTE_POINTS, 2) [m] of the route ahead of a pose, in its frame; beyond the end the last one."""
+        begin, end = self._at, int(np.searchsorted(self._along, self._along[self._at] + AHEAD)) + 1
+        if (squared := self._squared(pose, begin, end)).min() > ASTRAY**2:
+            begin, squared = 0, self._squared(pose, 0, len(self._points))
+        self._at = begin + int(squared.argmin())
+        wanted = self._along[self._at] + ROUTE_SPACING * np.arange(1, ROUTE_POINTS + 1)
+        points = np.column_stack([np.interp(wanted, self._along, self._points[:, k]) for k in (0, 1)])
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        seen: FloatArray = (points - (pose.x, pose.y)) @ np.array(((cos, -sin), (sin, cos)))
+        return seen
+
+    def _squared(self, pose: Pose2D, begin: int, end: int) -> FloatArray:
+        offset = self._points[begin:end] - (pose.x, pose.y)
+        squared: FloatArray = (offset**2).sum(axis=1)
+        return squared
+
+
+class Senses:
+    """Localizes, and keeps the newest of what arrives."""
+
+    def __init__(self, localizer: Localizer, make_route: MakeRoute, people: People | None) -> None:
+        """Take in nothing yet; call :meth:`reset`.
+
+        Args:
+            localizer: the stack's.
+            make_route: plans from a pose to another one.
+            people: where they truly are; None: the policy is not told.
+        """
+        self._localizer, self._make_route, self._people = localizer, make_route, people
+
+    def reset(
+        self, goal: Pose2D, belief: Belief, route_rng: np.random.Generator, localizer_rng: np.random.Generator
+    ) -> None:
+        """Start a delivery."""
+        self._localizer.reset(belief, localizer_rng)
+        self.belief, self.stamp = belief, 0.0
+        self.plan = self._make_route(belief.pose, goal, route_rng)
+        self._goal, self._route = goal, Route(self.plan)
+        self.odometry = Odometry(0.0, Pose2D(), Twist2D())
+        self._scan = _NO_SCAN
+
+    def take_in(self, observation: Observation) -> None:
+        """Take in what arrived since the last call."""
+        self.belief, self.stamp = self._localizer.update(observation), observation.stamp
+        if observation.odometry is not None:
+            self.odometry = observation.odometry
+        if observation.scan is not None:
+            self._scan = observation.scan
+
+    def view(self) -> PolicyObservation:
+        """What a policy sees now."""
+        scan, pose, twist = self._scan, self.belief.pose, self.odometry.twist
+        return PolicyObservation(
+            stamp=self.stamp,
+            goal=relative_to(pose, self._goal).as_array(),
+            route=self._route.ahead(pose),
+            pose=pose.as_array(),
+            velocity=np.array((twist.linear_x, twist.angular_z)),
+            ranges=np.minimum(scan.ranges, scan.range_max),
+            angles=scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges)),
+            people=_NOBODY if self._people is None else _in_frame(*self._people()),
+        )
+
+
+def _in_frame(frame: Pose2D, people: FloatArray) -> FloatArray:
+    """People who are there (m, 4), nearest first, in a frame of the map."""
+    there = people[np.isfinite(people[:, 0])]
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    turn = np.array(((cos, -sin), (sin, cos)))
+    seen = np.column_stack(((there[:, :2] - (frame.x, frame.y)) @ turn, there[:, 2:] @ turn))
+    ordered: FloatArray = seen[np.argsort((seen[:, :2] ** 2).sum(axis=1), kind="stable")]
+    return ordered

@@ -1,0 +1,94 @@
+"""The process in which a policy runs: ``python -m harness.policy.serve FD`` answers requests over a pipe."""
+
+import importlib
+import importlib.util
+import os
+import signal
+import sys
+import threading
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+LOOK = 2.0  # [s] between two looks at whether the program that asks is still there
+
+
+def load(policy: str, file: str) -> Any:
+    """Make a policy.
+
+    Args:
+        policy: MODULE:CLASS or FILE.py:CLASS; what stands beside that file can be imported by it.
+        file: that it is made with; empty: without.
+    """
+    where, _, name = policy.rpartition(":")
+    module = _module_of_file(Path(where)) if where.endswith(".py") else importlib.import_module(where)
+    make = getattr(module, name)
+    return make(file) if file else make()
+
+
+def _module_of_file(path: Path) -> ModuleType:
+    sys.path.insert(0, str(path.parent))
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def answer_of(policy: Any, observation: Any) -> Any:
+    """What a policy answers, as an array that can be driven.
+
+    Raises:
+        ValueError: it is neither a velocity nor waypoints.
+    """
+    answer = np.asarray(policy.act(observation), dtype=np.float64)
+    if answer.shape != (2,) and not (answer.ndim == 2 and answer.shape[1] == 2 and len(answer)):
+        raise ValueError(f"an answer of shape {answer.shape}; a velocity has (2,), waypoints have (k, 2)")
+    if not np.isfinite(answer).all():
+        raise ValueError("an answer that is not finite")
+    return answer
+
+
+def serve(connection: "Connection[Any, Any]") -> None:
+    """Answer until nobody asks any more."""
+    policy: Any = None
+    while True:
+        try:
+            what, given = connection.recv()
+        except EOFError:
+            return
+        try:
+            answer = None
+            if what == "load":
+                policy = load(*given)
+            elif what == "reset":
+                policy.reset(given)
+            else:
+                answer = answer_of(policy, given)
+            connection.send((True, answer))
+        except Exception as error:  # whatever the user's code raises is told
+            connection.send((False, f"{type(error).__name__}: {error}"))
+
+
+def _end_with_parent() -> None:
+    """End when the program that asks is gone, even while the policy hangs."""
+    parent = os.getppid()
+    while os.getppid() == parent:
+        time.sleep(LOOK)
+    os._exit(1)
+
+
+def main() -> None:
+    """Serve at the file descriptor that is given; what the policy prints goes to standard error."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that asks decides
+    os.dup2(2, 1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    serve(Connection(int(sys.argv[1])))
+
+
+if __name__ == "__main__":
+    main()
