@@ -68,12 +68,22 @@ class Tally(Bar):
 
 def begin_run(study: Study, out: Path | None, where: Where, as_json: bool) -> int:
     """Drive a new study, show progress on stderr, print results on stdout; returns the exit status."""
+    path = make_folder(study, out)
+    return _drive(load_study(path, study.workers), path, where, as_json)
+
+
+def make_folder(study: Study, out: Path | None) -> Path:
+    """Check a study, tell notes on stderr, and make its run folder.
+
+    Raises:
+        InputError: something that the user gave cannot be used.
+    """
     path = out or default_folder("-".join(stack.name for stack in study.stacks))
     require_usable(path)
     for note in check(study):
         say(f"note: {note}")
     create_run(path, about(study, sys.argv), parameters(study))
-    return _drive(load_study(path, study.workers), path, where, as_json)
+    return path
 
 
 def resume_run(path: Path, where: Where, as_json: bool, is_forced: bool = False) -> int:

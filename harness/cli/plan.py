@@ -91,25 +91,16 @@ def plan_command(request: Request) -> int:
     Raises:
         InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
     """
-    from harness.episode.factory import Parts
-    from harness.plan.question import ask, compile_first, ends_of, make_ground, make_planner, make_smoother
+    from harness.plan.question import ask_all, task_of
     from harness.report.plan_picture import draw_plan
     from harness.report.plan_table import plan_document, render_plan
     from harness.report.tables import report_console
 
     if request.picture is not None:
         require_writable("--picture", request.picture, PICTURES)
-    names, task = request.names, _task(request)
-    nav2, smoother = Parts(task).nav2, None
-    if request.smoother is not None:
-        smoother = make_smoother(request.smoother, nav2)
-    ends = ends_of(task)
-    ground = make_ground(task, ends[0])
-    planners = [make_planner(name, nav2, ground.shape, request.seconds or 0.0) for name in names]
-    compile_first(ground.shape)
-    answers = [
-        ask(name, planner, smoother, ground, ends, request.seed) for name, planner in zip(names, planners, strict=True)
-    ]
+    start, goal = (None if end == AUTO else end for end in (request.start, request.goal))
+    task = task_of(request.map_name, start, goal, request.seed, request.params, request.allow_unknown)
+    ends, ground, answers = ask_all(task, request.names, request.smoother, request.seconds or 0.0)
     if request.picture is not None:
         draw_plan(ground.costmap, ends, answers, ground.footprint, request.picture)
     if request.as_json:
@@ -121,25 +112,3 @@ def plan_command(request: Request) -> int:
         if request.picture is not None:
             console.print(f"picture: {request.picture}", soft_wrap=True)
     return 0 if any(answer.path is not None for answer in answers) else 1
-
-
-def _task(request: Request) -> Any:
-    """The delivery whose path is planned: that of the stack nav2-gps, or of a Nav2 file."""
-    from harness.storage.shipped import resolve, shipped
-    from harness.task.study import make_study
-
-    stack = "nav2-gps"
-    if request.params is not None:
-        stack = str(resolve(request.params, shipped("params") / "nav2", "Nav2").resolve())
-    start, goal = (None if end == AUTO else end for end in (request.start, request.goal))
-    study = make_study(
-        stacks=(stack,),
-        episodes=1,
-        seed=request.seed,
-        map_name=request.map_name,
-        start=start,
-        goal=goal,
-        workers=1,
-        allow_unknown=request.allow_unknown,
-    )
-    return study.template

@@ -25,6 +25,7 @@ from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Verdict
+from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import World
 from navstack.types import Belief, Observation, Twist2D
@@ -46,23 +47,25 @@ class Delivery:
 class RunningDelivery:
     """A delivery under way: driven by commands until there is a verdict, then finished."""
 
-    def __init__(self, task: EpisodeTask, make_brain: MakeBrain = Parts.brain, owns_world: bool = False) -> None:
+    def __init__(
+        self, task: EpisodeTask, make_brain: MakeBrain = Parts.brain, world: PyBulletWorld | None = None
+    ) -> None:
         """Set the delivery up; no time has passed.
 
         Args:
             task: the delivery.
             make_brain: what drives it, or senses for whoever does.
-            owns_world: whether it has a world of its own, so that several can be under way in one process; to be
-                closed by :meth:`close`.
+            world: one of its own, of :meth:`Parts.new_world`, so that several can be under way in a process; None: the
+                process's.
 
         Raises:
             NavstackError: the task cannot be set up.
         """
         began = time.perf_counter()
-        self.task, self.parts, self._owns_world = task, Parts(task), owns_world
+        self.task, self.parts = task, Parts(task)
         generators = task.generators()
         self.mission = self.parts.mission(generators["mission"])
-        self.world = self.parts.new_world() if owns_world else self.parts.world()
+        self.world = world or self.parts.world()
         self.brain = make_brain(self.parts, self.world)
         self._ready = time.perf_counter()
         self._setup = self._ready - began  # [s]
@@ -126,11 +129,6 @@ class RunningDelivery:
             recording=self._replay.recording() if task.keep_trace else None,
             decisions=(decisions.columns, decisions.rows) if task.keep_decisions else None,
         )
-
-    def close(self) -> None:
-        """Free a world of its own; nothing more can be driven."""
-        if self._owns_world:
-            self.world.close()
 
 
 def run_episode(task: EpisodeTask, make_brain: MakeBrain = Parts.brain) -> Delivery:

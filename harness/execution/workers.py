@@ -6,14 +6,15 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
-from types import TracebackType
+from types import ModuleType, TracebackType
 from typing import Any, Generic, TypeVar
 
 from harness.execution.silence import SILENCE, Pulse
@@ -61,7 +62,8 @@ class WorkerProcess(ProcessPoolExecutor):
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Run a call in the process, which starts with the first one."""
-        future = super().submit(function, *args, **kwargs)
+        with _main_left_out():
+            future = super().submit(function, *args, **kwargs)
         self._process = next(iter((self._processes or {}).values()), self._process)
         return future
 
@@ -84,6 +86,17 @@ class WorkerProcess(ProcessPoolExecutor):
             return f"its worker process ended with status {code}"
         memory = " (out of memory?)" if code == -signal.SIGKILL else ""
         return f"its worker process was ended by signal {-code}{memory}"
+
+
+@contextlib.contextmanager
+def _main_left_out() -> Iterator[None]:
+    """Let processes that start meanwhile not run the program's script again, which need not be guarded against it."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 class InProcess(Executor):

@@ -11,7 +11,8 @@ import numpy as np
 
 from harness.episode.factory import Parts, planning_map
 from harness.plan.path_check import Obstacles
-from harness.task.study import EpisodeTask
+from harness.storage.shipped import resolve, shipped
+from harness.task.study import EpisodeTask, make_study
 from navstack.build import build_global_costmap, robot_shape
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.occupancy_grid import OCCUPIED
@@ -177,6 +178,62 @@ def ask(
         return Answer(name, None, why, seconds, None, None, planner.improvement)
     clearance = ground.obstacles.clearance(path.poses, start, goal, ground.footprint)
     return Answer(name, path, why, seconds, clearance, cost_of(path, ground.costmap), planner.improvement)
+
+
+def task_of(
+    map_name: str, start: str | None, goal: str | None, seed: int, params: str | None, allow_unknown: bool = True
+) -> EpisodeTask:
+    """The delivery whose path is asked for: that of the stack nav2-gps, or of a Nav2 file.
+
+    Args:
+        map_name: a built-in map or a map_server YAML file.
+        start: x,y,yaw [m, m, rad]; None: drawn.
+        goal: likewise.
+        seed: of what is drawn.
+        params: a Nav2 parameter file, or a name of params/nav2; None: the stack's.
+        allow_unknown: whether keys unknown to Nav2 are let pass.
+
+    Raises:
+        InputError: an unknown name, or a pose that is not three numbers.
+    """
+    stack = "nav2-gps" if params is None else str(resolve(params, shipped("params") / "nav2", "Nav2").resolve())
+    study = make_study(
+        stacks=(stack,),
+        episodes=1,
+        seed=seed,
+        map_name=map_name,
+        start=start,
+        goal=goal,
+        workers=1,
+        allow_unknown=allow_unknown,
+    )
+    return study.template
+
+
+def ask_all(
+    task: EpisodeTask, names: Sequence[str], smoother: str | None = None, seconds: float = 0.0
+) -> tuple[tuple[Pose2D, Pose2D], Ground, list[Answer]]:
+    """Ask planners for the path of a task, one after the other; returns its ends, where was planned, and the answers.
+
+    Args:
+        task: of :func:`task_of`.
+        names: see :func:`make_planner`.
+        smoother: of every path; None: none.
+        seconds: see :func:`make_planner`.
+
+    Raises:
+        InputError: an unknown name, or a pose that cannot be used.
+    """
+    nav2 = Parts(task).nav2
+    smooth = None if smoother is None else make_smoother(smoother, nav2)
+    ends = ends_of(task)
+    ground = make_ground(task, ends[0])
+    planners = [make_planner(name, nav2, ground.shape, seconds) for name in names]
+    compile_first(ground.shape)
+    answers = [
+        ask(name, planner, smooth, ground, ends, task.seed) for name, planner in zip(names, planners, strict=True)
+    ]
+    return ends, ground, answers
 
 
 def cost_of(path: Path, costmap: Costmap) -> float:

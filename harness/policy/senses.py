@@ -82,6 +82,7 @@ class Senses:
     def view(self) -> PolicyObservation:
         """What a policy sees now."""
         scan, pose, twist = self._scan, self.belief.pose, self.odometry.twist
+        angles: FloatArray = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges), dtype=np.float64)
         return PolicyObservation(
             stamp=self.stamp,
             goal=relative_to(pose, self._goal).as_array(),
@@ -89,7 +90,7 @@ class Senses:
             pose=pose.as_array(),
             velocity=np.array((twist.linear_x, twist.angular_z)),
             ranges=np.minimum(scan.ranges, scan.range_max),
-            angles=scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges)),
+            angles=angles,
             people=_NOBODY if self._people is None else _in_frame(*self._people()),
         )
 

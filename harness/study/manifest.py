@@ -11,7 +11,7 @@ from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_
 from harness.execution.worker_check import project_digest
 from harness.storage.run_folder import MANIFEST, read_manifest, require_unchanged
 from harness.storage.tables import Row
-from harness.task.stack import Stack
+from harness.task.stack import Stack, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -40,6 +40,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
         "map_sha256": map_digest(scene_of(study.template.map_name)),
         "program_sha256": project_digest(),
+        **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
     }
 
@@ -105,12 +106,24 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     return Study(stacks, episodes, usable_workers(workers, episodes * len(stacks)), template)
 
 
+def policy_digests(study: Study) -> dict[str, str]:
+    """SHA-256 of the files of each stack's policy, by the stack's name; of those only that name some."""
+    files = {stack.name: policy_files(stack) for stack in study.stacks}
+    return {
+        name: hashlib.sha256(b"".join(file.read_bytes() for file in own if file.is_file())).hexdigest()
+        for name, own in files.items()
+        if own
+    }
+
+
 def version_notes(folder: Path) -> list[str]:
     """A note for the program and each library that is another one than when the run began: then rows may differ."""
     content = _whole_manifest(folder)
     recorded = content["versions"]
     changed = content.get("program_sha256", project_digest()) != project_digest()
     notes = [f"the run began with other code, parameters or maps of {PROGRAM}: further rows may differ"] * changed
+    if (known := content.get("policies_sha256", {})) and known != policy_digests(load_study(folder)):
+        notes.append("the run began with other files of its policy: further rows may differ")
     return notes + [
         f"the run began with {name} {recorded.get(name)}, this is {version(name)}: further rows may differ"
         for name in LIBRARIES

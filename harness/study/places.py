@@ -111,6 +111,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
     """
     from harness.episode.factory import nav2_parameters
     from harness.storage.run_folder import MANIFEST
+    from harness.task.stack import policy_files
     from navstack.costmap.map_io import load_metadata
     from navstack.params.nav2_file.views import read_costmap, read_masks
 
@@ -118,6 +119,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
     yield from (path for path in (folder / "params").iterdir() if path.is_file())
     maps = {Path(study.template.map_name)} if Path(study.template.map_name).is_absolute() else set()
     for stack in study.stacks:
+        yield from policy_files(stack)
         if stack.nav2_file:
             nav2 = nav2_parameters(stack.nav2_file, study.template.allow_unknown)
             for costmap in ("local_costmap", "global_costmap"):

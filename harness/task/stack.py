@@ -147,6 +147,12 @@ def load_stack(
     return _with_paths(stack, path)
 
 
+def policy_files(stack: Stack) -> list[Path]:
+    """The files that a stack's policy is made of, as far as the stack names them."""
+    code = stack.navigator.rpartition(":")[0]
+    return [Path(file) for file in (code if code.endswith(".py") else "", stack.policy.file) if file]
+
+
 def localizer_names() -> tuple[str, ...]:
     """The localizers that a stack may name, those of other packages among them."""
     return (TRUTH, *localizers())

@@ -1,0 +1,170 @@
+"""Deliveries as a Gymnasium environment: same world, same missions, same dollars as ``navbench run``.
+
+    import gymnasium
+
+    env = gymnasium.make("navbench.gym:navbench/Delivery-v0", stack="nav2-gps-ekf")
+
+Several run in processes of their own with ``gymnasium.make_vec(..., vectorization_mode="async")``.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.episode.dollars import Dollars
+from harness.episode.episode import RunningDelivery
+from harness.episode.factory import Parts
+from harness.policy.brain import SteeredBrain
+from harness.policy.interface import ROUTE_POINTS, PolicyObservation
+from harness.storage.shipped import DEFAULT_WORLD
+from harness.task.study import make_study
+from harness.world.sensors import SensorParams
+from navstack.errors import InputError
+from navstack.params.strict import load_dataclass
+from navstack.types import FloatArray, Twist2D
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError:
+    raise InputError("navbench.gym needs gymnasium, which is not installed; pip install 'navbench[gym]'") from None
+
+ID = "navbench/Delivery-v0"
+MOST_PEOPLE = 8  # nearest ones, in the observation
+FAR = 1e4  # [m] that no map exceeds
+FASTEST = 100.0  # [m/s] or [rad/s] that nothing exceeds
+Observed = dict[str, FloatArray]
+
+
+class DeliveryEnv(gymnasium.Env[Any, Any]):
+    """One delivery per episode; a step lasts as long as the stack's ``policy.rate`` says, 0.1 s by default.
+
+    Observation, in the robot's base frame: ``goal`` x, y [m], yaw [rad]; ``route`` (10, 2) [m], the path planned at the
+    start, 1, 2, ... m ahead; ``velocity`` [m/s], [rad/s]; ``scan`` (beams,) [m], range_max where nothing returned;
+    with ``sees_people`` also ``people`` (8, 4), the nearest ones' x, y [m], vx, vy [m/s], zeros where there is nobody.
+    Action: forward velocity and yaw rate as shares of the robot's highest, ``fastest``, in [-1, 1]. Reward: dollars,
+    see :class:`harness.episode.dollars.Dollars`; ``info["dollars"]`` has them by term. A delivery that is over is
+    terminated, never truncated: being late costs.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium wants it
+
+    def __init__(
+        self,
+        stack: str = "nav2-gps-ekf",
+        *,
+        map: str = "sidewalk",  # noqa: A002 - as the option is called
+        world: str = DEFAULT_WORLD,
+        sees_people: bool = False,
+        **options: Any,
+    ) -> None:
+        """Make the world.
+
+        Args:
+            stack: whose robot, sensors, localizer and planner there are; who steps the environment drives.
+            map: a built-in map or a map_server YAML file.
+            world: a name of params/worlds or a YAML file.
+            sees_people: whether the observation has people.
+            options: as of :func:`navbench.run`, such as ``pedestrians`` or ``prices``.
+
+        Raises:
+            InputError: something that was given cannot be used.
+        """
+        study = make_study(stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options)
+        given = study.template.stack
+        if not given.nav2_file:
+            raise InputError(f"stack '{given.name}' does not drive; give one with a Nav2 file")
+        policy = dataclasses.replace(given.policy, sees_people=sees_people)
+        self._task = dataclasses.replace(study.template, stack=dataclasses.replace(given, policy=policy), episode=-1)
+        parts = Parts(self._task)
+        self._world = parts.new_world()
+        self._brain = SteeredBrain(parts.senses(self._world), policy.rate)
+        lidar = load_dataclass(SensorParams, Path(given.sensors)).lidar
+        self._no_scan = np.full(lidar.beams, lidar.range_max)
+        self._sees_people = sees_people
+        self.fastest = np.array((parts.robot.max_speed, parts.robot.max_yaw_rate))  # [m/s], [rad/s]
+        self.action_space = spaces.Box(-1.0, 1.0, (2,))
+        seen: dict[str, spaces.Space[Any]] = {
+            "goal": spaces.Box(-FAR, FAR, (3,)),
+            "route": spaces.Box(-FAR, FAR, (ROUTE_POINTS, 2)),
+            "velocity": spaces.Box(-FASTEST, FASTEST, (2,)),
+            "scan": spaces.Box(0.0, lidar.range_max, (lidar.beams,)),
+        }
+        if sees_people:
+            seen["people"] = spaces.Box(-FAR, FAR, (MOST_PEOPLE, 4))
+        self.observation_space = spaces.Dict(seen)
+        self.delivery: RunningDelivery | None = None
+        self._is_over = True
+
+    @property
+    def seen(self) -> PolicyObservation:
+        """What a policy of a stack would see now, in full precision."""
+        return self._brain.view()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observed, dict[str, Any]]:
+        """Begin a delivery: number 0 of a new ``seed``, else the next one; ``options={"episode": k}`` chooses.
+
+        Raises:
+            InputError: a seed or number that is out of range.
+        """
+        super().reset(seed=seed)
+        known = self._task
+        episode = (options or {}).get("episode", 0 if seed is not None else known.episode + 1)
+        if not isinstance(episode, int) or episode < 0:
+            raise InputError(f"options: episode {episode!r}; give a whole number of 0 or more")
+        self._task = dataclasses.replace(known, seed=known.seed if seed is None else seed, episode=episode)
+        self.delivery = RunningDelivery(self._task, lambda parts, world: self._brain, self._world)
+        self._dollars = Dollars(self.delivery.parts.prices, self.delivery.truth)
+        self._brain.sense(self.delivery.observation)
+        self._is_over = False
+        return self._observed(), {"seed": self._task.seed, "episode": episode}
+
+    def step(self, action: FloatArray) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
+        """Drive until the next action is due, or the delivery is over; then ``info`` has its row and events.
+
+        Raises:
+            InputError: no delivery has begun, or the action is not two finite numbers.
+        """
+        delivery, brain = self.delivery, self._brain
+        numbers = np.asarray(action, dtype=np.float64)
+        if delivery is None or self._is_over:
+            raise InputError("the delivery is over, or none has begun; call reset()")
+        if numbers.shape != (2,) or not np.isfinite(numbers).all():
+            raise InputError(
+                f"action {action!r} is not two finite numbers: shares of the highest velocity and yaw rate"
+            )
+        speed, yaw_rate = (np.clip(numbers, -1.0, 1.0) * self.fastest).tolist()
+        brain.command = Twist2D(speed, 0.0, yaw_rate)
+        delivery.drive(brain.command)
+        while (verdict := delivery.verdict) is None and not brain.sense(delivery.observation):
+            delivery.drive(brain.command)
+        dollars = self._dollars.since(delivery.truth)
+        info: dict[str, Any] = {"dollars": dollars}
+        if verdict is not None:
+            self._is_over = True
+            finished = delivery.finish()
+            for term, amount in self._dollars.settle(finished).items():
+                dollars[term] += amount
+            info |= {"outcome": verdict.outcome.value, "row": finished.row, "events": finished.events}
+        return self._observed(), sum(dollars.values()), verdict is not None, False, info
+
+    def close(self) -> None:
+        """Free the world; the environment cannot be used afterwards."""
+        self._world.close()
+
+    def _observed(self) -> Observed:
+        view = self._brain.view()
+        seen = {"goal": view.goal, "route": view.route, "velocity": view.velocity}
+        seen["scan"] = view.ranges if len(view.ranges) else self._no_scan
+        if self._sees_people:
+            seen["people"] = np.zeros((MOST_PEOPLE, 4))
+            nearest = view.people[:MOST_PEOPLE]
+            seen["people"][: len(nearest)] = nearest
+        return {name: values.astype(np.float32) for name, values in seen.items()}
+
+
+gymnasium.register(ID, entry_point="navbench.gym:DeliveryEnv")
