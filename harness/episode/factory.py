@@ -2,47 +2,39 @@
 
 import contextlib
 import dataclasses
-import math
 from pathlib import Path
 
 import numpy as np
 
-from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices, load_prices
 from harness.episode.brain import Brain, Parked
-from harness.episode.policies import policy_brain_on, senses_on
+from harness.episode.brains import delivery_prices, navigator_on, senses_on, steps_per_tick
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
 from harness.policy.brain import PolicyBrain
+from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
+from harness.policy.waypoints import WaypointFollower
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
-from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
+from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording
-from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
 from harness.world.pedestrian_models import make_pedestrians
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.replay_file import recording_text
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
-from harness.world.scene_io import align, load_scene
+from harness.world.scene_io import load_scene
 from harness.world.sensors import SensorParams, SensorSuite
 from harness.world.world import World
 from harness.world.world_params import WorldParams
-from navstack.build import build_localizer, build_navigator, read_frequencies
-from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import InputError
-from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.strict import load_dataclass
-from navstack.params.tracker import TrackerParams
-from navstack.types import BoolArray
 
 REDRAWS = 50  # of a mission that is over before it begins, or whose given end the drawn one does not reach
-CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
@@ -150,7 +142,7 @@ class Parts:
 
     def senses(self, world: World) -> Senses:
         """What a policy of the task's stack sees, to be reset."""
-        return _senses(world, self.scene, self._task.stack, self.nav2)
+        return senses_on(self.scene, world, self._task.stack, self.nav2)
 
     def brain(self, world: World) -> Brain:
         """The brain, to be reset."""
@@ -240,14 +232,6 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
 
-def steps_per_tick(nav2: Nav2File, rate: float) -> int:
-    """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
-    periods = [rate / frequency for frequency in read_frequencies(nav2)]
-    if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
-        return 1  # some part fits no whole number of steps: it runs at the first step after it is due
-    return math.gcd(*(round(period) for period in periods))
-
-
 @kept(2)
 def _navigator(
     world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices, real_time_factor: float
@@ -258,75 +242,8 @@ def _navigator(
 
 @kept(2)
 def _policy_brain(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> PolicyBrain:
-    nav2 = nav2_parameters(stack.nav2_file, allow_unknown)
-    return policy_brain_on(stack, _senses(world, scene_of(map_name), stack, nav2))
-
-
-def _senses(world: World, scene: Scene, stack: Stack, nav2: Nav2File) -> Senses:
-    return senses_on(world, stack, localizer_on(scene, world, stack, nav2), nav2, planning_map(scene, stack))
-
-
-def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
-    """What a controller that minimises dollars is told of a study; contacts count from ``counted_impulse`` [N s] on.
-
-    Who walks on whatever he hits changes the robot's velocity by the closing speed.
-    """
-    counted_speed = counted_impulse / prices.robot_mass.value
-    return DeliveryPrices(
-        contact_usd=tuple(injury_cost(np.maximum(CLOSING_SPEEDS, counted_speed), prices).tolist()),
-        counted_speed=counted_speed,
-        late_usd=2.0 * prices.delivery_fee.value,  # not earned, and paid back
-        time_limit=rules.time_limit,
-    )
-
-
-def navigator_on(
-    scene: Scene, world: World, stack: Stack, nav2: Nav2File, prices: DeliveryPrices | None = None
-) -> Navigator:
-    """The brain of a stack that drives, to be reset.
-
-    Args:
-        scene: what its maps show.
-        world: where a localizer that knows the truth looks it up.
-        stack: which localizer it has, and which map.
-        nav2: its parameter file.
-        prices: see :func:`delivery_prices`; None: those of the file hold.
-    """
-    localizer = localizer_on(scene, world, stack, nav2)
-    stops = stack.when_lost == "stop"
-    tracker = None
-    if stack.tracker == TRUTH:
-        tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
-    return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
-
-
-def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Localizer:
-    """The localizer of a stack that drives, to be reset; see :func:`navigator_on`."""
-    if stack.localizer != TRUTH:
-        return build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
-    truth = GroundTruthLocalizer(lambda: world.truth.pose)
-    return truth if stack.injected.is_zero else InjectedErrorLocalizer(truth, stack.injected)
-
-
-def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
-    """What planner and controller take for the static map; and the mask of where not to go that the world has for it.
-
-    Raises:
-        MapError: the stack names a file that is no map.
-    """
-    if is_file(stack.planning_map):
-        return align(load_map(stack.planning_map)), None
-    if stack.planning_map == MESH:
-        return scene.navigation_mesh, None
-    if stack.planning_map == NO_MAP:
-        return dataclasses.replace(scene.geometry, data=np.full_like(scene.geometry.data, FREE)), None
-    return scene.geometry, scene.walkable.data != FREE
-
-
-def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
-    name = stack.localization_map or stack.planning_map
-    if is_file(name):
-        return align(load_map(name))
-    if name in (GEOMETRY, NO_MAP):  # without a map nobody looks at it
-        return scene.mapped_geometry
-    return scene.navigation_mesh if name == MESH else scene.outlined_mesh
+    """A stack's policy, loaded."""
+    senses = senses_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
+    policy = PolicyProcess(stack.navigator, stack.policy)
+    policy.start()
+    return PolicyBrain(senses, stack.policy.rate, policy, WaypointFollower(stack.policy.speed))

@@ -15,8 +15,9 @@ from typing import cast
 import numpy as np
 
 from harness.episode.brain import Brain
+from harness.episode.brains import navigator_on, steps_per_tick
 from harness.episode.episode import Delivery, run_episode
-from harness.episode.factory import Parts, navigator_on, steps_per_tick
+from harness.episode.factory import Parts
 from harness.explain.brains import HandOver, TakeOver
 from harness.explain.evidence import Evidence, task_of
 from harness.study.stored_run import StoredRun

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import Parts, planning_map
+from harness.episode.brains import planning_map
+from harness.episode.factory import Parts
 from harness.plan.path_check import Obstacles
 from harness.storage.shipped import resolve, shipped
 from harness.task.study import EpisodeTask, make_study

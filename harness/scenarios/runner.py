@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.episode.factory import nav2_parameters, navigator_on, robot_of, steps_per_tick, world_params
+from harness.episode.brains import navigator_on, steps_per_tick
+from harness.episode.factory import nav2_parameters, robot_of, world_params
 from harness.metrics.encounters import Body, in_base_frame, surface_distances
 from harness.scenarios.actors import ScriptedPedestrians
 from harness.scenarios.checks import Drive, Finding, judge

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.episode.factory import Parts, delivery_prices
+from harness.episode.brains import delivery_prices
+from harness.episode.factory import Parts
 from harness.episode.wall_time import on_wall_time
 from harness.storage.shipped import shipped
 from harness.task.study import make_study

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from harness.episode.brains import navigator_on
 from harness.episode.episode import run_episode
-from harness.episode.factory import Parts, navigator_on
+from harness.episode.factory import Parts
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
 from harness.task.study import make_study

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from harness.episode.factory import navigator_on
+from harness.episode.brains import navigator_on
 from harness.storage.shipped import shipped
 from harness.task.stack import load_stack
 from harness.world.scene import Scene

@@ -1,0 +1,129 @@
+"""What drives a stack in a world, or sees for whoever does: its localizer, its maps, its navigator."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from harness.economics.contact_costs import injury_cost
+from harness.economics.prices import Prices
+from harness.policy.senses import MakeRoute, People, Senses
+from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
+from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
+from harness.world.outcome import Rules
+from harness.world.scene import Scene
+from harness.world.scene_io import align
+from harness.world.world import World
+from navstack.build import build_global_costmap, build_localizer, build_navigator, build_planner, read_frequencies
+from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.errors import PlanningError
+from navstack.localization.localizer import Localizer
+from navstack.navigator import Navigator
+from navstack.params.expected_cost import DeliveryPrices
+from navstack.params.nav2_file.file import Nav2File
+from navstack.params.tracker import TrackerParams
+from navstack.types import BoolArray, FloatArray, Path, Pose2D
+
+CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
+
+
+def steps_per_tick(nav2: Nav2File, rate: float) -> int:
+    """The longest tick, in physics steps at ``rate`` [Hz], at whose end every part of the brain can run when due."""
+    periods = [rate / frequency for frequency in read_frequencies(nav2)]
+    if any(abs(period - round(period)) > 1e-6 or period < 1.0 for period in periods):
+        return 1  # some part fits no whole number of steps: it runs at the first step after it is due
+    return math.gcd(*(round(period) for period in periods))
+
+
+def delivery_prices(prices: Prices, rules: Rules, counted_impulse: float) -> DeliveryPrices:
+    """What a controller that minimises dollars is told of a study; contacts count from ``counted_impulse`` [N s] on.
+
+    Who walks on whatever he hits changes the robot's velocity by the closing speed.
+    """
+    counted_speed = counted_impulse / prices.robot_mass.value
+    return DeliveryPrices(
+        contact_usd=tuple(injury_cost(np.maximum(CLOSING_SPEEDS, counted_speed), prices).tolist()),
+        counted_speed=counted_speed,
+        late_usd=2.0 * prices.delivery_fee.value,  # not earned, and paid back
+        time_limit=rules.time_limit,
+    )
+
+
+def navigator_on(
+    scene: Scene, world: World, stack: Stack, nav2: Nav2File, prices: DeliveryPrices | None = None
+) -> Navigator:
+    """The brain of a stack that drives, to be reset.
+
+    Args:
+        scene: what its maps show.
+        world: where a localizer that knows the truth looks it up.
+        stack: which localizer it has, and which map.
+        nav2: its parameter file.
+        prices: see :func:`delivery_prices`; None: those of the file hold.
+    """
+    localizer = localizer_on(scene, world, stack, nav2)
+    stops = stack.when_lost == "stop"
+    tracker = None
+    if stack.tracker == TRUTH:
+        tracker = GroundTruthTracker(lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius)
+    return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
+
+
+def senses_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Senses:
+    """What a policy of a stack sees in a world, to be reset; see :func:`navigator_on`."""
+
+    def people() -> tuple[Pose2D, FloatArray]:
+        return world.truth.pose, world.truth.pedestrians
+
+    seen: People | None = people if stack.policy.sees_people else None
+    return Senses(localizer_on(scene, world, stack, nav2), _route(nav2, *planning_map(scene, stack)), seen)
+
+
+def _route(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> MakeRoute:
+    """Plans with the file's planner on its global costmap, without scans; where that fails, straight to the goal."""
+    costmap = build_global_costmap(nav2, static_map, keepout)
+    planner = build_planner(nav2, costmap)
+
+    def make_route(start: Pose2D, goal: Pose2D, rng: np.random.Generator) -> Path:
+        costmap.reset()
+        costmap.update(start, None, 0.0)
+        planner.reset(rng)
+        try:
+            return planner.plan(start, goal, costmap.master)
+        except PlanningError:
+            return Path(np.array((start.as_array(), goal.as_array())))
+
+    return make_route
+
+
+def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Localizer:
+    """The localizer of a stack that drives, to be reset; see :func:`navigator_on`."""
+    if stack.localizer != TRUTH:
+        return build_localizer(stack.localizer, nav2, _localization_map(scene, stack))
+    truth = GroundTruthLocalizer(lambda: world.truth.pose)
+    return truth if stack.injected.is_zero else InjectedErrorLocalizer(truth, stack.injected)
+
+
+def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
+    """What planner and controller take for the static map; and the mask of where not to go that the world has for it.
+
+    Raises:
+        MapError: the stack names a file that is no map.
+    """
+    if is_file(stack.planning_map):
+        return align(load_map(stack.planning_map)), None
+    if stack.planning_map == MESH:
+        return scene.navigation_mesh, None
+    if stack.planning_map == NO_MAP:
+        return dataclasses.replace(scene.geometry, data=np.full_like(scene.geometry.data, FREE)), None
+    return scene.geometry, scene.walkable.data != FREE
+
+
+def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:
+    name = stack.localization_map or stack.planning_map
+    if is_file(name):
+        return align(load_map(name))
+    if name in (GEOMETRY, NO_MAP):  # without a map nobody looks at it
+        return scene.mapped_geometry
+    return scene.navigation_mesh if name == MESH else scene.outlined_mesh
