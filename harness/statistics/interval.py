@@ -17,6 +17,12 @@ class Interval:
     high: float | None
     n: int  # sample size
 
+    def __str__(self) -> str:
+        if self.value is None:
+            return f"undefined (n = {self.n})"
+        bounds = f" [{self.low:.4g}, {self.high:.4g}]" if self.low is not None and self.high is not None else ""
+        return f"{self.value:.4g}{bounds} (n = {self.n})"
+
     def as_json(self) -> dict[str, float | int | None]:
         """The quantity as one JSON object."""
         return {"value": self.value, "low": self.low, "high": self.high, "n": self.n}

@@ -82,7 +82,10 @@ NOT_EXECUTED = {
         "tests/execution/test_cluster_examples.py::test_slurm_jobs_have_workers_of_one_thread",
     ),
     r"make \w+": Reason("installs into .venv, or runs this very test; looked up in the Makefile"),
-    r"pip install (\.|'?navbench\[dask\]'?( dask-jobqueue)?|mpi4py mpich)": Reason("needs an index"),
+    r"(python docs/examples/train_policy.py .*|navbench run --stack docs/examples/tiny_policy.yaml .*)": Reason(
+        "minutes of processor time", "tests/api/test_examples.py::test_a_policy_is_trained_and_driven"
+    ),
+    r"pip install (\.|'?navbench\[(dask|gym)\]'?( dask-jobqueue)?|mpi4py mpich)": Reason("needs an index"),
     r"\. \.venv/bin/activate": Reason("a shell's own"),
 }
 

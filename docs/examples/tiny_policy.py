@@ -1,0 +1,53 @@
+"""A policy of 28 numbers: speed and yaw rate are weighted sums of what it sees, squeezed into the robot's limits.
+
+Made for docs/python.md: it shows how a policy is trained in ``navbench.gym`` (train_policy.py) and driven by
+``navbench run`` (tiny_policy.yaml).
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from navbench import PolicyObservation
+
+FASTEST = np.array((1.8, 1.5))  # [m/s], [rad/s] that it uses
+SECTORS, SIDE, SEEN = 9, 1.2, 6.0  # of the scan, [rad] to each side, [m] within which it looks
+INPUTS = 5 + SECTORS
+FIRST = np.zeros((2, INPUTS))  # where training begins: along the route, slower in bends
+FIRST[0, :2], FIRST[1, 2] = (1.0, -1.0), 2.0
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def features(seen: PolicyObservation) -> FloatArray:
+    """What the sums are over, shape (INPUTS,): route, own speed, and how near things are in each sector."""
+    near, far = (np.arctan2(y, x) for x, y in (seen.route[1], seen.route[4]))
+    nearness = np.zeros(SECTORS)
+    sector = np.floor((seen.angles + SIDE) / (2.0 * SIDE) * SECTORS)
+    for k in range(SECTORS):
+        if (inside := sector == k).any():
+            nearness[k] = 1.0 - min(float(seen.ranges[inside].min()), SEEN) / SEEN
+    speed = seen.velocity[0] / FASTEST[0]
+    return np.concatenate(([1.0, abs(near), near, far, speed], nearness))
+
+
+class TinyPolicy:
+    """Weights of shape (2, INPUTS), from a JSON file."""
+
+    def __init__(self, file: str) -> None:
+        self.weights = np.array(json.loads(Path(file).read_text(encoding="utf-8")))
+
+    def reset(self, seed: int) -> None:
+        """Nothing is left to chance, and nothing is remembered."""
+
+    def act(self, observation: PolicyObservation) -> FloatArray:
+        """Forward velocity, never backwards, and yaw rate."""
+        return command(self.weights, observation)
+
+
+def command(weights: FloatArray, seen: PolicyObservation) -> FloatArray:
+    """Forward velocity [m/s] and yaw rate [rad/s]."""
+    speed, turn = weights @ features(seen)
+    return FASTEST * np.array((np.clip(speed, 0.0, 1.0), np.tanh(turn)))

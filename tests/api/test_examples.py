@@ -1,0 +1,44 @@
+"""The examples beside the documents: a notebook, and a policy that is trained and driven."""
+
+import json
+import runpy
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+import navbench
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_from_the_first_cell_to_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    notebook = json.loads((EXAMPLES / "first_steps.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, object] = {"__name__": "__main__"}
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+            assert cell["outputs"] == [], "clear the outputs of the notebook before it is committed"
+    assert len(names["way"]) > 100  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_a_policy_is_trained_and_driven(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gymnasium", reason="gymnasium is not installed")
+    for file in EXAMPLES.glob("tiny_policy.*"):
+        shutil.copy(file, tmp_path)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    out = tmp_path / "tiny_policy.json"
+    monkeypatch.setattr(sys, "argv", ["train_policy.py", "--generations", "0", "--out", str(out)])
+    runpy.run_path(str(EXAMPLES / "train_policy.py"), run_name="__main__")
+    from train_policy import FIRST, dollars, environment  # type: ignore[import-not-found]
+
+    earned = dollars(FIRST, 7000, 1)
+    environment().close()
+    assert -500.0 < earned < 4.0
+    assert len(json.loads(out.read_text())) == len(FIRST)
+    run = navbench.run(str(tmp_path / "tiny_policy.yaml"), 1, seed=7000, out=tmp_path / "run")
+    assert run.table()["error"].to_pylist() == [None]

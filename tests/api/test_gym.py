@@ -1,0 +1,118 @@
+"""The Gymnasium environment: Gymnasium's own check, and the program's rows and dollars."""
+
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from harness.economics.prices import load_prices
+from harness.economics.valuation import margins
+from navstack.errors import InputError
+
+gymnasium = pytest.importorskip("gymnasium", reason="gymnasium is not installed")
+DeliveryEnv = pytest.importorskip("navbench.gym").DeliveryEnv
+
+
+@pytest.fixture
+def env() -> Any:
+    made = DeliveryEnv("nav2-gps-ekf", pedestrians=4)
+    yield made
+    made.close()
+
+
+def test_gymnasium_finds_nothing_to_complain_about() -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    env = gymnasium.make("navbench.gym:navbench/Delivery-v0", stack="nav2-gps-ekf", pedestrians=2, sees_people=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+def test_the_reward_is_the_contribution_margin(env: Any) -> None:
+    env.reset(seed=3)
+    total, by_term, is_over = 0.0, {}, False
+    rng = np.random.default_rng(0)
+    while not is_over:
+        _, reward, is_over, is_cut, info = env.step(np.array((0.2, rng.uniform(-0.2, 0.2))))
+        assert reward == pytest.approx(sum(info["dollars"].values()))
+        assert not is_cut
+        total += reward
+        by_term = {term: by_term.get(term, 0.0) + amount for term, amount in info["dollars"].items()}
+    margin = margins([info["row"]], load_prices("costnav"))
+    assert margin is not None
+    assert total == pytest.approx(float(margin[0]), abs=1e-9)
+    assert by_term["electricity"] < 0.0
+    with pytest.raises(InputError, match=r"call reset\(\)"):
+        env.step(np.zeros(2))
+
+
+def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
+    first = env.reset(seed=1)[0]
+    assert env.reset()[1] == {"seed": 1, "episode": 1}
+    again = env.reset(options={"episode": 0})[0]
+    for name, values in first.items():
+        assert np.array_equal(values, again[name])
+    with pytest.raises(InputError, match="episode -1"):
+        env.reset(options={"episode": -1})
+    with pytest.raises(InputError, match="two finite numbers"):
+        env.step(np.array((np.nan, 0.0)))
+
+
+def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
+    with pytest.raises(InputError, match="'parked' does not drive"):
+        DeliveryEnv("parked")
+
+
+@pytest.mark.slow
+def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path) -> None:
+    import navbench
+
+    sys.path.insert(0, str(tmp_path))
+    (tmp_path / "steering.py").write_text(
+        "import numpy as np\n"
+        "class Steering:\n"
+        "    def reset(self, seed):\n"
+        "        pass\n"
+        "    def share(self, seen):\n"
+        "        x, y = seen.route[1]\n"
+        "        return np.clip((0.5, 0.8 * np.arctan2(y, x)), -1.0, 1.0)\n"
+        "    def act(self, seen):\n"
+        "        return self.share(seen) * (3.56, 2.5)\n"
+    )
+    stack = tmp_path / "steered.yaml"
+    stack.write_text(
+        "title: Steered\nnavigator: steering.py:Steering\nnav2_file: gps_ekf\nlocalizer: gps-ekf\n"
+        "planning_map: geometry\nsensors: rtk_good\ncarries: [lidar, gps]\nrobot: segway_e1\n"
+    )
+    stored = navbench.run(str(stack), 2, seed=11, workers=2, out=tmp_path / "run").table().to_pylist()
+    from steering import Steering  # type: ignore[import-not-found]
+
+    env, policy = DeliveryEnv(str(stack)), Steering()
+    for episode, expected in enumerate(stored):
+        env.reset(seed=11, options={"episode": episode})
+        is_over = False
+        while not is_over:
+            _, _, is_over, _, info = env.step(policy.share(env.seen))
+        assert {key: expected[key] for key in info["row"]} == info["row"]
+    env.close()
+    sys.path.remove(str(tmp_path))
+
+
+@pytest.mark.slow
+def test_several_in_processes_of_their_own() -> None:
+    made: Callable[[], Any] = lambda: DeliveryEnv("nav2-gps-ekf", pedestrians=2)  # noqa: E731
+    envs = gymnasium.vector.AsyncVectorEnv([made, made], context="spawn")
+    try:
+        seen, _ = envs.reset(seed=[0, 1])
+        assert seen["route"].shape == (2, 10, 2)
+        assert not np.array_equal(seen["goal"][0], seen["goal"][1])
+        _, rewards, _, _, _ = envs.step(np.tile((0.3, 0.0), (2, 1)).astype(np.float32))
+        assert rewards.shape == (2,)
+    finally:
+        envs.close()

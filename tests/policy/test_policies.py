@@ -1,0 +1,131 @@
+"""Policies of the user's drive, each in a process of its own; one that fails costs its own deliveries only."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import navbench
+from harness.episode.episode import run_episode
+from harness.policy.interface import PolicyError
+from harness.policy.process import PolicyProcess
+from harness.study.manifest import load_study, version_notes
+from harness.task.stack import PolicyParams, load_stack
+from harness.task.study import EpisodeTask, make_study
+from navstack.errors import InputError, ParameterError
+
+Write = Callable[..., Path]
+ENDS = {
+    "Crashes": "act: RuntimeError: out of ideas",
+    "Ends": "ended while it was asked to act, with status 7",
+    "Hangs": "did not answer within 2 s",
+    "Odd": r"an answer of shape \(3,\); a velocity has \(2,\), waypoints have \(k, 2\)",
+    "Endless": "an answer that is not finite",
+}
+
+
+def task_of(stack: Path, **options: object) -> EpisodeTask:
+    choices: dict[str, object] = {"pedestrians": 0, "rules": str(stack.parent / "rules.yaml"), **options}
+    return make_study(stacks=[str(stack)], episodes=1, workers=1, **choices).template  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["Along", "Steer"])
+def test_a_policy_drives_by_velocities_or_waypoints(name: str, stack: Write) -> None:
+    row = run_episode(task_of(stack(name))).row
+    assert row["distance_m"] > 1.5  # in the four seconds that the rules allow
+    assert row["plans"] == 1
+
+
+def test_a_policy_repeats(stack: Write) -> None:
+    task = task_of(stack("Steer"), pedestrians=20)
+    assert run_episode(task).row == run_episode(task).row
+
+
+@pytest.mark.slow
+def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(stack: Write, tmp_path: Path) -> None:
+    stacks = [str(stack(name, limit=2.0)) for name in (*ENDS, "Steer")]
+    rules = str(tmp_path / "rules.yaml")
+    run = navbench.run(stacks, 2, pedestrians=0, rules=rules, workers=2, out=tmp_path / "run")
+    rows = run.table().to_pylist()
+    assert len(rows) == 2 * len(stacks)
+    for row in rows:
+        assert (row["error"] is None) == (row["stack"] == "steer")
+    for stored in run.stored.stacks:
+        assert stored.errors == (0 if stored.name == "steer" else 2)
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_what_went_wrong_is_told_in_a_line(name: str, stack: Write) -> None:
+    with pytest.raises(PolicyError, match=ENDS[name]) as told:
+        run_episode(task_of(stack(name, limit=2.0)))
+    assert "\n" not in str(told.value)
+
+
+def test_a_lost_policy_is_loaded_again(stack: Write) -> None:
+    task = task_of(stack("Ends"))
+    for _ in range(2):
+        with pytest.raises(PolicyError, match="status 7"):
+            run_episode(task)
+
+
+@pytest.mark.parametrize(
+    ("policy", "told"),
+    [("nowhere:Policy", "load: ModuleNotFoundError"), ("math:Policy", "load: AttributeError")],
+)
+def test_a_policy_that_cannot_be_loaded(policy: str, told: str) -> None:
+    with pytest.raises(PolicyError, match=told):
+        PolicyProcess(policy, PolicyParams()).start()
+
+
+def test_a_policy_is_made_with_its_file(stack: Write, tmp_path: Path) -> None:
+    (tmp_path / "gain.txt").write_text("2.5")
+    loaded = load_stack(str(stack("Weighed", more=", file: gain.txt")))
+    assert loaded.policy.file == str(tmp_path / "gain.txt")
+    PolicyProcess(loaded.navigator, loaded.policy).start()
+    (tmp_path / "gain.txt").write_text("much")
+    with pytest.raises(PolicyError, match="load: ValueError"):
+        PolicyProcess(loaded.navigator, loaded.policy).start()
+
+
+def test_the_end_of_the_program_ends_the_policy(stack: Write) -> None:
+    loaded = load_stack(str(stack("Steer")))
+    policy = PolicyProcess(loaded.navigator, loaded.policy)
+    policy.start()
+    process = policy._process
+    assert process is not None and process.poll() is None
+    del policy
+    assert process.poll() is not None
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("policies.py:Steer", "absent.py:Steer"), "absent.py is not there"),
+        (("nav2_file: gps_ekf\n", ""), "key 'nav2_file' is missing; it has the localizer's"),
+        (("time_limit: 60.0", "rate: 0.0"), "rate 0.0; allowed is more than 0 to 1000"),
+        (("policies.py:Steer", "steered"), "unknown navigator 'steered'"),
+    ],
+)
+def test_a_stack_that_names_no_policy(change: tuple[str, str], told: str, stack: Write) -> None:
+    path = stack("Steer")
+    path.write_text(path.read_text().replace(*change))
+    with pytest.raises(ParameterError if "unknown" not in told else InputError, match=told):
+        load_stack(str(path))
+
+
+def test_collected_data_are_paid_for(stack: Write, tmp_path: Path) -> None:
+    path = stack("Along", more=", data_collection: true")
+    run = navbench.run(str(path), 1, pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
+    economics, prices = run.valuations["along"].economics, run.stored.prices()
+    collected = prices.data_collector_wage.value * prices.data_collection_time.value
+    assert economics.data_collection_usd == collected > 0.0
+    assert economics.capex_usd == economics.hardware_usd + economics.data_collection_usd
+
+
+def test_a_changed_policy_is_noted_when_a_run_goes_on(stack: Write, tmp_path: Path) -> None:
+    path = stack("Along")
+    navbench.run(str(path), 1, pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
+    assert load_study(tmp_path / "run").template.stack.navigator == f"{tmp_path / 'policies.py'}:Along"
+    assert version_notes(tmp_path / "run") == []
+    (tmp_path / "policies.py").write_text((tmp_path / "policies.py").read_text() + "# another version\n")
+    assert version_notes(tmp_path / "run") == ["the run began with other files of its policy: further rows may differ"]
