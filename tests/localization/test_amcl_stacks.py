@@ -90,9 +90,9 @@ def test_amcl_may_localize_on_another_map_than_the_planners(tmp_path):
 def test_the_localizer_gets_the_map_that_was_asked_for(monkeypatch, name, expected):
     given = []
     monkeypatch.setattr(
-        "harness.episode.factory.build_localizer", lambda kind, nav2, static_map: given.append(static_map)
+        "harness.episode.brains.build_localizer", lambda kind, nav2, static_map: given.append(static_map)
     )
-    monkeypatch.setattr("harness.episode.factory.build_navigator", lambda *parts: None)
+    monkeypatch.setattr("harness.episode.brains.build_navigator", lambda *parts: None)
     stack = dataclasses.replace(load_stack("nav2-amcl"), localization_map=name)
     cells = np.full((9, 12), FREE, dtype=np.int8)
     cells[2:7, 3:9] = OCCUPIED
@@ -113,8 +113,8 @@ def test_planner_and_localizer_take_any_map_file(tmp_path, monkeypatch):
     stack = load_stack(str(file))
     assert stack.planning_map == str(tmp_path / "drawn.yaml") and stack.localization_map == ""
     given, planned = [], []
-    monkeypatch.setattr("harness.episode.factory.build_localizer", lambda kind, nav2, grid: given.append(grid))
-    monkeypatch.setattr("harness.episode.factory.build_navigator", lambda nav2, how, *parts: planned.append(parts))
+    monkeypatch.setattr("harness.episode.brains.build_localizer", lambda kind, nav2, grid: given.append(grid))
+    monkeypatch.setattr("harness.episode.brains.build_navigator", lambda nav2, how, *parts: planned.append(parts))
     empty = OccupancyGrid(np.full((9, 12), FREE, dtype=np.int8), 0.05, Pose2D())
     scene = Scene("empty", (), (), empty, empty)
     navigator_on(scene, None, stack, load_nav2(NAV2 / "amcl.yaml", False))
