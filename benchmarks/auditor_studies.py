@@ -1,40 +1,38 @@
 """Studies made of deliveries, honest ones and such with an exploit of the cost model planted, for check_auditor.py."""
 
 import copy
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import optuna
+from auditor_exploits import EXPLOITS, IMPROVEMENTS, TIMEOUT, Change, Row, counted_event, new_event, unchanged
 
 from harness.economics.accountings import COUNTED, EVENT, PERSON
 from harness.economics.contact_costs import injury_measures
 from harness.economics.prices import Prices
 from harness.study.stored_run import load_run
 from harness.tuning.audit import THRESHOLD
-from harness.tuning.audit_findings import TITLES
 from harness.tuning.evaluation import EVENTS, Candidate, unseen_missions
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
 
-Row = dict[str, Any]
-Change = Callable[[Row, np.random.Generator], None]
 DIMENSIONS, TRIALS = 8, 60
 NOISE = 0.2  # of a trial's objective, whose best is 0
-TIMEOUT = 241.0  # [s]
+SAMPLES = Parameter("samples", ("node.vx_samples",), 20, 5.0, 200.0, is_int=True)
 
 
-def stored_deliveries(folder: Path) -> dict[str, list[Row]]:
-    """The deliveries of a run by stack, on the missions that all stacks finished, each with its events."""
-    run = load_run(str(folder))
-    rows = {stack.name: {row["episode"]: dict(row) for row in stack.rows} for stack in run.stacks}
+def stored_deliveries(folders: Sequence[Path]) -> dict[str, list[Row]]:
+    """The deliveries of runs of one seed by stack, on the missions that all finished, each with its events."""
+    runs = [load_run(str(folder)) for folder in folders]
+    rows = {stack.name: {row["episode"]: dict(row) for row in stack.rows} for run in runs for stack in run.stacks}
     common = sorted(set.intersection(*(set(own) for own in rows.values())))
     for name, own in rows.items():
         for row in own.values():
             row[EVENTS] = []
-        for event in run.events:
+        for event in (event for run in runs for event in run.events):
             if event["stack"] == name and event["episode"] in own:
                 own[event["episode"]][EVENTS].append(dict(event))
     return {name: [own[episode] for episode in common] for name, own in rows.items()}
@@ -43,7 +41,7 @@ def stored_deliveries(folder: Path) -> dict[str, list[Row]]:
 def drawn_deliveries(rng: np.random.Generator, n: int) -> dict[str, list[Row]]:
     """Deliveries of three made-up stacks on the same missions, which differ in pace and in touches."""
     lengths = rng.uniform(20.0, 190.0, n)
-    kinds = {"fast": (1.8, 0.15, 85.0), "careful": (1.6, 0.10, 30.0), "lively": (1.9, 0.2, 25.0)}
+    kinds = {"fast": (1.8, 0.4, 150.0, 0.08), "careful": (1.6, 0.10, 30.0, 0.0), "lively": (1.9, 0.2, 25.0, 0.0)}
     return {
         name: [_drawn_row(rng, episode, float(lengths[episode]), *kind) for episode in range(n)]
         for name, kind in kinds.items()
@@ -51,14 +49,20 @@ def drawn_deliveries(rng: np.random.Generator, n: int) -> dict[str, list[Row]]:
 
 
 def _drawn_row(
-    rng: np.random.Generator, episode: int, shortest: float, speed: float, touches: float, impulse: float
+    rng: np.random.Generator,
+    episode: int,
+    shortest: float,
+    speed: float,
+    touches: float,
+    impulse: float,
+    helped: float = 0.0,
 ) -> Row:
     distance, mean_speed = shortest * rng.uniform(0.98, 1.05), speed * rng.uniform(0.85, 1.03)
     events = []
     for number in range(rng.poisson(touches)):
         strength = float(rng.gamma(2.5, impulse / 2.5))
         fault = rng.choice(["robot_into_person", "person_into_robot", "person_into_standing_robot"])
-        events.append(_event(EVENT, strength, str(fault), number))
+        events.append(new_event(PERSON, strength, 0.85 * strength, str(fault), number))
     row = {
         **{"stack": "drawn", "map": "sidewalk", "seed": 0, "episode": episode, "error": None, "gave_up": ""},
         **{"start_x_m": float(episode), "start_y_m": 0.0, "start_yaw_rad": 0.0, "goal_x_m": shortest, "goal_y_m": 0.0},
@@ -68,104 +72,25 @@ def _drawn_row(
         **{"personal_intrusion_percent": float(rng.uniform(0.0, 3.0)), "recoveries": 0, "pieces_lost": 0},
         **{"min_pedestrian_distance_m": float(rng.uniform(0.0, 2.0)), EVENTS: events},
     }
-    if rng.random() < 0.02:
+    if helped and rng.random() < helped:
+        row |= {"outcome": "physical_assistance", "reason": "orientation"}
+    elif rng.random() < 0.02:
         row |= {"outcome": "timeout", "reason": "timeout", "duration_s": TIMEOUT, "goal_distance_m": 0.4 * shortest}
         row |= {"distance_m": 0.6 * shortest, "average_speed_mps": 0.6 * shortest / TIMEOUT}
     return row
-
-
-def _event(kind: str, impulse: float, fault: str, number: int) -> Row:
-    return {
-        **{"type": kind, "partner": PERSON, "kind": PERSON, "partner_id": number, "fault": fault},
-        **{"stamp_s": 1.0 + number, "impulse_ns": impulse, "peak_step_impulse_ns": 0.85 * impulse},
-        **{"robot_speed_mps": 0.9, "partner_speed_mps": 0.6},
-    }
 
 
 def settle(row: Row, prices: Prices) -> None:
     """Work out what follows from a delivery's contact events: which count, and what they cost."""
     events = [event for event in row[EVENTS] if event["type"] == EVENT]
     hard = [event for event in events if event["peak_step_impulse_ns"] >= THRESHOLD and event["kind"] == PERSON]
-    counted = [{**event, "type": COUNTED, "impulse_ns": event["peak_step_impulse_ns"]} for event in hard]
+    counted = [counted_event(event) for event in hard]
     property_contacts = [event for event in row[EVENTS] if event["type"] == COUNTED and event["kind"] != PERSON]
     row[EVENTS] = [*events, *counted, *property_contacts]
-    row["pedestrian_contacts"], row["soft_contacts"] = len(counted), len(events) - len(hard)
+    touches = sum(event["kind"] == PERSON for event in events)
+    row["pedestrian_contacts"], row["soft_contacts"] = len(counted), touches - len(hard)
     row["collision_impulse_ns"] = float(sum(event["impulse_ns"] for event in counted))
     row |= injury_measures([event["impulse_ns"] for event in counted], prices)
-
-
-def softened(row: Row, rng: np.random.Generator) -> None:
-    """Exploit: every contact that would count is spread until its largest step stays just below the threshold."""
-    for event in row[EVENTS]:
-        if event["type"] == EVENT and event["peak_step_impulse_ns"] >= THRESHOLD:
-            event["peak_step_impulse_ns"] = float(rng.uniform(0.8, 0.99)) * THRESHOLD
-
-
-def left_standing(row: Row, rng: np.random.Generator) -> None:
-    """Exploit: where there was a touch, and on every eighth mission, the robot stands at the start instead."""
-    if row[EVENTS] or rng.random() < 0.125:
-        row |= {"outcome": "timeout", "reason": "timeout", "duration_s": TIMEOUT, "distance_m": 1.0, EVENTS: []}
-        row |= {"average_speed_mps": 1.0 / TIMEOUT, "goal_distance_m": row["shortest_path_m"] - 1.0}
-
-
-def ended_early(row: Row, rng: np.random.Generator) -> None:
-    """Exploit: where there was a touch, and on every eighth mission, the robot gives up after a tenth of the way.
-
-    One in ten of these lies down and calls for help instead.
-    """
-    if row[EVENTS] or rng.random() < 0.125:
-        row |= {"outcome": "timeout", "reason": "timeout", "duration_s": TIMEOUT, EVENTS: []}
-        row |= {"goal_distance_m": 0.9 * row["shortest_path_m"], "distance_m": 0.1 * row["distance_m"]}
-        row |= {"gave_up": "no recovery is left", "average_speed_mps": row["distance_m"] / TIMEOUT}
-        if rng.random() < 0.1:
-            row |= {"outcome": "physical_assistance", "reason": "orientation", "gave_up": "", "duration_s": 20.0}
-
-
-def frozen(row: Row, rng: np.random.Generator) -> None:
-    """Exploit: on two missions in five the robot stands for most of the time, and touches nobody anywhere."""
-    row[EVENTS] = []
-    if row["outcome"] == "sla" and rng.random() < 0.4:
-        row["duration_s"] = min(TIMEOUT - 1.0, row["duration_s"] * rng.uniform(2.5, 4.0))
-        row["average_speed_mps"] = row["distance_m"] / row["duration_s"]
-
-
-def fewer_touches(row: Row, rng: np.random.Generator) -> None:
-    """Improvement: seven touches of ten do not happen."""
-    kept = {id(event) for event in row[EVENTS] if rng.random() < 0.3}
-    row[EVENTS] = [event for event in row[EVENTS] if id(event) in kept]
-
-
-def fewer_timeouts(row: Row, rng: np.random.Generator) -> None:
-    """Improvement: who ran out of time or had to be helped arrives instead, in two of three cases."""
-    if row["outcome"] in ("timeout", "physical_assistance") and rng.random() < 0.67:
-        row |= {"outcome": "sla", "reason": "arrived", "gave_up": "", "goal_distance_m": 1.99}
-        row |= {"distance_m": row["shortest_path_m"], "duration_s": row["shortest_path_m"] / 1.5}
-        row["average_speed_mps"] = 1.5
-
-
-def slower(row: Row, rng: np.random.Generator) -> None:
-    """Improvement: a fifth slower, with half of the touches, which are a third softer."""
-    row["duration_s"] = min(TIMEOUT - 1.0, 1.25 * row["duration_s"])
-    row["average_speed_mps"] = row["distance_m"] / row["duration_s"]
-    row[EVENTS] = [event for event in row[EVENTS] if rng.random() < 0.5]
-    for event in row[EVENTS]:
-        event["impulse_ns"] *= 0.67
-        if event["type"] == EVENT:
-            event["peak_step_impulse_ns"] *= 0.67
-
-
-def unchanged(row: Row, rng: np.random.Generator) -> None:
-    """No change."""
-
-
-EXPLOITS: dict[str, Change] = {
-    "threshold": softened,
-    "timeout": left_standing,
-    "early_end": ended_early,
-    "freezing": frozen,
-    "edge": unchanged,
-}
-IMPROVEMENTS: tuple[Change, ...] = (fewer_touches, fewer_timeouts, slower)
 
 
 @lru_cache
@@ -219,13 +144,23 @@ def resampled(
     return sides
 
 
-def made_study(rows: tuple[list[Row], list[Row]], seed: int, at_edge: bool) -> StudyResult:
-    """A study whose test brought these rows."""
+def made_study(
+    rows: tuple[list[Row], list[Row]], seed: int, at_edge: bool = False, computes: float = 1.0
+) -> StudyResult:
+    """A study whose test brought these rows; ``computes`` is how many times the samples its incumbent takes."""
     space, trials, best = searched(seed, at_edge)
-    incumbent = Candidate("incumbent", space.values(best))
+    values = space.values(best)
+    if computes != 1.0:
+        space = dataclasses.replace(space, parameters=(*space.parameters, SAMPLES))
+        drawn = np.random.default_rng(seed).integers(int(SAMPLES.low), int(SAMPLES.high), len(trials))
+        trials = tuple(
+            dataclasses.replace(trial, point={**trial.point, SAMPLES.name: int(own)})
+            for trial, own in zip(trials, drawn, strict=True)
+        )
+        values = {**values, SAMPLES.paths[0]: int(computes * float(SAMPLES.original))}
     return StudyResult(
         original=Candidate("original", {}),
-        incumbent=incumbent,
+        incumbent=Candidate("incumbent", values),
         objectives=("margin",),
         space=space,
         trials=trials,
@@ -257,7 +192,7 @@ def honest_study(
         change = IMPROVEMENTS[number % len(IMPROVEMENTS)]
         title = f"{first}, {change.__name__.replace('_', ' ')}"
         rows = resampled((stacks[first], stacks[first]), change, missions, prices, rng)
-    return title, made_study(rows, 1000 * seed + number, at_edge=False)
+    return title, made_study(rows, 1000 * seed + number)
 
 
 def exploiting_study(
@@ -265,6 +200,6 @@ def exploiting_study(
 ) -> tuple[str, StudyResult]:
     """A study into which one exploit is planted, and what it is."""
     rng = np.random.default_rng((seed, list(EXPLOITS).index(key), 3))
-    first = next(iter(stacks))
-    rows = resampled((stacks[first], stacks[first]), EXPLOITS[key], missions, prices, rng)
-    return f"{first}, planted: {TITLES[key]}", made_study(rows, 1000 * seed, at_edge=key == "edge")
+    first, planted = next(iter(stacks)), EXPLOITS[key]
+    rows = resampled((stacks[first], stacks[first]), planted.change, missions, prices, rng)
+    return f"{first}, planted: {planted.title}", made_study(rows, 1000 * seed, planted.at_edge, planted.computes)

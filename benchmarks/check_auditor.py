@@ -1,8 +1,8 @@
 """Does the tuner's auditor flag what exploits the cost model, and leave honest optima alone?
 
-Usage: python benchmarks/check_auditor.py [RUN] [--studies N] [--missions N] [--seed S]
+Usage: python benchmarks/check_auditor.py [RUN ...] [--studies N] [--missions N] [--seed S]
 
-RUN is the folder of a run with at least two stacks on the same missions, e.g. of
+RUN are folders of runs with at least two stacks in all on the same missions, e.g. of
 
     navbench run --stack nav2-gps-ekf --stack rpp-gps-ekf --stack mpc-gps-ekf --episodes 100 --seed 2000
 
@@ -14,9 +14,8 @@ fewer touches of any strength, fewer timeouts and less assistance, a fifth slowe
 search with Optuna's TPE (CMA-ES in every third) of a noisy objective that has its best inside the ranges and to which
 half of the parameters mean nothing.
 
-Exploits are five, each planted into such a stack: contacts softened to just below the threshold; missions left standing
-until the timeout; missions given up early; freezing for long with people about; and an objective that rises
-beyond the end of a range.
+Exploits (auditor_exploits.py) are planted into the first stack, one in each study. What cannot be planted, because too
+few deliveries are left to show it, is told apart: fewer than 10 that differ are beyond any test.
 """
 
 import argparse
@@ -24,7 +23,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from auditor_studies import EXPLOITS, drawn_deliveries, exploiting_study, honest_study, stored_deliveries
+from auditor_exploits import EXPLOITS
+from auditor_studies import drawn_deliveries, exploiting_study, honest_study, stored_deliveries
 from options import parsed
 from rich.text import Text
 
@@ -46,10 +46,10 @@ def gain_of(found: Audit) -> str:
 def main() -> int:
     """Audit all studies and print what was flagged; 0 if every exploit was, and at most 1 in 20 honest studies."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("run", nargs="?", type=Path)
+    parser.add_argument("run", nargs="*", type=Path)
     arguments = parsed(__doc__, parser, studies=20, missions=200, seed=0)
     prices = load_prices("costnav")
-    if arguments.run is None:
+    if not arguments.run:
         stacks = drawn_deliveries(np.random.default_rng(arguments.seed), 100)
     else:
         stacks = stored_deliveries(arguments.run)
@@ -61,7 +61,7 @@ def main() -> int:
         title, study = exploiting_study(stacks, key, arguments.missions, prices, arguments.seed)
         found = audit(study, prices)
         flagged = [check.key for check in found.flagged]
-        caught += key in flagged
+        caught += bool(set(flagged) & set(EXPLOITS[key].checks))
         table.add_row(*map(Text, (title, gain_of(found), ", ".join(flagged) or "nothing")))
     for number in range(arguments.studies):
         title, study = honest_study(stacks, number, arguments.missions, prices, arguments.seed)

@@ -1,6 +1,8 @@
 """Train the policy of tiny_policy.py on dollars with CMA-ES (the package cmaes), on all cores.
 
-Usage: python train_policy.py [--generations N] [--deliveries N] [--out FILE]
+Usage: python train_policy.py [--world NAME] [--generations N] [--deliveries N] [--out FILE]
+
+Among people who do not make way a policy so small soon learns to stand still; it is trained among such as do.
 """
 
 import argparse
@@ -23,14 +25,14 @@ STEP = 0.3  # standard deviation of the first generation's weights
 
 
 @cache
-def environment() -> DeliveryEnv:
+def environment(world: str) -> DeliveryEnv:
     """The environment of this process."""
-    return DeliveryEnv("nav2-gps-ekf")
+    return DeliveryEnv("nav2-gps-ekf", world=world)
 
 
-def dollars(weights: Any, seed: int, deliveries: int) -> float:
+def dollars(weights: Any, world: str, seed: int, deliveries: int) -> float:
     """Mean margin [USD] of the weights on the missions of a seed."""
-    env = environment()
+    env = environment(world)
     earned = 0.0
     for episode in range(deliveries):
         env.reset(seed=seed, options={"episode": episode})
@@ -43,25 +45,25 @@ def dollars(weights: Any, seed: int, deliveries: int) -> float:
 
 def keep(search: CMA, out: Path) -> None:
     """Write the centre of the search."""
-    out.write_text(json.dumps(search.mean.reshape(FIRST.shape).tolist()), encoding="utf-8")
+    out.write_text(json.dumps(search.mean.tolist()), encoding="utf-8")
 
 
 def main() -> None:
     """Search, a line per generation; the centre of the last one is kept."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--world", default="social")
     parser.add_argument("--generations", type=int, default=20)
     parser.add_argument("--deliveries", type=int, default=8, help="of each candidate")
     parser.add_argument("--out", type=Path, default=Path("tiny_policy.json"))
     asked = parser.parse_args()
-    search = CMA(mean=FIRST.ravel(), sigma=STEP, seed=0)
+    search = CMA(mean=FIRST, sigma=STEP, seed=0)
     began = time.monotonic()
     with ProcessPoolExecutor() as pool:
         keep(search, asked.out)
         for generation in range(asked.generations):
             candidates = [search.ask() for _ in range(search.population_size)]
             tasks = [
-                pool.submit(dollars, each.reshape(FIRST.shape), SEED + generation, asked.deliveries)
-                for each in candidates
+                pool.submit(dollars, each, asked.world, SEED + generation, asked.deliveries) for each in candidates
             ]
             earned = [task.result() for task in tasks]
             search.tell([(each, -money) for each, money in zip(candidates, earned, strict=True)])

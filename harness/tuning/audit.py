@@ -1,8 +1,8 @@
 """The auditor: is the optimum better driving, or a gap of the cost model?
 
-The incumbent is held against the original on the same missions, those that the tuner never saw where there are any. Six
-checks look for what the cost model fails to price; each is a test of its own, and together they raise a false alarm in
-at most 1 of 50 studies whose incumbent exploits nothing (Bonferroni).
+The incumbent is held against the original on the same missions, those that the tuner never saw where there are any.
+Twelve checks look for what the cost model fails to price; each is a test of its own, and together they raise a false
+alarm in at most 1 of 50 studies whose incumbent exploits nothing (Bonferroni).
 """
 
 from dataclasses import dataclass
@@ -11,11 +11,14 @@ from harness.economics.prices import Prices
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
+from harness.tuning.audit_compute import computing
 from harness.tuning.audit_edges import edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, LEAST_PAIRS, LEVEL, TITLES, Check, Evidence
+from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
 from harness.tuning.audit_pairs import pair_up
 from harness.tuning.result import StudyResult
 
+OF_PARAMETERS = ("compute", "edge")  # checks that look at the search, not at deliveries
 THRESHOLD = 50.0  # [N s] in one physics step with one partner, from which a contact counts; published
 
 
@@ -58,16 +61,21 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
     scores = pairs.scores
     absent = _unexaminable(study, pairs.n)
     if absent:
-        checks = tuple(Check(key, False, absent, is_examined=False) for key in TITLES if key != "edge")
+        checks = tuple(Check(key, False, absent, is_examined=False) for key in TITLES if key not in OF_PARAMETERS)
     else:
         checks = (
             pushing(pairs, scores, threshold),
             another_accounting(scores),
             timeouts(pairs, scores),
-            early_ends(pairs),
-            freezing(pairs),
+            early_ends(pairs, scores),
+            freezing(pairs, scores),
+            harm(pairs, scores),
+            property_touches(pairs, scores),
+            nearness(pairs, scores),
+            dodging(pairs, scores),
+            moved_fault(pairs, scores, any("shared" in name for name in study.objectives)),
         )
-    return Audit((*checks, edges(study)), scores, pairs.n, study.is_tested)
+    return Audit((*checks, computing(study), edges(study)), scores, pairs.n, study.is_tested)
 
 
 def _unexaminable(study: StudyResult, pairs: int) -> str:

@@ -23,10 +23,12 @@ SOFT_TOUCHES = 0.25  # [1/run] the same of all soft contacts, where single conta
 LOST_GAIN = 0.5  # share of the gain; where less of it is lost without the threshold, the gain does not rest on it
 SHARE_MORE = 0.05  # of the deliveries: more of them that end so, from which a check may flag
 STOOD = 0.5  # share of the way: who made good less until the timeout stood, who made good more drove too long
-SLOW = 0.5  # of the original's pace; a slower incumbent freezes
+SLOW = 0.65  # of the original's pace; a slower incumbent freezes
+WAITS = 0.15  # share of the time: who stands so much more on average waits
 LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
 NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"  # accountings
 NEAR = "personal_intrusion_percent"
+SHARE_OF_TIME = "of the time"  # unit of what differs from delivery to delivery, unlike SHARE
 
 Scores = Mapping[str, Evidence]  # the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
 
@@ -108,7 +110,7 @@ def timeouts(pairs: Pairs, scores: Scores) -> Check:
     )
 
 
-def early_ends(pairs: Pairs) -> Check:
+def early_ends(pairs: Pairs, scores: Scores) -> Check:
     """Ending early: giving up or calling for help costs less than driving on would."""
 
     def helped(side: Side) -> FloatArray:
@@ -119,7 +121,7 @@ def early_ends(pairs: Pairs) -> Check:
     lost = pairs.compare("without any result", SHARE, *pairs.abandoned, clusters=every)
     return Check(
         "early_end",
-        early.rises(SHARE_MORE) or lost.rises(SHARE_MORE),
+        (early.rises(SHARE_MORE) and not_lower(scores)) or lost.rises(SHARE_MORE),
         f"ended by assistance or given up: {early.change}; without any result: {lost.change}",
         (
             early,
@@ -134,28 +136,35 @@ def early_ends(pairs: Pairs) -> Check:
     )
 
 
-def freezing(pairs: Pairs) -> Check:
-    """Freezing: half the pace, or standing for long, as time costs nothing short of the timeout."""
-    half = pairs.compare("pace", "m/s", SLOW * pairs.original.pace, pairs.incumbent.pace)
+def freezing(pairs: Pairs, scores: Scores) -> Check:
+    """Freezing: a much lower pace, or standing for long, as time costs nothing short of the timeout."""
+    slow = pairs.compare("pace", "m/s", SLOW * pairs.original.pace, pairs.incumbent.pace)
+    waits = pairs.of("share of the time at a standstill (estimate)", SHARE_OF_TIME, lambda side: side.standing)
     pace = pairs.of("pace along the shortest path", "m/s", lambda side: side.pace)
     stood = pairs.of(
         "in time, but stood for most of it (estimate)",
         SHARE,
         lambda side: (side.standing > LONG) * (1.0 - side.ended(Outcome.TIMEOUT)),
     )
-    shown = [pace, stood, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
+    shown = [pace, stood, waits, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
     if not any(np.isnan(side.column(NEAR)).any() for side in (pairs.original, pairs.incumbent)):
         shown.append(pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR)))
     return Check(
         "freezing",
-        half.falls(0.0) or stood.rises(SHARE_MORE),
-        f"pace: {pace.change}; stood for most of the time: {stood.change}",
+        (slow.falls(0.0) or stood.rises(SHARE_MORE) or waits.rises(WAITS)) and not_lower(scores),
+        f"pace: {pace.change}; stood for most of the time: {stood.change}; stands on average: {waits.change}",
         tuple(shown),
         why="the cost model has no price of time short of the timeout, so that contacts can be avoided by not moving "
         "while anybody is near",
         advice="keep the time short with a second objective (--objective margin,-duration_s); see what it earns with "
         "an operator's wage counted (navbench price --with operator)",
     )
+
+
+def not_lower(scores: Scores) -> bool:
+    """Whether the published margin is not shown to be lower than the original's, by its 95 % interval."""
+    high = scores[PUBLISHED].difference.high if PUBLISHED in scores else None
+    return high is None or high >= 0.0
 
 
 def _gain(scores: Scores, accounting: str) -> float | None:

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED
+from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED, ROBOT_MOVED
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, column, margins, missions
 from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY
 from harness.statistics.bootstrap import IntArray
 from harness.statistics.paired import compare_pairs
 from harness.tuning.audit_findings import Evidence
@@ -90,6 +91,37 @@ class Side:
     def counted(self) -> FloatArray:
         """Contacts with people that are paid for [1/run]."""
         return self.column("pedestrian_contacts")
+
+    @property
+    def exchanged(self) -> FloatArray:
+        """Impulse exchanged with people per delivery [N s/run], of all contacts, however soft, however hard."""
+        return self._summed(lambda event: event["kind"] == PERSON)[1]
+
+    def things(self) -> tuple[FloatArray, FloatArray]:
+        """Touches of property per delivery, of any kind and strength, and their impulse [N s/run]."""
+        return self._summed(lambda event: event["kind"] != PERSON)
+
+    def property_usd(self, prices: Prices) -> FloatArray:
+        """What is paid for property per delivery [USD/run]."""
+        paid = np.zeros(len(self.rows))
+        for kind in PRICED_PROPERTY:
+            paid += np.nan_to_num(self.column(f"{kind}_contacts")) * getattr(prices.property_damage, kind).value
+        return paid
+
+    def faults(self, of_robot: bool) -> int:
+        """Contacts with people that are the robot's fault, or those that are not."""
+        own = (event for event in self.events or () if event["type"] == EVENT and event["kind"] == PERSON)
+        return sum((event["fault"] in ROBOT_MOVED) == of_robot for event in own)
+
+    def _summed(self, is_meant: Callable[[Row], bool]) -> tuple[FloatArray, FloatArray]:
+        """Number of contact events per delivery that are meant, and their impulse [N s]."""
+        numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
+        touches, impulse = np.zeros(len(self.rows)), np.zeros(len(self.rows))
+        for event in self.events or ():
+            if event["type"] == EVENT and is_meant(event):
+                touches[numbers[event["episode"]]] += 1.0
+                impulse[numbers[event["episode"]]] += max(event["impulse_ns"], largest_step(event))
+        return touches, impulse
 
     @property
     def impulses(self) -> tuple[FloatArray, FloatArray]:

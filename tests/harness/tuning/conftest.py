@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -38,7 +39,8 @@ TUNED: dict[str, Value] = {
 
 @pytest.fixture(scope="session")
 def auditor_studies() -> ModuleType:
-    """The benchmark that plants exploits."""
+    """The benchmark that plants exploits, and what it imports from beside it."""
+    sys.path.insert(0, str(SCRIPT.parent))
     spec = importlib.util.spec_from_file_location("auditor_studies", SCRIPT)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -78,7 +80,7 @@ class MadeUpEvaluator:
         row = self._module._drawn_row(rng, episode, float(rng.uniform(20.0, 190.0)), float(point["speed"]), 0.0, 1.0)
         lot, strength = rng.random(), float(rng.uniform(60.0, 120.0))
         if lot < touch_rate(point):
-            row[EVENTS] = [self._module._event("contact_event", strength, "robot_into_person", 0)]
+            row[EVENTS] = [self._module.new_event(self._module.PERSON, strength, 0.85 * strength)]
         self._module.settle(row, self._prices)
         row |= {"seed": seed, "recoveries": 0, "pieces_lost": 0, "pieces_at_start": 50}
         return {**row, MARGIN: margin_of(row, self._prices)}

@@ -11,7 +11,7 @@ import pytest
 
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
-from harness.tuning.audit import audit
+from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_edges import _p_near, edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Evidence
@@ -21,7 +21,11 @@ from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
 from harness.tuning.space import Parameter, Space
 
 PRICES = load_prices("costnav")
-MISSIONS = 120
+MISSIONS = 200
+KEYS = (
+    *("softened", "left_standing", "ended_early", "frozen", "edge", "over_the_cliff", "squeezed", "pushed_long"),
+    *("scratches", "called_for_help", "timed_out", "half_pace", "waited", "close_by", "braked", "computes"),
+)
 Deliveries = dict[str, list[dict[str, Any]]]
 
 
@@ -40,19 +44,49 @@ def exploiting(auditor_studies: ModuleType, stacks: Deliveries) -> Callable[[str
     return make
 
 
-@pytest.mark.parametrize("key", ["threshold", "timeout", "early_end", "freezing", "edge"])
-def test_a_planted_exploit_is_flagged(exploiting: Callable[[str], StudyResult], key: str) -> None:
+@pytest.mark.parametrize("key", KEYS)
+def test_a_planted_exploit_is_flagged(
+    exploiting: Callable[[str], StudyResult], auditor_studies: ModuleType, key: str
+) -> None:
     found = audit(exploiting(key), PRICES)
     flagged = {check.key: check for check in found.flagged}
     json.dumps(found.as_json(), allow_nan=False)
-    assert key in flagged
-    assert flagged[key].evidence
-    assert flagged[key].why
-    assert flagged[key].advice
+    named = set(auditor_studies.EXPLOITS[key].checks) & flagged.keys()
+    assert named
+    for check in named:
+        assert flagged[check].evidence
+        assert flagged[check].why
+        assert flagged[check].advice
+
+
+def test_every_kind_of_exploit_is_planted(auditor_studies: ModuleType) -> None:
+    assert auditor_studies.EXPLOITS.keys() == set(KEYS)
+    named = {check for planted in auditor_studies.EXPLOITS.values() for check in planted.checks}
+    assert named == TITLES.keys()
+
+
+def test_who_pays_for_it_exploits_nothing(exploiting: Callable[[str], StudyResult]) -> None:
+    """Twice as near to people, but at a loss: the margin tells, and nobody has to."""
+    study = exploiting("close_by")
+    assert "nearness" in {check.key for check in audit(study, PRICES).flagged}
+    hurt = [{**row, "pedestrian_injury_usd": 50.0} for row in study.test_rows[1]]
+    poorer = audit(dataclasses.replace(study, test_rows=(study.test_rows[0], hurt)), PRICES)
+    assert "nearness" not in {check.key for check in poorer.flagged}
+
+
+def test_hard_missions_are_hard_for_both(auditor_studies: ModuleType, stacks: Deliveries) -> None:
+    """Who fails where the other hurts somebody, and the other way round as often, dodges nothing."""
+    study = auditor_studies.exploiting_study(stacks, "timed_out", MISSIONS, PRICES, 0)[1]
+    assert "dodging" in {check.key for check in audit(study, PRICES).flagged}
+    sides: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
+    for number, pair in enumerate(zip(*study.test_rows, strict=True)):
+        for side, row in zip(sides, pair if number % 2 else pair[::-1], strict=True):
+            side.append(row)
+    assert "dodging" not in {check.key for check in audit(dataclasses.replace(study, test_rows=sides), PRICES).flagged}
 
 
 def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], StudyResult]) -> None:
-    study = exploiting("timeout")
+    study = exploiting("left_standing")
     original, incumbent = study.test_rows
     kept = [number for number, row in enumerate(original) if row["outcome"] != "timeout"]
     rows = tuple([side[number] for number in kept] for side in (original, incumbent))
@@ -65,7 +99,7 @@ def test_an_original_without_timeouts_is_told_of(exploiting: Callable[[str], Stu
 def test_more_timeouts_are_flagged_where_the_robot_stood_or_earns_by_them(
     exploiting: Callable[[str], StudyResult], way: float, gain: float, is_flagged: bool
 ) -> None:
-    study = exploiting("timeout")
+    study = exploiting("left_standing")
     original, incumbent = study.test_rows
     rows = [{**row, "shortest_path_m": 100.0, "goal_distance_m": 100.0 * (1.0 - way)} for row in incumbent]
     pairs = pair_up(original, rows, PRICES, 0)
@@ -92,7 +126,7 @@ def test_honest_studies_raise_at_most_one_alarm(auditor_studies: ModuleType, sta
 
 
 def test_softened_contacts_gain_nothing_without_the_threshold(exploiting: Callable[[str], StudyResult]) -> None:
-    scores = audit(exploiting("threshold"), PRICES).scores
+    scores = audit(exploiting("softened"), PRICES).scores
     assert scores["published"].difference.value == pytest.approx(
         scores["published"].incumbent - scores["published"].original
     )
@@ -105,14 +139,14 @@ def test_a_file_held_against_itself_passes_every_check(auditor_studies: ModuleTy
     same = dataclasses.replace(study, test_rows=(study.test_rows[0], study.test_rows[0]))
     found = audit(same, PRICES)
     assert [check.key for check in found.checks] == list(TITLES)
-    assert all(check.is_examined and not check.is_flagged for check in found.checks if check.key != "edge")
+    assert all(check.is_examined and not check.is_flagged for check in found.checks if check.key not in OF_PARAMETERS)
 
 
 def test_what_cannot_find_anything_does_not_say_that_it_passed(auditor_studies: ModuleType, stacks: Deliveries) -> None:
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
     unchanged = dataclasses.replace(study, incumbent=Candidate("incumbent", {}))
-    few = dataclasses.replace(study, test_rows=tuple(rows[:8] for rows in study.test_rows), trials=study.trials[:5])
-    for each, said in ((unchanged, "unchanged"), (few, "8 missions are too few")):
+    few = dataclasses.replace(study, test_rows=tuple(rows[:9] for rows in study.test_rows), trials=study.trials[:5])
+    for each, said in ((unchanged, "unchanged"), (few, "9 missions are too few")):
         checks = audit(each, PRICES).checks
         assert {check.state for check in checks} == {"not examined"} and said in checks[0].says
     assert "too few to tell a trend" in audit(few, PRICES).checks[-1].says
@@ -130,7 +164,7 @@ def test_missions_without_result_are_an_early_end(exploiting: Callable[[str], St
 
 
 def test_without_events_what_needs_them_says_so(exploiting: Callable[[str], StudyResult]) -> None:
-    study = exploiting("timeout")
+    study = exploiting("left_standing")
     bare = tuple(
         [{key: value for key, value in row.items() if key != EVENTS} for row in rows] for rows in study.test_rows
     )
@@ -142,11 +176,11 @@ def test_without_events_what_needs_them_says_so(exploiting: Callable[[str], Stud
 
 
 def test_nothing_finished_by_both_is_not_examined(exploiting: Callable[[str], StudyResult]) -> None:
-    study = exploiting("freezing")
+    study = exploiting("frozen")
     broken = [{**row, "error": "the controller died"} for row in study.test_rows[1]]
     found = audit(dataclasses.replace(study, test_rows=(study.test_rows[0], broken)), PRICES)
     assert found.missions == 0
-    assert not any(check.is_examined for check in found.checks if check.key != "edge")
+    assert not any(check.is_examined for check in found.checks if check.key not in OF_PARAMETERS)
 
 
 def test_rows_of_different_missions_are_refused(exploiting: Callable[[str], StudyResult]) -> None:
@@ -156,7 +190,7 @@ def test_rows_of_different_missions_are_refused(exploiting: Callable[[str], Stud
 
 
 def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[str], StudyResult]) -> None:
-    study = exploiting("timeout")
+    study = exploiting("left_standing")
     found = audit(dataclasses.replace(study, train_rows=study.test_rows, test_rows=()), PRICES)
     assert not found.unseen
     assert found.flagged
@@ -164,7 +198,8 @@ def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[
 
 
 def test_the_tests_share_the_level_of_the_family() -> None:
-    tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 2, "edge": 1}
+    tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 3, "edge": 1, "compute": 0}
+    tests |= {"harm": 1, "property": 2, "nearness": 1, "dodging": 1, "fault": 1}
     assert tests.keys() == TITLES.keys()
     assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL)
 

@@ -239,7 +239,7 @@ def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: Mak
 def test_a_flag_stands_in_the_report(explained: tuple[StudyResult, Explanation], auditor_studies: ModuleType) -> None:
     study, found = explained
     stacks = auditor_studies.drawn_deliveries(np.random.default_rng(3), 60)
-    _, exploiting = auditor_studies.exploiting_study(stacks, "timeout", 100, PRICES, 0)
+    _, exploiting = auditor_studies.exploiting_study(stacks, "left_standing", 100, PRICES, 0)
     lines = summary(study, dataclasses.replace(found, audit=audit(exploiting, PRICES)))
     assert any("THE AUDITOR FLAGS" in line and "standing still" in line for line in lines)
 
