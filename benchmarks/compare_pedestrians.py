@@ -1,4 +1,4 @@
-"""The models of people beside real ones: speeds and separations.
+"""The models of people beside real ones: speeds, separations and post-encroachment times.
 
 Usage: python benchmarks/compare_pedestrians.py [--figure PNG] [--seeds N]
 
@@ -17,6 +17,7 @@ import numpy as np
 from pedestrian_statistics import (
     companions,
     mean_presence,
+    post_encroachment_times,
     prediction_errors,
     record_states,
     separations,
@@ -40,7 +41,7 @@ RUN_TIME, SETTLE_TIME = 360.0, 60.0  # [s] watched (as long as the recording), a
 COUNT = 29  # people in the corridor
 STEP = 1.0 / 60.0  # [s]
 PERCENTILES = (1, 5, 25, 50, 75, 95)
-WORLDS = {"random_walk": "easy", "social_force": "social"}
+WORLDS = {"random_walk": "easy", "social_force": "social", "measured": "measured"}
 
 
 def corridor() -> OccupancyGrid:
@@ -66,10 +67,11 @@ def simulate(world: str, seed: int) -> Recording:
 
 
 def measure(recordings: list[Recording]) -> dict[str, FloatArray]:
-    """Speeds [m/s] and separations [m] of several recordings taken together."""
+    """Speeds [m/s], separations [m] and post-encroachment times [s] of several recordings taken together."""
     return {
         "speed": np.concatenate([walking_speeds(r) for r in recordings]),
         "separation": np.concatenate([separations(r, PERIOD) for r in recordings]),
+        "PET": np.concatenate([post_encroachment_times(r, PERIOD) for r in recordings]),
     }
 
 
@@ -79,7 +81,7 @@ def report(title: str, recordings: list[Recording], values: dict[str, FloatArray
     in_company = np.mean([(companions(r, PERIOD).sum(axis=1) > 1).mean() for r in recordings])
     print(f"\n{title}: {present:.1f} people in view on average, {in_company:.0%} of them in company")
     print(f"{'':14}{'n':>7}" + "".join(f"{f'p{p}':>7}" for p in PERCENTILES) + f"{'mean':>8}")
-    for name, unit in (("speed", "m/s"), ("separation", "m")):
+    for name, unit in (("speed", "m/s"), ("separation", "m"), ("PET", "s")):
         v = values[name]
         row = "".join(f"{x:7.2f}" for x in np.percentile(v, PERCENTILES))
         print(f"{f'{name} [{unit}]':14}{len(v):>7}{row}{v.mean():8.2f}")
@@ -91,12 +93,14 @@ def draw(results: dict[str, dict[str, FloatArray]], path: Path) -> None:
     """Cumulative distributions, one panel each."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 3.0), dpi=150, layout="constrained")
-    panels = figure.subplots(1, 2)
+    figure = Figure(figsize=(10.0, 3.0), dpi=150, layout="constrained")
+    panels = figure.subplots(1, 3)
     styles = {"real people": ("black", 2.2), "random_walk": ("#d1242f", 1.5), "social_force": ("#0b6e4f", 1.5)}
+    styles |= {"measured": ("#1f6feb", 1.5)}
     for axes, name, label, limit in (
         (panels[0], "speed", "speed [m/s]", 2.2),
         (panels[1], "separation", "distance to the nearest stranger [m]", 6.0),
+        (panels[2], "PET", "post-encroachment time [s]", 5.0),
     ):
         for title, values in results.items():
             color, width = styles[title]

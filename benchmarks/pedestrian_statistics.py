@@ -13,6 +13,8 @@ from navstack.types import BoolArray, FloatArray, IntArray
 
 COMPANY_DISTANCE = 2.13  # [m] 7 feet, within which people count as together (McPhail & Wohlstein 1983)
 COMPANY_SHARE = 0.8  # of their common time that companions spend within it
+SAME_PLACE = 0.3  # [m] between two centres that were at the same place
+LONGEST_PET = 5.0  # [s] beyond which nobody encroaches on anybody
 COMPANY_TIME = 5.0  # [s] common time at least
 
 
@@ -80,6 +82,31 @@ def companions(recording: Recording, period: float) -> BoolArray:
         near = np.hypot(*(places[i][a] - places[j][b]).T) < COMPANY_DISTANCE
         together[i, j] = together[j, i] = len(a) * period >= COMPANY_TIME and near.mean() >= COMPANY_SHARE
     return together
+
+
+def post_encroachment_times(recording: Recording, period: float) -> FloatArray:
+    """Times (N,) [s] after which somebody is where another was, of all pairs of strangers whose ways meet.
+
+    Of each pair the least time between samples that are within :data:`SAME_PLACE`, up to :data:`LONGEST_PET` (Allen,
+    Shin & Cooper 1978; between people as in the literature on crossings: of bodies, not of their edges).
+    """
+    together, found = companions(recording, period), []
+    people = [_refined(times, positions) for times, positions in _people(recording)]
+    for i, j in itertools.combinations(range(recording.count), 2):
+        (times, places), (others, elsewhere) = people[i], people[j]
+        if together[i, j] or times[0] > others[-1] + LONGEST_PET or others[0] > times[-1] + LONGEST_PET:
+            continue
+        apart = np.hypot(*(places[:, None] - elsewhere).transpose(2, 0, 1))
+        after = np.abs(times[:, None] - others)[apart <= SAME_PLACE]
+        if after.size and after.min() <= LONGEST_PET:
+            found.append(float(after.min()))
+    return np.array(found)
+
+
+def _refined(times: FloatArray, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same way with a sample every tenth of a second, between samples straight."""
+    fine = np.arange(times[0], times[-1], 0.1) if len(times) > 1 else times
+    return fine, np.column_stack([np.interp(fine, times, positions[:, axis]) for axis in (0, 1)])
 
 
 def prediction_errors(recording: Recording, observed: int = 8, predicted: int = 12) -> tuple[float, float, int]:

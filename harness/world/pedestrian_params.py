@@ -32,6 +32,10 @@ class SocialForceParams:
     unseen_weight: float = 0.5  # [-] of those outside it
     top_speed: float = 1.3  # [-] of the own walking speed, at most
     body_stiffness: float = 1500.0  # [1/s2] of bodies that overlap
+    anisotropy: float | None = None  # [-] weight of who is right behind, 1 of who is right ahead; None: by sight_angle
+    robot_strength: float | None = None  # [m2/s2] around the robot, on all sides alike; None: as around a person
+    robot_range: float | None = None  # [m] of the same; None: as around a person
+    unaware: float = 0.0  # [-] share of people who do not notice the robot
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -44,7 +48,12 @@ class SocialForceParams:
             self,
             positive="relaxation_time person_range wall_range top_speed",
             not_negative="person_strength look_ahead wall_strength sight_angle unseen_weight",
+            shares="unaware" if self.anisotropy is None else "unaware anisotropy",
         )
+        if (self.robot_strength is None) != (self.robot_range is None):
+            raise ParameterError("social_force: give robot_strength and robot_range, or neither")
+        if self.robot_range is not None:
+            check_ranges("social_force", self, positive="robot_range", not_negative="robot_strength")
         if not 0.0 <= self.body_stiffness <= 1e4:
             raise ParameterError(
                 f"social_force: body_stiffness {self.body_stiffness} 1/s2; allowed is 0 to 10000, "

@@ -13,7 +13,7 @@ from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.social_force_kernels import LOST, RESTLESS, force_constants, walk_among_others
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.types import FloatArray, IntArray, Pose2D
+from navstack.types import BoolArray, FloatArray, IntArray, Pose2D
 
 _MOST_STEP = 1.0 / 60.0  # [s] of the integration; longer steps are divided
 
@@ -47,6 +47,8 @@ class SocialForcePedestrians(PedestrianModel):
         self._robot_center = robot.center
         self._edges = Edges(network.edge_distances(), network.walkable, network.frame)
         self._robot = np.zeros(6)
+        self._unaware = params.social_force.unaware
+        self._aware: BoolArray = np.ones(n, dtype=np.bool_)
         self._looks = np.zeros(n)
         self._needs: IntArray = np.zeros(n, dtype=np.int64)
         self._states = np.zeros((n, 4))
@@ -71,6 +73,8 @@ class SocialForcePedestrians(PedestrianModel):
         starts = self._errands.reset(rng, robot)
         self._states = np.hstack((starts, np.zeros_like(starts)))
         self._looks = np.zeros(len(starts))
+        if self._unaware > 0.0:
+            self._aware = rng.random(len(starts)) >= self._unaware
         self.see_robot(BodyState(robot.x, robot.y, robot.yaw))
 
     def see_robot(self, robot: BodyState) -> None:
@@ -99,6 +103,7 @@ class SocialForcePedestrians(PedestrianModel):
             dt,
             self._forces,
             self._robot,
+            self._aware,
             errands.points,
             errands.counts,
             errands.next_point,

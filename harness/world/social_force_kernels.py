@@ -11,7 +11,7 @@ from harness.task.shortest_paths import line_of_sight
 from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_params import PedestrianParams
 from navstack.jit import njit
-from navstack.types import FloatArray, IntArray
+from navstack.types import BoolArray, FloatArray, IntArray
 
 BUSY, RESTLESS, LOST = 0, 1, 2  # what somebody needs: nothing, a new goal, a new path to the same goal
 
@@ -40,6 +40,10 @@ class Forces(NamedTuple):
     robot_half_width: float
     robot_excess: float  # [m] by which the circle around the robot exceeds a person's
     edge_distance: float  # [m] from the edge of the walkable area that nobody goes below
+    anisotropy: float  # [-] negative: by the sight angle
+    robot_strength: float
+    robot_range: float
+    robot_is_round: bool  # felt alike on all sides
 
 
 def force_constants(people: PedestrianParams, robot_half_size: tuple[float, float], agent_radius: float) -> Forces:
@@ -58,6 +62,10 @@ def force_constants(people: PedestrianParams, robot_half_size: tuple[float, floa
         *(people.radius, length, width),
         robot_excess=math.hypot(length, width) - people.radius,
         edge_distance=min(people.radius, agent_radius),
+        anisotropy=-1.0 if p.anisotropy is None else p.anisotropy,
+        robot_strength=p.person_strength if p.robot_strength is None else p.robot_strength,
+        robot_range=p.person_range if p.robot_range is None else p.robot_range,
+        robot_is_round=p.robot_strength is not None,
     )
 
 
@@ -66,6 +74,7 @@ def walk_among_others(
     dt: float,
     forces: Forces,
     robot: FloatArray,
+    aware: BoolArray,
     points: FloatArray,
     counts: IntArray,
     next_point: IntArray,
@@ -83,6 +92,7 @@ def walk_among_others(
         dt: [s].
         forces: :class:`Forces`.
         robot: (6,) centre x, y [m], cosine and sine of the yaw, vx, vy [m/s]; map frame.
+        aware: (n,) who notices the robot.
         points: (n, M, 2) corners of everybody's path, [m].
         counts: (n,) corners per path.
         next_point: (n,) index of the corner each one walks to; ``counts`` when standing. Changed in place.
@@ -106,7 +116,7 @@ def walk_among_others(
         needs[i] = _need(i, dt, points, counts, next_point, pauses, looks, before, edges)
         if needs[i] != BUSY:
             number += 1
-        ax, ay = _acceleration(i, forces, robot, ex, ey, speeds[i], before, farthest, edges)
+        ax, ay = _acceleration(i, forces, robot, aware[i], ex, ey, speeds[i], before, farthest, edges)
         vx, vy = before[i, 2] + dt * ax, before[i, 3] + dt * ay
         speed, top = math.hypot(vx, vy), forces.top_speed * speeds[i]
         if speed > top:
@@ -122,6 +132,7 @@ def _acceleration(
     i: int,
     forces: Forces,
     robot: FloatArray,
+    is_aware: bool,
     ex: float,
     ey: float,
     speed: float,
@@ -137,7 +148,7 @@ def _acceleration(
         if j != i and abs(states[j, 0] - x) < farthest and abs(states[j, 1] - y) < farthest:
             fx, fy = from_person(forces, x, y, ex, ey, states[j, 0], states[j, 1], states[j, 2], states[j, 3])
             ax, ay = ax + fx, ay + fy
-    fx, fy = from_robot(forces, x, y, vx, vy, ex, ey, robot)
+    fx, fy = from_robot(forces, x, y, vx, vy, ex, ey, robot, is_aware)
     wx, wy = from_edge(forces, x, y, edges)
     return ax + fx + wx, ay + fy + wy
 
@@ -184,8 +195,8 @@ def _need(
 
 @njit(cache=True)
 def _is_felt(forces: Forces, rx: float, ry: float, ovx: float, ovy: float) -> bool:
-    """Whether another who is (rx, ry) [m] away and walks at (ovx, ovy) [m/s] can matter."""
-    reach = forces.look_ahead * (abs(ovx) + abs(ovy)) + _FAR * (forces.person_range + forces.radius)
+    """Whether a robot that is (rx, ry) [m] away and drives at (ovx, ovy) [m/s] can matter."""
+    reach = forces.look_ahead * (abs(ovx) + abs(ovy)) + _FAR * (forces.robot_range + forces.radius)
     return abs(rx) < reach and abs(ry) < reach
 
 
@@ -199,9 +210,9 @@ def from_person(
     apart.
     """
     rx, ry = x - ox, y - oy
-    fx, fy = _elliptical(forces, rx, ry, ovx, ovy, 0.0)
-    if ex * -fx + ey * -fy < math.hypot(fx, fy) * forces.sight_cosine:  # eq. 8, of where the other is
-        fx, fy = forces.unseen_weight * fx, forces.unseen_weight * fy
+    fx, fy = _elliptical(forces, forces.person_strength, forces.person_range, rx, ry, ovx, ovy, 0.0)
+    weight = _weight(forces, ex, ey, fx, fy)
+    fx, fy = weight * fx, weight * fy
     distance = math.hypot(rx, ry)
     overlap = 2.0 * forces.radius - distance
     if overlap > 0.0 and distance > _TINY:
@@ -211,8 +222,27 @@ def from_person(
 
 
 @njit(cache=True)
-def _elliptical(forces: Forces, rx: float, ry: float, ovx: float, ovy: float, excess: float) -> tuple[float, float]:
+def _weight(forces: Forces, ex: float, ey: float, fx: float, fy: float) -> float:
+    """Of the force (fx, fy) on somebody who heads for (ex, ey): who is not seen counts less.
+
+    By the sight angle (eq. 8), or smoothly (Johansson, Helbing & Shukla 2007, Adv. Complex Syst. 10, eq. 9).
+    """
+    strength = math.hypot(fx, fy)
+    ahead = ex * -fx + ey * -fy
+    if forces.anisotropy < 0.0:
+        return forces.unseen_weight if ahead < strength * forces.sight_cosine else 1.0
+    if strength < _TINY:
+        return 1.0
+    return forces.anisotropy + (1.0 - forces.anisotropy) * 0.5 * (1.0 + ahead / strength)
+
+
+@njit(cache=True)
+def _elliptical(
+    forces: Forces, potential: float, reach: float, rx: float, ry: float, ovx: float, ovy: float, excess: float
+) -> tuple[float, float]:
     """Minus the gradient of V(b) at (rx, ry) [m] from the other, who is thicker than a person by ``excess`` [m].
+
+    V is ``potential`` [m2/s2] that falls within ``reach`` [m].
 
     Exactly ahead of the other, where the gradient jumps, it points to the other's left: two who meet keep right.
     """
@@ -221,7 +251,7 @@ def _elliptical(forces: Forces, rx: float, ry: float, ovx: float, ovy: float, ex
     both = d1 + d2
     squared = both * both - sx * sx - sy * sy
     b = 0.5 * math.sqrt(max(squared, 0.0))
-    strength = forces.person_strength / forces.person_range * math.exp(-max(b - excess, 0.0) / forces.person_range)
+    strength = potential / reach * math.exp(-max(b - excess, 0.0) / reach)
     if b < _TINY or d1 < _TINY or d2 < _TINY:
         ahead = math.hypot(sx, sy)
         return (-strength * sy / ahead, strength * sx / ahead) if ahead > _TINY else (strength, 0.0)
@@ -231,20 +261,24 @@ def _elliptical(forces: Forces, rx: float, ry: float, ovx: float, ovy: float, ex
 
 @njit(cache=True)
 def from_robot(
-    forces: Forces, x: float, y: float, vx: float, vy: float, ex: float, ey: float, robot: FloatArray
+    forces: Forces, x: float, y: float, vx: float, vy: float, ex: float, ey: float, robot: FloatArray, is_aware: bool
 ) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y), velocity (vx, vy), by the robot.
 
     It counts as a person of its size with a rectangular body. The ellipse covers where it goes relative to the person
     (Johansson, Helbing & Shukla 2007, Adv. Complex Syst. 10, "elliptical specification II"): so people walk around a
-    robot that stands, which by its own velocity alone they would only notice by walking into it.
+    robot that stands, which by its own velocity alone they would only notice by walking into it. Who does not notice
+    it is only pushed by its body.
     """
     rx, ry = x - robot[0], y - robot[1]
     if not _is_felt(forces, rx, ry, robot[4] - vx, robot[5] - vy):
         return 0.0, 0.0
-    fx, fy = _elliptical(forces, rx, ry, robot[4] - vx, robot[5] - vy, forces.robot_excess)
-    if ex * -fx + ey * -fy < math.hypot(fx, fy) * forces.sight_cosine:
-        fx, fy = forces.unseen_weight * fx, forces.unseen_weight * fy
+    fx, fy = 0.0, 0.0
+    if is_aware:
+        potential, reach, excess = forces.robot_strength, forces.robot_range, forces.robot_excess
+        fx, fy = _elliptical(forces, potential, reach, rx, ry, robot[4] - vx, robot[5] - vy, excess)
+        weight = 1.0 if forces.robot_is_round else _weight(forces, ex, ey, fx, fy)
+        fx, fy = weight * fx, weight * fy
     cos, sin = robot[2], robot[3]
     along, across = cos * rx + sin * ry, -sin * rx + cos * ry
     half_length, half_width = forces.robot_half_length, forces.robot_half_width

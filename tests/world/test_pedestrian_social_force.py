@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
+from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
@@ -17,7 +19,9 @@ from harness.world.social_force_kernels import (
     from_robot,
     walk_among_others,
 )
+from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D
 
 DT = 1 / 120
@@ -121,20 +125,62 @@ def test_the_robot_is_a_person_of_its_size_with_a_rectangular_body():
     robot = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
     circle = math.hypot(0.37, 0.25)
     force = 7.0 * math.exp(-(1.2 - (circle - 0.3)) / 0.3)
-    assert from_robot(FORCES, 1.2, 0.0, 0.0, 0.0, -1.0, 0.0, robot) == pytest.approx((force, 0.0))
+    assert from_robot(FORCES, 1.2, 0.0, 0.0, 0.0, -1.0, 0.0, robot, True) == pytest.approx((force, 0.0))
     for (x, y), direction in (((0.6, 0.1), (1.0, 0.0)), ((0.1, -0.5), (0.0, -1.0)), ((0.3, 0.0), (1.0, 0.0))):
-        push = from_robot(FORCES, x, y, *np.zeros(4), robot)
-        soft = from_robot(FORCES._replace(body_stiffness=0.0), x, y, *np.zeros(4), robot)
+        push = from_robot(FORCES, x, y, *np.zeros(4), robot, True)
+        soft = from_robot(FORCES._replace(body_stiffness=0.0), x, y, *np.zeros(4), robot, True)
         assert np.subtract(push, soft) / np.linalg.norm(np.subtract(push, soft)) == pytest.approx(direction)
-    assert from_robot(FORCES, 0.6, 0.1, *np.zeros(4), robot)[0] > 1500.0 * (0.37 + 0.3 - 0.6)
+    assert from_robot(FORCES, 0.6, 0.1, *np.zeros(4), robot, True)[0] > 1500.0 * (0.37 + 0.3 - 0.6)
 
 
 def test_what_counts_of_the_robot_is_its_relative_motion():
     """Walking towards it is as its coming."""
     still, coming = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 1.0, 0.0, 1.2, 0.3))
-    assert from_robot(FORCES, 2.0, 0.4, -1.2, -0.3, -1.0, 0.0, still) == pytest.approx(
-        from_robot(FORCES, 2.0, 0.4, 0.0, 0.0, -1.0, 0.0, coming)
+    assert from_robot(FORCES, 2.0, 0.4, -1.2, -0.3, -1.0, 0.0, still, True) == pytest.approx(
+        from_robot(FORCES, 2.0, 0.4, 0.0, 0.0, -1.0, 0.0, coming, True)
     )
+
+
+def measured():
+    """Forces of params/worlds/measured.yaml."""
+    people = load_dataclass(WorldParams, shipped("params") / "worlds" / "measured.yaml").people
+    return people, force_constants(people, (0.37, 0.25), 0.5)
+
+
+def test_the_measured_forces_are_those_of_the_fit():
+    """A exp((d - r) / B) (lambda + (1 - lambda) (1 + cos phi) / 2), Agrawal et al. 2024: 2, 0.89, 0.4; 7.93, 0.99."""
+    people, forces = measured()
+    assert people.radius == 0.3
+    for r in ((1.1, 0.4), (-0.7, 1.6), (2.0, -2.5)):
+        distance = np.linalg.norm(r)
+        away = np.divide(r, distance)
+        for heading in ((1.0, 0.0), (-0.6, 0.8)):
+            weight = 0.4 + 0.6 * (1.0 - np.dot(heading, away)) / 2.0
+            expected = 2.0 * math.exp((0.6 - distance) / 0.89) * weight * away
+            assert from_person(forces, *r, *heading, 0.0, 0.0, 0.4, -1.1) == pytest.approx(expected, rel=1e-3)
+            robot = np.array((0.0, 0.0, 1.0, 0.0, 1.5, 0.2))
+            both = 0.3 + math.hypot(0.37, 0.25)
+            expected = 7.93 * math.exp((both - distance) / 0.99) * away
+            assert from_robot(forces, *r, -0.8, 0.5, *heading, robot, True) == pytest.approx(expected, rel=1e-3)
+
+
+def test_who_does_not_notice_the_robot_is_only_pushed_by_it():
+    _, forces = measured()
+    robot = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    assert from_robot(forces, 1.2, 0.0, -1.0, 0.0, -1.0, 0.0, robot, False) == (0.0, 0.0)
+    assert from_robot(forces, 0.6, 0.0, -1.0, 0.0, -1.0, 0.0, robot, False) == pytest.approx((1500.0 * 0.07, 0.0))
+
+
+def test_the_share_of_people_who_notice_nothing(robot):
+    """Drawn anew for each delivery, from its generator; nobody else is drawn where all notice."""
+    people, _ = measured()
+    model = SocialForcePedestrians(dataclasses.replace(people, count=200), grid_of(strip()), robot)
+    unaware = []
+    for seed in range(20):
+        model.reset(np.random.default_rng(seed), Pose2D())
+        unaware.append(200 - model._aware.sum())
+    assert len(set(unaware)) > 5
+    assert binomtest(int(sum(unaware)), 4000, 0.073).pvalue > 0.01
 
 
 def twin(forces, robot, corners, speeds, states, edges):
@@ -146,7 +192,7 @@ def twin(forces, robot, corners, speeds, states, edges):
         for j, other in enumerate(states):
             if j != i:
                 total = total + from_person(forces, x, y, *e, *other)
-        total = total + from_robot(forces, x, y, vx, vy, *e, robot) + from_edge(forces, x, y, edges)
+        total = total + from_robot(forces, x, y, vx, vy, *e, robot, True) + from_edge(forces, x, y, edges)
         velocity = np.array((vx, vy)) + DT * total
         speed = np.linalg.norm(velocity)
         velocity *= min(1.0, forces.top_speed * speeds[i] / speed)
@@ -165,8 +211,8 @@ def test_the_kernel_equals_a_slow_twin():
     after, needs = np.empty((n, 4)), np.empty(n, dtype=np.int64)
     points, counts, zeros = corners[:, None].copy(), np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     walk_among_others(
-        *(DT, FORCES, robot, points, counts, zeros, np.zeros(n), np.ones(n), speeds, states),
-        *(edges, after, needs),
+        *(DT, FORCES, robot, np.ones(n, dtype=np.bool_), points, counts, zeros, np.zeros(n), np.ones(n), speeds),
+        *(states, edges, after, needs),
     )
     np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
     assert (needs == 0).all()
