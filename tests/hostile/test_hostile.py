@@ -1,19 +1,15 @@
 """Nothing received can harm: every malformed input ends in one clear line, in time, within memory, changing nothing."""
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from .corpus import CASES
+from .mutations import VALID, mutants
+from .trial import LONGEST_LINE, Record, try_mutants, work
 from .worker import MEMORY, TIME
 
-LONGEST_LINE = 1200  # [characters]
-Record = dict[str, Any]
+SAMPLE, SEED = 60, 20261125  # of random changes
 
 
 @pytest.fixture(scope="module")
@@ -21,25 +17,12 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> list[Record]:
     """What every input led to. A worker that hangs or dies costs its input, and another one goes on."""
     root = tmp_path_factory.mktemp("hostile")
     found: list[Record] = []
-    _work(-1, tmp_path_factory.mktemp("warm-up"))
+    work(-1, tmp_path_factory.mktemp("warm-up"))
     while len(found) < len(CASES):
-        done = _work(len(found), root)
+        done = work(len(found), root)
         assert sum("lost" in record for record in found) < 20, "workers die all the time"
         found += done if len(found) + len(done) == len(CASES) else [*done, {"lost": True}]
     return found
-
-
-def _work(first: int, root: Path) -> list[Record]:
-    path = os.pathsep.join((str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")))
-    worker = subprocess.run(
-        [sys.executable, "-m", "hostile.worker", str(first), str(root)],
-        env={**os.environ, "PYTHONPATH": path, "NAVSTACK_CACHE": str(root / "cache"), "OPENBLAS_NUM_THREADS": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        check=False,
-    )
-    return [json.loads(line) for line in worker.stdout.splitlines()]
 
 
 @pytest.mark.parametrize("number", range(len(CASES)), ids=[case.title for case in CASES])
@@ -59,3 +42,11 @@ def test_a_malformed_input_is_one_clear_line(number: int, records: list[Record])
 def test_the_corpus_is_large_and_every_title_is_there_once() -> None:
     assert len(CASES) >= 150
     assert len({case.title for case in CASES}) == len(CASES)
+
+
+def test_random_changes_end_in_one_line_or_are_valid(tmp_path: Path) -> None:
+    """A sample; ``python -m tests.hostile.mutations`` tries a thousand."""
+    tried = try_mutants(SAMPLE, SEED, tmp_path)
+    assert [f"{each.title}: {each.verdict}: {each.said}" for each in tried if each.is_bad] == []
+    assert len({each.verdict for each in tried}) == 2, "all are refused, or none"
+    assert {each.title.partition(" ")[2].partition(":")[0] for each in mutants(SAMPLE, SEED)} > VALID.keys()

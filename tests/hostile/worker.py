@@ -1,6 +1,7 @@
 """Runs the malformed inputs one after another in this process, with a limit on memory; a line of JSON for each.
 
-Usage: python -m hostile.worker FIRST ROOT: the index of the first input (negative: only warm up), and a folder.
+Usage: python -m hostile.worker FIRST ROOT [NUMBER SEED]: the index of the first input (negative: only warm up), and a
+folder; with NUMBER and SEED, so many random ones of :mod:`.mutations` instead of the corpus.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from harness.cli.app import _status
 
 from .case import run_arguments
 from .corpus import CASES
+from .mutations import mutants
 
 MEMORY = 1 << 30  # [bytes]
 TIME = 10.0  # [s] of one input; beyond it this process ends
@@ -57,7 +59,8 @@ def main() -> None:
         return
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     highest = 0
-    for number, case in enumerate(CASES[first:], start=first):
+    cases = tuple(mutants(int(sys.argv[3]), int(sys.argv[4]))) if len(sys.argv) > 3 else CASES
+    for number, case in enumerate(cases[first:], start=first):
         folder = root / f"case-{number}"
         folder.mkdir()
         os.chdir(folder)
