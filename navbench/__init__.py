@@ -15,17 +15,19 @@ if TYPE_CHECKING:
     from harness.episode.episode import Delivery, RunningDelivery
     from harness.policy.interface import Policy, PolicyObservation
     from harness.statistics.interval import Interval
+    from harness.task.camera_params import CameraParams
     from navbench.api import Run, compare, load, make_world, plan, price, run
     from navstack.errors import InputError, NavstackError
     from navstack.types import Pose2D, Twist2D
 
 # fmt: off
 __all__ = [
-    "Delivery", "InputError", "Interval", "NavstackError", "Policy", "PolicyObservation", "Pose2D", "Run",
-    "RunningDelivery", "Twist2D", "compare", "load", "make_world", "plan", "price", "run",
+    "CameraParams", "Delivery", "InputError", "Interval", "NavstackError", "Policy", "PolicyObservation", "Pose2D",
+    "Run", "RunningDelivery", "Twist2D", "compare", "load", "make_world", "plan", "price", "run",
 ]
 # fmt: on
 _WHERE = {
+    "CameraParams": "harness.task.camera_params",
     "Delivery": "harness.episode.episode",
     "InputError": "navstack.errors",
     "Interval": "harness.statistics.interval",

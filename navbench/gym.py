@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from harness.episode.dollars import Dollars
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.policy.brain import SteeredBrain
-from harness.policy.interface import ROUTE_POINTS, PolicyObservation
+from harness.policy.interface import ROUTE_POINTS, Image, PolicyObservation
 from harness.storage.shipped import DEFAULT_WORLD
+from harness.task.camera_params import CameraParams
 from harness.task.study import make_study
 from harness.world.sensors import SensorParams
 from navstack.errors import InputError
@@ -35,7 +37,7 @@ ID = "navbench/Delivery-v0"
 MOST_PEOPLE = 8  # nearest ones, in the observation
 FAR = 1e4  # [m] that no map exceeds
 FASTEST = 100.0  # [m/s] or [rad/s] that nothing exceeds
-Observed = dict[str, FloatArray]
+Observed = dict[str, npt.NDArray[np.float32] | Image]
 
 
 class DeliveryEnv(gymnasium.Env[Any, Any]):
@@ -58,6 +60,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         map: str = "sidewalk",  # noqa: A002 - as the option is called
         world: str = DEFAULT_WORLD,
         sees_people: bool = False,
+        camera: CameraParams | None = None,
         **options: Any,
     ) -> None:
         """Make the world.
@@ -67,6 +70,8 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             map: a built-in map or a map_server YAML file.
             world: a name of params/worlds or a YAML file.
             sees_people: whether the observation has people.
+            camera: whose pictures the observation has as ``image``, e.g. ``CameraParams(160, 120)``; None: that of the
+                stack's file, which may have none.
             options: as of :func:`navbench.run`, such as ``pedestrians`` or ``prices``.
 
         Raises:
@@ -76,7 +81,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         given = study.template.stack
         if not given.nav2_file:
             raise InputError(f"stack '{given.name}' does not drive; give one with a Nav2 file")
-        policy = dataclasses.replace(given.policy, sees_people=sees_people)
+        policy = dataclasses.replace(given.policy, sees_people=sees_people, camera=camera or given.policy.camera)
         self._task = dataclasses.replace(study.template, stack=dataclasses.replace(given, policy=policy), episode=-1)
         parts = Parts(self._task)
         self._world = parts.new_world()
@@ -94,6 +99,8 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         }
         if sees_people:
             seen["people"] = spaces.Box(-FAR, FAR, (MOST_PEOPLE, 4))
+        if policy.camera.is_there:
+            seen["image"] = spaces.Box(0, 255, (policy.camera.height, policy.camera.width, 3), np.uint8)
         self.observation_space = spaces.Dict(seen)
         self.delivery: RunningDelivery | None = None
         self._is_over = True
@@ -164,7 +171,8 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             seen["people"] = np.zeros((MOST_PEOPLE, 4))
             nearest = view.people[:MOST_PEOPLE]
             seen["people"][: len(nearest)] = nearest
-        return {name: values.astype(np.float32) for name, values in seen.items()}
+        observed: Observed = {name: values.astype(np.float32) for name, values in seen.items()}
+        return {**observed, "image": view.image} if view.image.size else observed
 
 
 gymnasium.register(ID, entry_point="navbench.gym:DeliveryEnv")

@@ -7,10 +7,12 @@ import numpy as np
 
 from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices
-from harness.policy.senses import MakeRoute, People, Senses
+from harness.policy.senses import Look, MakeRoute, People, Senses
+from harness.task.camera_params import CameraParams
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
 from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
+from harness.world.pedestrian_params import PedestrianParams
 from harness.world.scene import Scene
 from harness.world.scene_io import align
 from harness.world.world import World
@@ -70,14 +72,22 @@ def navigator_on(
     return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
 
 
-def senses_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Senses:
-    """What a policy of a stack sees in a world, to be reset; see :func:`navigator_on`."""
+def senses_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File, persons: PedestrianParams) -> Senses:
+    """What a policy of a stack sees in a world, ``persons`` among it, to be reset; see :func:`navigator_on`."""
 
     def people() -> tuple[Pose2D, FloatArray]:
         return world.truth.pose, world.truth.pedestrians
 
     seen: People | None = people if stack.policy.sees_people else None
-    return Senses(localizer_on(scene, world, stack, nav2), _route(nav2, *planning_map(scene, stack)), seen)
+    look = _camera(scene, world, stack.policy.camera, persons) if stack.policy.camera.is_there else None
+    return Senses(localizer_on(scene, world, stack, nav2), _route(nav2, *planning_map(scene, stack)), seen, look)
+
+
+def _camera(scene: Scene, world: World, params: CameraParams, persons: PedestrianParams) -> Look:
+    from harness.world.camera import Camera
+
+    camera = Camera(scene, params, persons.radius, persons.height)
+    return lambda: camera.picture(world.truth.pose, world.truth.pedestrians)
 
 
 def _route(nav2: Nav2File, static_map: OccupancyGrid, keepout: BoolArray | None) -> MakeRoute:

@@ -20,6 +20,7 @@ from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording
 from harness.world.outcome import Rules
 from harness.world.pedestrian_models import make_pedestrians
+from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.replay_file import recording_text
 from harness.world.robot import RobotParams
@@ -142,7 +143,7 @@ class Parts:
 
     def senses(self, world: World) -> Senses:
         """What a policy of the task's stack sees, to be reset."""
-        return senses_on(self.scene, world, self._task.stack, self.nav2)
+        return senses_on(self.scene, world, self._task.stack, self.nav2, self.params.people)
 
     def brain(self, world: World) -> Brain:
         """The brain, to be reset."""
@@ -150,7 +151,7 @@ class Parts:
         if not task.stack.nav2_file:
             return Parked()
         if task.stack.is_policy:
-            return _policy_brain(world, task.map_name, task.stack, task.allow_unknown)
+            return _policy_brain(world, task.map_name, task.stack, task.allow_unknown, self.params.people)
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
         return _navigator(world, task.map_name, task.stack, task.allow_unknown, prices, factor)
@@ -241,9 +242,11 @@ def _navigator(
 
 
 @kept(2)
-def _policy_brain(world: World, map_name: str, stack: Stack, allow_unknown: bool) -> PolicyBrain:
+def _policy_brain(
+    world: World, map_name: str, stack: Stack, allow_unknown: bool, persons: PedestrianParams
+) -> PolicyBrain:
     """A stack's policy, loaded."""
-    senses = senses_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown))
+    senses = senses_on(scene_of(map_name), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons)
     policy = PolicyProcess(stack.navigator, stack.policy)
     policy.start()
     return PolicyBrain(senses, stack.policy.rate, policy, WaypointFollower(stack.policy.speed))

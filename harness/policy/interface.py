@@ -3,9 +3,13 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from navstack.errors import NavstackError
 from navstack.types import FloatArray
 
+Image = npt.NDArray[np.uint8]
 ROUTE_POINTS, ROUTE_SPACING = 10, 1.0  # [m] along the route between points
 
 
@@ -25,6 +29,7 @@ class PolicyObservation:
     ranges: FloatArray  # (n,) [m] of the newest scan; range_max where nothing returned; (0,) before the first one
     angles: FloatArray  # (n,) [rad] of its beams in the sensor frame
     people: FloatArray  # (m, 4) x, y [m], vx, vy [m/s] in the true base frame; (0, 4) unless sees_people
+    image: Image  # (height, width, 3) uint8, red, green, blue, top row first; (0, 0, 3) without a camera
 
 
 class Policy(Protocol):

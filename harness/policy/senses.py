@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, PolicyObservation
+from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, Image, PolicyObservation
 from navstack.geometry import relative_to
 from navstack.localization.localizer import Localizer
 from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Twist2D
@@ -13,10 +13,12 @@ from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry,
 AHEAD = 10.0  # [m] of the route that is searched for the robot's place on it
 ASTRAY = 5.0  # [m] off that stretch from which all of the route is searched
 _NOBODY: FloatArray = np.empty((0, 4))
+_NO_IMAGE: Image = np.empty((0, 0, 3), dtype=np.uint8)
 _NO_SCAN = LaserScan(0.0, np.empty(0), 0.0, 0.0, 0.0, 0.0)
 
 MakeRoute = Callable[[Pose2D, Pose2D, np.random.Generator], Path]
 People = Callable[[], tuple[Pose2D, FloatArray]]  # the true pose, and people (n, 4) in the map frame
+Look = Callable[[], Image]  # what the camera sees now
 
 
 class Route:
@@ -50,15 +52,16 @@ class Route:
 class Senses:
     """Localizes, and keeps the newest of what arrives."""
 
-    def __init__(self, localizer: Localizer, make_route: MakeRoute, people: People | None) -> None:
+    def __init__(self, localizer: Localizer, make_route: MakeRoute, people: People | None, look: Look | None) -> None:
         """Take in nothing yet; call :meth:`reset`.
 
         Args:
             localizer: the stack's.
             make_route: plans from a pose to another one.
             people: where they truly are; None: the policy is not told.
+            look: takes a picture; None: there is no camera.
         """
-        self._localizer, self._make_route, self._people = localizer, make_route, people
+        self._localizer, self._make_route, self._people, self._look = localizer, make_route, people, look
 
     def reset(
         self, goal: Pose2D, belief: Belief, route_rng: np.random.Generator, localizer_rng: np.random.Generator
@@ -92,6 +95,7 @@ class Senses:
             ranges=np.minimum(scan.ranges, scan.range_max),
             angles=angles,
             people=_NOBODY if self._people is None else _in_frame(*self._people()),
+            image=_NO_IMAGE if self._look is None else self._look(),
         )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.storage.shipped import resolve, shipped
+from harness.task.camera_params import CameraParams
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
@@ -61,6 +62,7 @@ class PolicyParams:
     speed: float = 1.0  # [m/s] at which the waypoints of one that answers with waypoints are followed
     sees_people: bool = False  # whether it is told where people truly are
     data_collection: bool = False  # whether it was trained on collected data, which is part of the CAPEX
+    camera: CameraParams = CameraParams()  # whose pictures it is shown; none unless it has pixels
 
     def __post_init__(self) -> None:
         """Check what the types cannot.

@@ -64,6 +64,19 @@ def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
         env.step(np.array((np.nan, 0.0)))
 
 
+def test_a_camera_shows_the_same_scene_again() -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    from navbench import CameraParams
+
+    env = DeliveryEnv("nav2-gps-ekf", pedestrians=2, camera=CameraParams(40, 30))
+    check_env(env, skip_render_check=True)
+    first, again = (env.reset(seed=2)[0]["image"] for _ in range(2))
+    assert first.shape == (30, 40, 3) and first.std() > 1.0
+    assert np.array_equal(first, again)
+    env.close()
+
+
 def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
     with pytest.raises(InputError, match="'parked' does not drive"):
         DeliveryEnv("parked")

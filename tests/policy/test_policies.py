@@ -36,6 +36,11 @@ def test_a_policy_drives_by_velocities_or_waypoints(name: str, stack: Write) -> 
     assert row["plans"] == 1
 
 
+def test_a_policy_is_shown_pictures(stack: Write) -> None:
+    row = run_episode(task_of(stack("Looks", more=", camera: {width: 40, height: 30}"), pedestrians=3)).row
+    assert row["distance_m"] > 1.5
+
+
 def test_a_policy_repeats(stack: Write) -> None:
     task = task_of(stack("Steer"), pedestrians=20)
     assert run_episode(task).row == run_episode(task).row

@@ -1,0 +1,94 @@
+"""The camera: what stands where is seen where it stands, by the pinhole's geometry."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness.task.camera_params import CameraParams
+from harness.world.camera import CLOTHES, COLORS, Camera
+from harness.world.scene import Obstacle, Scene, Zone
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import ParameterError
+from navstack.types import Pose2D
+
+GRID = OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 0.5, Pose2D(-15.0, -15.0))
+NOBODY = np.empty((0, 4))
+PARAMS = CameraParams(width=160, height=120, fov=math.pi / 2, position=(0.0, 0.0, 1.0))
+
+
+def square(x: float, y: float, half: float) -> np.ndarray:
+    return np.array(((-half, -half), (half, -half), (half, half), (-half, half))) + (x, y)
+
+
+def scene(*obstacles: Obstacle) -> Scene:
+    return Scene("made-up", obstacles, (Zone("sidewalk", square(0.0, 0.0, 15.0)),), GRID, GRID)
+
+
+def has_hue(image: np.ndarray, color: tuple[float, float, float]) -> np.ndarray:
+    """Where a picture has a color, whatever light is on it."""
+    given = image / np.maximum(image.max(axis=2, keepdims=True), 1.0)
+    return np.abs(given - np.divide(color, max(color))).max(axis=2) < 0.06
+
+
+def test_a_box_is_where_the_pinhole_puts_it():
+    """4 m ahead, 2 m to the left, 1 m wide, 0.5 m to 2 m high: columns and rows by x / z."""
+    box = Obstacle("plant", square(4.5, 2.0, 0.5), 2.0)
+    image = Camera(scene(box), PARAMS, 0.3, 1.7).picture(Pose2D(), NOBODY)
+    assert image.shape == (120, 160, 3) and image.dtype == np.uint8
+    rows, columns = np.nonzero(has_hue(image, COLORS["plant"]))
+    left, right = 80.0 * (1.0 - 2.5 / 4.0), 80.0 * (1.0 - 1.5 / 5.0)  # its near left, its far right edge
+    assert columns.min() == pytest.approx(left, abs=1.5) and columns.max() == pytest.approx(right, abs=1.5)
+    top, bottom = 60.0 - 80.0 * (2.0 - 1.0) / 4.0, 60.0 + 80.0 * 1.0 / 4.0
+    assert rows.min() == pytest.approx(top, abs=1.5) and rows.max() == pytest.approx(bottom, abs=1.5)
+
+
+def test_it_turns_and_moves_with_the_robot():
+    box = Obstacle("plant", square(0.0, 5.0, 0.5), 2.0)
+    camera = Camera(scene(box), PARAMS, 0.3, 1.7)
+    seen = [has_hue(camera.picture(pose, NOBODY), COLORS["plant"]).sum() for pose in
+            (Pose2D(), Pose2D(yaw=math.pi / 2), Pose2D(0.0, 2.0, math.pi / 2))]  # fmt: skip
+    assert seen[0] == 0 < seen[1] < seen[2]
+
+
+def test_a_camera_that_looks_down_sees_the_ground():
+    down = CameraParams(width=80, height=60, pitch=1.2)
+    image = Camera(scene(), down, 0.3, 1.7).picture(Pose2D(), NOBODY)
+    assert has_hue(image, COLORS["sidewalk"]).all()
+
+
+def test_people_are_where_they_are_and_nowhere_else():
+    camera = Camera(scene(), PARAMS, 0.3, 1.7)
+    people = np.array(((3.0, 0.0, 0.0, 0.0), (np.nan, np.nan, 0.0, 0.0)))
+    image = camera.picture(Pose2D(), people)
+    columns = np.nonzero(has_hue(image, CLOTHES[0]))[1]
+    assert columns.mean() == pytest.approx(79.5, abs=1.0)
+    assert columns.max() - columns.min() + 1 == pytest.approx(160.0 * 0.3 / 3.0, abs=2.5)
+    assert not has_hue(image, CLOTHES[1]).any()
+    assert not has_hue(camera.picture(Pose2D(), NOBODY), CLOTHES[0]).any()
+
+
+def test_pictures_repeat_and_what_is_far_is_not_kept():
+    boxes = [Obstacle("plant", square(2.0 * k, 3.0, 0.5), 1.0) for k in range(100)]
+    camera = Camera(scene(*boxes), CameraParams(width=40, height=30, range=10.0), 0.3, 1.7)
+    first = camera.picture(Pose2D(), NOBODY)
+    for x in range(0, 200, 4):
+        camera.picture(Pose2D(float(x)), NOBODY)
+        assert len(camera._bodies) <= 27
+    np.testing.assert_array_equal(camera.picture(Pose2D(), NOBODY), first)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"width": 64}, "width and height"),
+        ({"width": 4000, "height": 10}, "width 4000"),
+        ({"width": 64, "height": 48, "fov": 3.2}, "fov"),
+        ({"width": 64, "height": 48, "pitch": -1.6}, "pitch"),
+        ({"width": 64, "height": 48, "range": 0.5}, "range"),
+        ({"width": 64, "height": 48, "position": (0.0, 0.0, 99.0)}, "position"),
+    ],
+)
+def test_what_is_no_camera_is_refused(given: dict, said: str):
+    with pytest.raises(ParameterError, match=said):
+        CameraParams(**given)
