@@ -232,12 +232,14 @@ def _explain(
     from harness.report.tables import report_console
     from harness.report.tuning import print_tuning, write_tuning
     from harness.study.suite import write_document
+    from harness.tuning.dashboard import write_dashboard
     from harness.tuning.explanation import explain
     from harness.tuning.output import DOCUMENT, run_command, study_document, test_command, write_files
     from harness.tuning.scores import scores_document
 
     declaration = study.declaration
     write_files(result, study.nav2, base.stacks[0], declaration, path)
+    write_dashboard(result, path)
     lint = lint_of(path, base.stacks[0].robot, study.template.allow_unknown)
     scores = scores_document(result)
     document = study_document(result, study.nav2, declaration, scores, lint, path)

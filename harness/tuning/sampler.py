@@ -55,7 +55,7 @@ class OptunaSampler:
         if kind == "cmaes" and (objectives > 1 or any(each.choices for each in space.parameters)):
             raise InputError("--sampler cmaes wants one objective and ranges only, no choices; give --sampler tpe")
         self._kind, self._space, self._seed = kind, space, seed
-        self._distributions = {each.name: _distribution(each) for each in space.parameters}
+        self._distributions = distributions_of(space)
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self._study = optuna.create_study(directions=["maximize"] * objectives, sampler=self._make(0))
         self._asked: optuna.trial.Trial | None = None
@@ -77,7 +77,7 @@ class OptunaSampler:
         if asked is not None:
             self._study.tell(asked, values, TrialState.FAIL if values is None else TrialState.COMPLETE)
         elif values is not None:
-            params = {each.name: _possible(each, point[each.name]) for each in self._space.parameters}
+            params = possible_point(self._space, point)
             self._study.add_trial(create_trial(params=params, distributions=self._distributions, values=values))
 
     def _ask(self) -> optuna.trial.Trial:
@@ -147,6 +147,16 @@ def make_sampler(kind: str, space: Space, seed: int, trials: int, objectives: in
     if kind not in SAMPLERS:
         raise UnknownNameError("--sampler", kind, SAMPLERS)
     return GridSampler(space, seed, trials) if kind == "grid" else OptunaSampler(kind, space, seed, objectives)
+
+
+def distributions_of(space: Space) -> dict[str, BaseDistribution]:
+    """Where Optuna may look, by parameter."""
+    return {each.name: _distribution(each) for each in space.parameters}
+
+
+def possible_point(space: Space, point: Point) -> dict[str, Any]:
+    """The nearest point that Optuna could have chosen."""
+    return {each.name: _possible(each, point[each.name]) for each in space.parameters}
 
 
 def _distribution(parameter: Parameter) -> BaseDistribution:

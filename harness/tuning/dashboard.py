@@ -1,0 +1,53 @@
+"""A study as Optuna keeps one in a file, for ``optuna-dashboard`` and Optuna's own plots."""
+
+import warnings
+from pathlib import Path
+
+import optuna
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+from optuna.trial import FrozenTrial, TrialState, create_trial
+
+from harness.tuning.result import COMPLETE, FAILED, StudyResult, Trial
+from harness.tuning.sampler import distributions_of, possible_point
+from navstack.errors import InputError
+
+DASHBOARD, NAME = "optuna.journal", "navbench"
+
+
+def write_dashboard(result: StudyResult, folder: Path) -> Path:
+    """Write the trials of a study anew into ``optuna.journal``.
+
+    A dropped trial has the corrected value that the sampler was told, a failed one has none.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    path = folder / DASHBOARD
+    try:
+        path.unlink(missing_ok=True)
+        storage = JournalStorage(JournalFileBackend(str(path)))
+        study = optuna.create_study(storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives))
+        study.set_metric_names(list(result.objectives))
+        study.set_user_attr(
+            "incumbent", next(t.number for t in result.trials if t.candidate.key == result.incumbent.key)
+        )
+        study.add_trials([_as_optuna(trial, result) for trial in result.trials])
+    except OSError as error:
+        raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
+    return path
+
+
+def _as_optuna(trial: Trial, result: StudyResult) -> FrozenTrial:
+    is_complete = trial.state == COMPLETE
+    state = TrialState.COMPLETE if is_complete else TrialState.FAIL if trial.state == FAILED else TrialState.PRUNED
+    told = [float(value) for value in trial.told or ()]
+    return create_trial(
+        state=state,
+        values=[float(value) for value in trial.values] if is_complete else None,
+        params=possible_point(result.space, trial.point),
+        distributions=distributions_of(result.space),
+        intermediate_values={len(trial.missions): told[0]} if told and len(result.objectives) == 1 else None,
+        user_attrs={"missions": len(trial.missions), "reason": trial.reason, "told": told},
+    )
