@@ -29,10 +29,11 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
         path.unlink(missing_ok=True)
         storage = JournalStorage(JournalFileBackend(str(path)))
         study = optuna.create_study(storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives))
-        study.set_metric_names(list(result.objectives))
-        study.set_user_attr(
-            "incumbent", next(t.number for t in result.trials if t.candidate.key == result.incumbent.key)
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Optuna calls the names experimental
+            study.set_metric_names(list(result.objectives))
+        best = next(trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key)
+        study.set_user_attr("incumbent", best)
         study.add_trials([_as_optuna(trial, result) for trial in result.trials])
     except OSError as error:
         raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
