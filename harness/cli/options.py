@@ -50,6 +50,8 @@ BESIDE_RESUME = (  # they change no row
 
 _EPISODES = click.option("--episodes", type=int, default=20, show_default=True,
                          help="Deliveries per stack, at least 1.")  # fmt: skip
+_ONLY = click.option("--only", type=int, multiple=True, metavar="NUMBER",
+                     help="Of the deliveries only this one; repeatable. Then --episodes does not count.")  # fmt: skip
 _RECORD = click.option("--record", default="events", show_default=True, help="events; decisions: also why each command "
                        "was given; full: trajectories too.")  # fmt: skip
 _CONDITIONS = (
@@ -92,7 +94,7 @@ def where_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that decide which deliveries are driven, how and where."""
-    options = (_EPISODES, *_CONDITIONS, _RECORD, STRICT, SUBSTITUTE, JSON)
+    options = (_EPISODES, _ONLY, *_CONDITIONS, _RECORD, STRICT, SUBSTITUTE, JSON)
     return _with(where_options(command), options)
 
 

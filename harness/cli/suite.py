@@ -1,6 +1,7 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
 import dataclasses
+import datetime
 import sys
 from collections import defaultdict
 from pathlib import Path
@@ -20,19 +21,22 @@ from harness.cli.progress import say, shown
 from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
+from harness.report.page.document import write_study_page
 from harness.report.sheet import Sheet, declared, print_sheet
-from harness.report.suite.document import write_results
+from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
-from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
+from harness.storage.run_folder import MANIFEST, RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.storage.tables import Row
+from harness.study.again import PARTINGS, record_again
 from harness.study.barn import BARN, Score, make_maps, map_names, optimal_times, score_of
 from harness.study.drive import TABLES, finish, require_own
 from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
+from harness.study.stored_run import load_run
 from harness.study.suite import (
     DECLARATION,
     Cell,
@@ -184,6 +188,8 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 records += own
                 if interrupted:
                     break
+            if not interrupted and tally.done == tally.total:
+                record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
         tally.done = sum(after.values())
@@ -205,8 +211,20 @@ def write_overview(path: Path) -> Results:
     results = read_results(path)
     write_document(path / "suite.json", overview(results))
     write_results(results, path)
+    runs = [load_run(str(manifest.parent)) for manifest in sorted((path / PARTINGS).glob(f"*/{MANIFEST}"))]
+    write_study_page(path / PAGE, runs, datetime.date.today().isoformat())
     point_latest(path)
     return results
+
+
+def record_partings(path: Path, results: Results, workers: Workers) -> None:
+    """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition."""
+    for parting in results.partings:
+        runs = [each for each in parting.runs if each.seed == parting.seed]
+        studies = [load_study(run.folder) for run in runs]
+        stacks = [study.stacks[0] for study in studies]
+        name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
+        record_again(path / PARTINGS / name, stacks, studies[0].template, parting.episodes, workers)
 
 
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
@@ -239,7 +257,9 @@ def _print(results: Results, path: Path, as_json: bool) -> None:
     console = report_console()
     print_sheet(_sheet(results), console)
     print_sheet(_barn_sheet(results, path), console)
-    console.print(f"suite folder: {path}, with its page index.md", soft_wrap=True)
+    console.print(
+        f"suite folder: {path}, with its page {Path(PAGE).with_suffix('.html')}, as text in {PAGE}", soft_wrap=True
+    )
 
 
 def _barn_scores(results: Results, path: Path) -> dict[str, Score]:

@@ -1,7 +1,9 @@
 """The command ``navbench tune``: from a Nav2 file to one that earns more, with proof on missions it never saw."""
 
 import dataclasses
+import datetime
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from harness.study.places import Where
     from harness.task.study import Study
     from harness.tuning.journal import Journal
+    from harness.tuning.partings import Parting
     from harness.tuning.progress import Progress
     from harness.tuning.result import StudyResult
     from harness.tuning.stack_evaluator import StackEvaluator
@@ -229,8 +232,10 @@ def _explain(
 ) -> "tuple[Row, Any]":
     """Write everything; returns the JSON document and what prints the report."""
     from harness.episode.factory import prices_of, world_params
+    from harness.report.page.document import write_study_page
     from harness.report.tables import report_console
     from harness.report.tuning import print_tuning, write_tuning
+    from harness.study.stored_run import load_run
     from harness.study.suite import write_document
     from harness.tuning.dashboard import write_dashboard
     from harness.tuning.explanation import explain
@@ -251,7 +256,10 @@ def _explain(
         result, evaluator, path, prices_of(template.prices), threshold, declaration.waterfall_missions
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
-    write_tuning(result, scores, explanation, command, path, again, lint)
+    markdown = write_tuning(result, scores, explanation, command, path, again, lint)
+    progress.phase = "replays"
+    runs = [load_run(str(each)) for each in _record_partings(explanation.partings, base, evaluator, path)]
+    write_study_page(markdown, runs, datetime.date.today().isoformat())
 
     def report() -> None:
         console = report_console()
@@ -259,6 +267,23 @@ def _explain(
         _print_files(lint, again, path)
 
     return {**document, "explanation": explanation.document}, report
+
+
+def _record_partings(
+    partings: "Sequence[Parting]", base: "Study", evaluator: "StackEvaluator", path: Path
+) -> "list[Path]":
+    """Drive the missions on which the files part ways once more, recorded; returns the run folder, if there are any."""
+    from harness.study.again import PARTINGS, record_again
+    from harness.tuning.declaration import ORIGINAL
+    from harness.tuning.output import TUNED
+
+    if not partings:
+        return []
+    files = {"original": path / "params" / ORIGINAL, "tuned": path / TUNED}
+    stacks = [dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file)) for name, file in files.items()]
+    template = dataclasses.replace(base.template, seed=partings[0].seed)
+    numbers = [each.episode for each in partings if each.seed == template.seed]
+    return [record_again(path / PARTINGS, stacks, template, numbers, evaluator.workers)]
 
 
 def lint_of(folder: Path, robot: str, allow_unknown: bool) -> "Row":

@@ -9,7 +9,7 @@ from rich.text import Text
 from harness.metrics.columns import Row
 from harness.report.sheet import markdown_lines, print_sheet
 from harness.report.tuning_figures import draw_tuning
-from harness.report.tuning_sheets import sheets, summary
+from harness.report.tuning_sheets import sheets, summary, trials_sheet
 from harness.storage.files import write_text, writing
 from harness.tuning.explanation import Explanation
 from harness.tuning.output import DIFF
@@ -44,7 +44,7 @@ def print_tuning(
         print_sheet(sheet, console)
     for line in summary(study, explanation):
         console.print(Text(line))
-    console.print(f"report: {folder / REPORT}", soft_wrap=True)
+    console.print(f"report: {(folder / REPORT).with_suffix('.html')}, as text in {REPORT}", soft_wrap=True)
 
 
 def write_tuning(
@@ -77,6 +77,7 @@ def write_tuning(
     for figure in draw_tuning(study, explanation, folder):
         if figure.suffix == ".png" and figure.stem in CAPTIONS:
             lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
+    lines += markdown_lines(trials_sheet(study))
     lines += ["## What differs", "", "```diff", read_text(folder / DIFF).rstrip("\n"), "```", ""]
     lines += ["## Lint of the tuned file", "", *(f"- {line}" for line in lint_lines(lint)), ""]
     lines += ["## Its test, driven again", "", "```", again, "```", ""]

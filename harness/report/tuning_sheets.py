@@ -116,6 +116,22 @@ def _missed(name: str, missions: str, shortfall: Sequence[float]) -> list[str]:
     return [f"{name} is missed on {missions} missions: {said}; only the margin is shown."] if said else []
 
 
+def trials_sheet(study: StudyResult) -> Sheet:
+    """Every trial: how far it drove, what the search was told of it, and its values."""
+    names = [each.name for each in study.space.parameters]
+    rows = [
+        (
+            "original" if not trial.number else str(trial.number),
+            trial.state,
+            str(len(trial.missions)),
+            f"{trial.told[0]:.4g}" if trial.told else "--",
+            *(value_text(trial.point[name]) if name in trial.point else "--" for name in names),
+        )
+        for trial in study.trials
+    ]
+    return declared("tuning_trials", rows, columns=names, objective=study.objectives[0])
+
+
 def _finals(study: StudyResult) -> Sheet:
     """Who met in the final choice."""
     trials = {trial.number: trial for trial in study.trials}

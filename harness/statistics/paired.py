@@ -48,7 +48,8 @@ def compare_pairs(
         clusters: number of each pair's mission, shape (n,).
         rng: source of resamples and of flipped signs.
         is_share: whether the values are 0 or 1.
-        resolution: differences that are no farther apart are alike.
+        resolution: differences that are no farther apart are alike, and those that are no larger do not count in the
+            test: a hundredth of a cent on every mission must not decide it.
     """
     differences = second - first
     interval = Interval(float(differences.mean()), None, None, differences.size)
@@ -59,7 +60,7 @@ def compare_pairs(
     if is_share and stand_alone:
         p = mcnemar_p(int((differences < 0.0).sum()), int((differences > 0.0).sum()))
     else:
-        p = sign_flip_p(differences, rng, clusters)
+        p = sign_flip_p(np.where(np.abs(differences) > resolution, differences, 0.0), rng, clusters)
     return PairedDifference(
         difference=interval,
         p=p,

@@ -47,9 +47,10 @@ def require_own(study: Study, folder: RunFolder) -> None:
     Raises:
         InputError: it holds others.
     """
+    numbers = frozenset(study.numbers)
     for record in folder.records:
         number, episode, name = (record["row"][key] for key in ("stack_number", "episode", "stack"))
-        own = 0 <= number < len(study.stacks) and 0 <= episode < study.episodes and name == study.stacks[number].name
+        own = 0 <= number < len(study.stacks) and episode in numbers and name == study.stacks[number].name
         if not own:
             raise InputError(
                 f"run folder '{folder.path}' holds delivery {episode} of stack '{name}', which its study has not: "

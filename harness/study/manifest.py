@@ -36,6 +36,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "command": _typed(command),
         "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
         "episodes": study.episodes,
+        **({"only": list(study.only)} if study.only else {}),
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
         "map_sha256": map_digest(scene_of(study.template.map_name)),
@@ -103,7 +104,8 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
         raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
     if map_digest(scene_of(template.map_name)) != content.get("map_sha256"):
         raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
-    return Study(stacks, episodes, usable_workers(workers, episodes * len(stacks)), template)
+    workers = usable_workers(workers, episodes * len(stacks))
+    return Study(stacks, episodes, workers, template, _only(content, episodes, where))
 
 
 def policy_digests(study: Study) -> dict[str, str]:
@@ -136,6 +138,16 @@ def _whole_manifest(folder: Path) -> dict[str, Any]:
     if not isinstance(content.get("versions"), dict):
         raise InputError(f"{folder / MANIFEST}: is damaged; a run can be resumed from a whole one only")
     return content
+
+
+def _only(content: Mapping[str, Any], episodes: int, where: str) -> tuple[int, ...]:
+    """The numbers of a run's deliveries where it has not the first ones."""
+    only = content.get("only", [])
+    if not isinstance(only, list) or not all(type(each) is int and 0 <= each < MAX_EPISODES for each in only):
+        raise InputError(f"{where}: only: {only!r} is not a list of numbers of deliveries")
+    if only and len(set(only)) != episodes:
+        raise InputError(f"{where}: only: has {len(set(only))} deliveries, but episodes says {episodes}")
+    return tuple(only)
 
 
 def _list(content: Mapping[str, Any], key: str, where: str) -> list[Any]:

@@ -74,19 +74,25 @@ class Study:
     """Stacks to be compared on the same deliveries."""
 
     stacks: tuple[Stack, ...]
-    episodes: int
+    episodes: int  # of each stack
     workers: int
     template: EpisodeTask  # of the first stack's first episode; the others differ in stack and episode
+    only: tuple[int, ...] = ()  # their numbers; empty: the first ones
 
     @property
     def total(self) -> int:
         """Number of deliveries."""
         return self.episodes * len(self.stacks)
 
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Of the episodes of each stack."""
+        return self.only or range(self.episodes)
+
     def tasks(self) -> Iterator[EpisodeTask]:
         """Every delivery of the study."""
         for number, stack in enumerate(self.stacks):
-            for episode in range(self.episodes):
+            for episode in self.numbers:
                 yield dataclasses.replace(self.template, stack=stack, stack_number=number, episode=episode)
 
 
@@ -111,6 +117,7 @@ def make_study(
     record: str = "events",
     allow_unknown: bool = True,
     substitutes: Sequence[str] = (),
+    only: Sequence[int] = (),
 ) -> Study:
     """Check what a user asked for.
 
@@ -118,6 +125,10 @@ def make_study(
         InputError: a count out of range, an unknown name, a pose that is not three numbers.
     """
     _at_least("--episodes", episodes, 1, MAX_EPISODES)
+    numbers = tuple(sorted(set(only)))
+    for number in numbers:
+        _at_least("--only", number, 0, MAX_EPISODES - 1)
+    episodes = len(numbers) or episodes
     if pedestrians is not None:
         _at_least("--pedestrians", pedestrians, 0, MAX_PEDESTRIANS)
     if record not in RECORDS:
@@ -143,7 +154,7 @@ def make_study(
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
     )
-    return Study(loaded, episodes, usable_workers(workers, episodes * len(loaded)), template)
+    return Study(loaded, episodes, usable_workers(workers, episodes * len(loaded)), template, numbers)
 
 
 def usable_workers(asked: int | None, deliveries: int) -> int:

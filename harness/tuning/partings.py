@@ -28,8 +28,8 @@ class Parting:
     incumbent: Row
 
     def replay(self, command: Sequence[str]) -> str:
-        """The line that drives this delivery again with all before it, for ``command`` without seed and number."""
-        return shlex.join([*command, "--seed", str(self.seed), "--episodes", str(self.episode + 1), "--record", "full"])
+        """The line that drives this delivery again, for ``command`` without seed and number."""
+        return shlex.join([*command, "--seed", str(self.seed), "--only", str(self.episode), "--record", "full"])
 
 
 def partings(original: Sequence[Row], incumbent: Sequence[Row]) -> tuple[Parting, ...]:

@@ -52,6 +52,11 @@ class StackEvaluator:
         self._shared: dict[Key, float | None] = {}
         self._files = files
 
+    @property
+    def workers(self) -> Workers:
+        """Where episodes run."""
+        return self._workers
+
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
         """As :class:`harness.tuning.evaluation.Evaluator` has it.
 

@@ -119,3 +119,13 @@ def test_patterns_in_small_blocks_are_the_same_patterns(monkeypatch):
     whole = sign_flip_p(differences, rng())
     monkeypatch.setattr("harness.statistics.paired.SIGNS_AT_ONCE", 1000)
     assert sign_flip_p(differences, rng()) == whole
+
+
+def test_what_is_alike_within_the_resolution_does_not_decide_the_test():
+    """Three of sixteen missions differ: whatever the others' trifles, one in four patterns is as far out."""
+    trifles = np.full(16, 1e-4)
+    trifles[:3] = 70.0, 60.0, 30.0
+    cents = compare_pairs(np.zeros(16), trifles, np.arange(16), rng(1), resolution=0.01)
+    assert cents.p == pytest.approx(0.25, abs=0.02)
+    assert compare_pairs(np.zeros(16), trifles, np.arange(16), rng(1)).p < 0.001
+    assert cents.difference.value == pytest.approx(trifles.mean())

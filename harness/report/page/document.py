@@ -10,16 +10,20 @@ import html
 import json
 import re
 from collections.abc import Sequence
+from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
 from harness.report.page.entries import entries_of, notes_of
+from harness.report.page.markdown_blocks import sections
 from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
 from harness.report.page.sections import (
+    accounted,
     accountings,
     break_even,
     comparisons,
@@ -29,13 +33,21 @@ from harness.report.page.sections import (
     tables,
     waterfall,
 )
+from harness.storage.files import write_text, writing
 from harness.study.stored_run import StoredRun
+from navstack.params.strict import read_text
 
 Json = dict[str, Any]
 
+MOST_REPLAYS = 40  # of a study's page
+PARTED = (
+    "Missions on which what each earned differs most; \u201con the same mission\u201d shows another beside it. Space "
+    "plays, \u2190 \u2192 move by a second, N jumps to the next event that cost something."
+)
+
 SCRIPTS = (
     *("core.js", "charts.js", "profit_charts.js", "tables.js", "episodes.js", "scenery.js", "overview.js"),
-    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay_reasons.js", "replay.js", "main.js"),
+    *("replay_code.js", "replay_view.js", "replay_strip.js", "replay_reasons.js", "replay.js", "study.js", "main.js"),
 )
 
 
@@ -59,15 +71,16 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     left = len(readable) - len(replays)
     if left:
         notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
+    known = accounted(entries)
     data = {
         "kind": "report",
         "title": " · ".join(dict.fromkeys(entry.label for entry in entries)),
         "date": date,
         "entries": [{"label": entry.label} for entry in entries],
-        "headline": headline(entries),
+        "headline": headline(entries, known),
         "tables": tables(entries),
         "waterfall": waterfall(entries),
-        "accountings": accountings(entries),
+        "accountings": accountings(entries, known),
         "outcomes": outcomes(entries),
         "profit": profit(entries),
         "breakEven": break_even(entries),
@@ -80,6 +93,46 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         "basis": basis(entries, [*notes, *troubles]),
     }
     return _assembled(data, replays)
+
+
+def study_page(text: str, folder: Path, runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
+    """A study's page in Markdown as one HTML text, with replays.
+
+    Args:
+        text: of the page.
+        folder: where its pictures are.
+        runs: with recorded deliveries; none: no replays.
+        most_replays: recorded deliveries that the page carries.
+        date: of today, as the page says it.
+    """
+    entries = entries_of(runs) if runs else []
+    readable, _, troubles = trajectories(recorded_of(entries))
+    scenery, notes = sceneries(entries)
+    title, parts = sections(text, folder)
+    data = {
+        "kind": "study",
+        "title": title,
+        "date": date,
+        "entries": [{"label": entry.label} for entry in entries],
+        "sections": parts,
+        "lede": " ".join((PARTED, *notes, *troubles)),
+        "scenery": scenery,
+        "made": version("navbench"),
+    }
+    return _assembled(data, [replay(each) for each in chosen(readable, most_replays)])
+
+
+def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Path:
+    """Write a study's page in Markdown as HTML beside it, with replays; returns its path.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    page = markdown.with_suffix(".html")
+    text = study_page(read_text(markdown), markdown.parent, runs, MOST_REPLAYS, date)
+    with writing(page):
+        write_text(page, text)
+    return page
 
 
 def replay_page(recorded: Recorded, date: str) -> str:

@@ -1,14 +1,14 @@
 """The figures of a page as plain values: headline, tables, waterfall, outcomes, profit, break-even, comparisons."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from harness.analysis.compare import compare, have_common_missions
 from harness.analysis.repricing import FORGIVEN, accounted_margins
-from harness.economics.accountings import PUBLISHED
+from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
@@ -37,11 +37,26 @@ FOREMOST = (
 )
 
 
-def headline(entries: Sequence[Entry]) -> Json:
+Accounted = Sequence[Mapping[str, Interval]]  # margins under each accounting, entry by entry
+
+
+def accounted(entries: Sequence[Entry]) -> Accounted:
+    """The margins of each entry under every accounting; empty where they are undefined.
+
+    Raises:
+        InputError: rows and events of a run are of different states.
+    """
+    return [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
+
+
+def headline(entries: Sequence[Entry], known: Accounted) -> Json:
     """What each stack earns per delivery, and the published stack that drives like these."""
     parties = [(each.label, each.side, each.valuation.intervals.get(MARGIN)) for each in entries]
     return {
-        "stacks": [_headline(entry.column, entry) for entry in entries],
+        "stacks": [
+            {**_headline(entry.column, entry), "atFault": _interval(each[AT_FAULT]) if AT_FAULT in each else None}
+            for entry, each in zip(entries, known, strict=True)
+        ],
         "paper": _headline(_published(entries)[0]),
         "verdicts": rankings(parties) or earnings(parties),
     }
@@ -115,13 +130,8 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
     ]
 
 
-def accountings(entries: Sequence[Entry]) -> Json | None:
-    """A row for each accounting, a cell for each stack; None where all are alike, or margins are undefined.
-
-    Raises:
-        InputError: rows and events of a run are of different states.
-    """
-    known = [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
+def accountings(entries: Sequence[Entry], known: Accounted) -> Json | None:
+    """A row for each accounting, a cell for each stack; None where all are alike, or margins are undefined."""
     if not any(each[name] != each[PUBLISHED] for each in known if each for name in TITLES):
         return None
     rows = [

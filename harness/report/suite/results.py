@@ -8,7 +8,7 @@ from pathlib import Path
 
 from harness.analysis.compare import PAIR, Comparison, Side, compare
 from harness.analysis.repricing import accounted_margins
-from harness.economics.valuation import Valuation, valuation_document, value
+from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
 from harness.statistics.paired import PairedDifference, holm
@@ -17,6 +17,7 @@ from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_be
 from harness.study.suite_log import Session, sessions_of
 
 MARGIN = "contribution_margin"
+PARTED_CONDITIONS, PARTED_MISSIONS = 3, 2  # of each, that are recorded to be looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,16 @@ class Difference:
     paired: PairedDifference
     p_holm: float  # adjusted for all stacks under the condition
     warnings: tuple[str, ...]  # why the two might differ for other reasons than their stacks
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """Missions of a condition on which what the stacks earned differs most."""
+
+    spread: float  # [USD] of the widest one
+    seed: int
+    episodes: tuple[int, ...]  # the widest first
+    runs: tuple[StoredRun, ...]  # of the condition, of every stack and seed
 
 
 @dataclass(frozen=True)
@@ -109,6 +120,12 @@ class Results:
             for (stack, comparison), each, p in zip(own, paired, adjusted, strict=True):
                 found[condition, stack] = Difference(comparison.pairs, each, float(p), tuple(comparison.warnings))
         return found
+
+    @property
+    def partings(self) -> list[Parting]:
+        """The conditions whose stacks part ways most, with the missions on which they do; widest first."""
+        found = [_parting([each for each in self.under(where) if each.n]) for where in self.conditions]
+        return sorted(filter(None, found), key=lambda each: -each.spread)[:PARTED_CONDITIONS]
 
     @cached_property
     def accounted(self) -> dict[tuple[Condition, str], dict[str, Interval]]:
@@ -184,6 +201,24 @@ def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]
         if any(_mission(row) in missions for row in other.side.stack.rows):
             found.append((other.stack, compare(first.side, other.side, [MARGIN])))
     return found
+
+
+def _parting(standings: Sequence[Standing]) -> Parting | None:
+    """Where several stacks earned unlike sums; None where no mission tells them apart by a cent."""
+    earned: dict[tuple[int, int], list[float]] = {}
+    for each in standings:
+        assert each.side is not None
+        rows = each.side.stack.rows
+        known = margins(rows, each.side.run.prices())
+        for row, margin in zip(rows, () if known is None else known.tolist(), strict=known is not None):
+            earned.setdefault((row["seed"], row["episode"]), []).append(margin)
+    spread = {mission: max(of_all) - min(of_all) for mission, of_all in earned.items() if len(of_all) == len(standings)}
+    widest = sorted((mission for mission in spread if spread[mission] >= CENT), key=lambda each: (-spread[each], each))
+    if len(standings) < 2 or not widest:
+        return None
+    seed = widest[0][0]
+    episodes = tuple(episode for its_seed, episode in widest if its_seed == seed)[:PARTED_MISSIONS]
+    return Parting(spread[widest[0]], seed, episodes, tuple(run for each in standings for run in each.runs))
 
 
 def _mission(row: Row) -> tuple[object, ...]:

@@ -296,3 +296,31 @@ def test_paper_is_light_and_shows_what_is_folded(page: Path, browse: Browse) -> 
     browser.execute_script("dispatchEvent(new Event('afterprint'))")
     assert browser.execute_script("return document.documentElement.dataset.theme") == "dark"
     assert browser.execute_script("return document.querySelectorAll('details:not([open])').length") == folded
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_two_stacks_drive_the_same_mission_in_one_replay(page: Path, browse: Browse, width: int) -> None:
+    browser = browse(page, width)
+    wait(browser, "document.querySelector('#player').dataset.ready")
+    numbers = browser.execute_script(
+        "return JSON.parse(document.getElementById('data').textContent).replays.map(each => [each.entry, each.episode])"
+    )
+    alone, other, own = numbers.index([0, 1]), numbers.index([1, 0]), numbers.index([0, 0])
+    choose(browser, "which", str(alone))  # its mission has been recorded once only
+    wait(browser, f"document.querySelector('#player').dataset.ready === '{alone}'")
+    assert browser.execute_script("return document.getElementById('beside')") is None
+    choose(browser, "which", str(own))
+    wait(browser, f"document.querySelector('#player').dataset.ready === '{own}'")
+    lines = "document.querySelectorAll('#player g path').length"
+    wait(browser, f"{lines} === 3")
+    before = picture(browser)
+    choose(browser, "beside", str(other))
+    wait(browser, f"{lines} === 6")  # speed, clearance and costs of both
+    assert picture(browser) != before
+    legend = browser.execute_script("return document.querySelector('#player .legend').textContent")
+    assert "mine, episode 0" in legend and f"{EVIL}, episode 0" in legend
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    choose(browser, "beside", "")
+    wait(browser, f"{lines} === 3")
+    assert picture(browser) == before
+    assert [entry["message"] for entry in browser.get_log("browser")] == []

@@ -123,7 +123,7 @@ def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     assert [abs(each.difference_usd) for each in found] == pytest.approx(differences[:3])
     assert "1 counted" in sentence(found[0])
     first = found[0]
-    assert first.replay(COMMAND).endswith(f"--seed {first.seed} --episodes {first.episode + 1} --record full")
+    assert first.replay(COMMAND).endswith(f"--seed {first.seed} --only {first.episode} --record full")
     assert partings(study.test_rows[0], study.test_rows[0]) == ()
 
 

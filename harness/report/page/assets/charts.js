@@ -19,6 +19,7 @@ function card(each, colour) {
     ['deliveries', num(each.n)],
     ['intact and in time', percent(each.sla.v)],
     ['cost of each', usd(each.opex.v)],
+    each.atFault && ['margin if it pays where at fault', usd(each.atFault.v)],
     each.worst && isNumber(each.worst.v) && ['worst 5 % cost', usd(each.worst.v)],
     ['break-even', isNumber(each.breakEvenRuns) ? `${num(each.breakEvenRuns)} runs` : isNumber(each.margin.v) ? 'never' : 'undefined'],
     isNumber(each.probability) && ['P(within its life)', num(each.probability, 3)],

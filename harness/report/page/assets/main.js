@@ -1,5 +1,7 @@
 // Puts the page together.
 function masthead() {
+  if (DATA.kind === 'study') return h('div', { class: 'masthead' }, h('div', {}, h('p', { class: 'kicker' }, 'navbench study'),
+    h('h1', {}, DATA.title), h('p', { class: 'sub' }, DATA.date)), themeButton());
   const { basis, entries } = DATA, total = DATA.deliveries ? DATA.deliveries.entry.length : null;
   const each = key => [...new Set(basis.runs.map(run => run[key]))].join(', ');
   const where = [total !== null && `${num(total)} deliveries`, ...['map', 'seed', 'people'].map(key => `${key} ${each(key)}`), DATA.date];
@@ -45,8 +47,8 @@ function boot() {
   $('top').append(masthead());
   const main = $('content');
   let instance;
-  if (DATA.kind === 'report') {
-    const made = reportSections();
+  if (DATA.kind !== 'replay') {
+    const made = DATA.kind === 'report' ? reportSections() : studySections();
     instance = made.instance;
     main.append(made.nav, ...made.sections);
   } else {
@@ -54,7 +56,7 @@ function boot() {
     main.append(section('replay', 'Replay', 'Space plays, ← → move by a second, N jumps to the next event that cost something, shift + arrows move the map.', instance.place),
       section('basis', 'What this rests on', null, basisContent()));
   }
-  $('foot').append(h('p', {}, `Made with navbench ${DATA.basis.made.navbench}. This page is complete in itself: it asks no server for anything.`));
+  $('foot').append(h('p', {}, `Made with navbench ${DATA.made ?? DATA.basis.made.navbench}. This page is complete in itself: it asks no server for anything.`));
   const loss = each => each.money.contribution_margin ?? Infinity;
   const worst = DATA.replays.reduce((found, each, k) => loss(each) < loss(DATA.replays[found]) ? k : found, 0);
   if (DATA.replays.length) instance.open(worst);

@@ -3,10 +3,17 @@ const SPEEDS = [.25, .5, 1, 2, 4, 8, 16];
 const NEAR = 20;  // [m] that the view shows at first
 const BEFORE_EVENT = 2;  // [s] before an event to which a jump leads
 
+const nameOf = facts => `${DATA.entries[facts.entry].label}, episode ${facts.episode}`;
+const recordingOf = async number => new Recording(DATA.replays[number], await decodeRecording($(`recording-${number}`).textContent));
+const rivalsOf = number => {  // recorded deliveries of the same mission
+  const key = each => JSON.stringify([each.map, each.start, each.goal]), own = key(DATA.replays[number]);
+  return DATA.replays.flatMap((each, k) => k !== number && key(each) === own ? [k] : []);
+};
+
 function player() {
   const place = h('div', { id: 'player', tabindex: -1 }), camera = new Camera();
   const shown = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
-  const state = { recording: null, time: 0, speed: 1, playing: false, follow: true, number: -1, asked: 0, frames: 0, drawn: 0 };
+  const state = { recording: null, rival: null, time: 0, speed: 1, playing: false, follow: true, number: -1, asked: 0, frames: 0, drawn: 0 };
   const view = stage('Replay', width => width < 640 ? 1.05 : .62, camera, draw, () => { if (state.drawn) reset(); else camera.metres = NEAR; },
     () => { state.follow = false; parts.follow.setAttribute('aria-pressed', 'false'); });
   let last = 0, parts = null, strip = null, reasons = null;
@@ -17,10 +24,9 @@ function player() {
     place.setAttribute('aria-busy', 'true');
     try {
       if (number !== state.number || !state.recording) {
-        const fields = await decodeRecording($(`recording-${number}`).textContent);
+        const recording = await recordingOf(number);
         if (asked !== state.asked) return;  // another one was chosen meanwhile
-        state.recording = new Recording(DATA.replays[number], fields);
-        state.number = number;
+        Object.assign(state, { recording, rival: null, number });
         build();
       }
       seek(time);
@@ -31,6 +37,21 @@ function player() {
     }
     place.removeAttribute('aria-busy');
     place.dataset.ready = number;
+  }
+  async function accompany(choice) {  // by another delivery of the same mission; empty: by none
+    const asked = state.asked, rival = choice === '' ? null : await recordingOf(Number(choice));
+    if (asked !== state.asked) return;
+    state.rival = rival;
+    place.dataset.rival = choice;
+    plot();
+    draw();
+  }
+  function plot() {
+    strip = replayStrip([state.recording, state.rival].filter(Boolean), seek);
+    parts.strip.replaceChildren(strip.place);
+    parts.legend.replaceChildren(...(state.rival ? [state.recording, state.rival].map((each, k) =>
+      h('span', {}, h('span', { class: 'key', tint: `var(${LINES[k]})` }), `${nameOf(each.facts)}: ${outcomeName(each.facts.outcome)}, ${usd(each.facts.money.contribution_margin)}`)) : []));
+    strip.move(state.time);
   }
   function reset() {
     if (!state.recording) return;
@@ -46,7 +67,7 @@ function player() {
     draw();
   }
   function build() {
-    const facts = state.recording.facts, name = `${DATA.entries[facts.entry].label}, episode ${facts.episode}`;
+    const facts = state.recording.facts, name = nameOf(facts), rivals = rivalsOf(state.number);
     view.canvas.setAttribute('aria-label', `Replay of ${name}`);
     state.follow = true;
     camera.metres = NEAR;
@@ -60,16 +81,19 @@ function player() {
       speed: h('select', { 'aria-label': 'Speed', on: { change: event => { state.speed = Number(event.target.value); } } },
         SPEEDS.map(each => h('option', { value: each, selected: each === state.speed }, `${each} ×`))),
       clock: h('span', { class: 'clock' }),
+      beside: rivals.length > 0 && h('div', { class: 'bar' }, h('label', {}, 'on the same mission', h('select', { id: 'beside', on: { change: event => accompany(event.target.value) } },
+        option('', 'nobody'), rivals.map(k => option(k, nameOf(DATA.replays[k])))))),
+      strip: h('div', {}), legend: h('div', { class: 'legend' }),
       seek: h('input', { type: 'range', class: 'seek', min: 0, max: state.recording.end, step: 'any', value: 0, 'aria-label': 'Time [s]',
         on: { input: event => seek(Number(event.target.value)) } }),
       facts: h('dl'), costs: h('ul', { class: 'costs' }),
     };
-    strip = replayStrip(state.recording, seek);
+    plot();
     reasons = replayReasons(facts.reasons, seek);
     place.replaceChildren(
       h('div', { class: 'player' },
         h('div', {}, view.place, h('div', { class: 'transport' }, parts.play, parts.previous, parts.next, parts.speed, parts.follow, parts.clock),
-          parts.seek, strip.place,
+          parts.seek, parts.beside, parts.legend, parts.strip,
           h('div', { class: 'layers' }, LAYERS.filter(([key]) => has(key)).map(([key, label, colour]) =>
             check(label, shown[key], on => { shown[key] = on; draw(); }, `var(${colour})`)))),
         h('div', { class: 'side' }, h('h3', {}, name), parts.facts, h('h3', {}, 'Costs'), parts.costs, reasons.place, navigatorHistory(facts.history))));
@@ -109,7 +133,7 @@ function player() {
   function draw() {
     if (!state.recording || camera.width === 1) return;
     if (state.follow) [camera.x, camera.y] = state.recording.pose(state.recording.driven, state.recording.row(state.time));
-    drawReplay(view.context, view.canvas.ratio || 1, camera, state.recording, state.time, shown);
+    drawReplay(view.context, view.canvas.ratio || 1, camera, state.recording, state.time, shown, state.rival);
     state.drawn += 1;
   }
   function seek(time) {
@@ -157,7 +181,7 @@ function player() {
 }
 
 function replaySection(instance) {
-  const names = DATA.replays.map(each => `${DATA.entries[each.entry].label}, episode ${each.episode}: ${outcomeName(each.outcome)}`
+  const names = DATA.replays.map(each => `${nameOf(each)}: ${outcomeName(each.outcome)}`
     + (isNumber(each.money.contribution_margin) ? `, ${usd(each.money.contribution_margin)}` : ''));
   const pick = h('select', { id: 'which', on: { change: event => instance.open(Number(event.target.value)) } }, names.map((name, k) => option(k, name)));
   const open = (number, time) => {

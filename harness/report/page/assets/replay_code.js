@@ -54,6 +54,7 @@ class Recording {
     return [k, next, gap > 0 ? Math.min(1, Math.max(0, (time - this.times[k]) / gap)) : 0];
   }
   value(columns, index, [k, next, part]) { return columns[index][k] + part * (columns[index][next] - columns[index][k]); }
+  wayUntil(time) { return Array.from({ length: this.row(time)[0] + 1 }, (_, k) => [this.driven[0][k], this.driven[1][k]]); }
   pose(columns, row) { return [0, 1, 2].map(index => this.value(columns, index, row)); }
   believed([k, next, part]) {  // null: it has no belief just then
     const isKnown = index => Math.abs(this.belief[0][index]) < ABSENT;
@@ -102,6 +103,9 @@ class Recording {
     return found;
   }
   costs(time) { return this.events.reduce((sum, each) => sum + (each.time <= time + 1e-3 ? each.cost : 0), 0); }
+  get clearances() {  // [m] of every row
+    return this.kept ??= Array.from(this.times, (_, k) => this.nearest([k, k, 0]));
+  }
   nearest(row) {  // [m] between the robot's outline and the disc of whoever is nearest; 0: they touch
     const [x, y, yaw] = this.pose(this.driven, row), c = Math.cos(yaw), n = Math.sin(yaw), radius = this.facts.personRadius;
     return this.people(row).reduce((least, [px, py]) => {

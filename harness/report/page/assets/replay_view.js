@@ -5,7 +5,7 @@ const LAYERS = [  // key, label, colour
 ];
 const PULSE = 1.2;  // [s] that a contact is marked after its moment
 
-function drawReplay(context, ratio, camera, recording, time, shown) {
+function drawReplay(context, ratio, camera, recording, time, shown, rival) {
   const facts = recording.facts, colour = colours(), row = recording.row(time), pose = recording.pose(recording.driven, row);
   const line = points => { context.beginPath(); points.forEach(([x, y]) => context.lineTo(...camera.at(x, y))); };
   const circle = ([x, y], radius) => { context.beginPath(); context.arc(...camera.at(x, y), radius, 0, 2 * Math.PI); };
@@ -14,8 +14,13 @@ function drawReplay(context, ratio, camera, recording, time, shown) {
   context.lineJoin = 'round';
   context.lineCap = 'round';
   drawEnds(context, camera, facts, colour);
+  const there = rival && rival.pose(rival.driven, rival.row(time));
   if (shown.way) {
-    line(Array.from({ length: row[0] + 1 }, (_, k) => [recording.driven[0][k], recording.driven[1][k]]).concat([pose]));
+    if (rival) {
+      line(rival.wayUntil(time).concat([there]));
+      stroke(context, colour['--rival'], 3, .45);
+    }
+    line(recording.wayUntil(time).concat([pose]));
     stroke(context, colour['--robot'], 3, .45);
   }
   if (shown.plan) {
@@ -42,7 +47,8 @@ function drawReplay(context, ratio, camera, recording, time, shown) {
     line([[x, y], [x + vx, y + vy]]);
     stroke(context, colour['--track'], 2, 1);
   }
-  drawRobot(context, camera, facts, pose, colour);
+  if (rival) drawRobot(context, camera, rival.facts, there, colour['--rival'], colour['--card']);
+  drawRobot(context, camera, facts, pose, colour['--robot'], colour['--card']);
   if (shown.options) drawOptions(context, camera, recording.optionsAt(row), colour);
   if (shown.belief && recording.belief) drawBelief(context, camera, recording, row, colour);
   if (shown.contacts) for (const [x, y, stamp, what, , cost, counted] of facts.contacts) {
@@ -89,21 +95,21 @@ function polygon(context, points) {
   points.forEach(([x, y]) => context.lineTo(x, y));
   context.closePath();
 }
-function drawRobot(context, camera, facts, pose, colour) {
+function drawRobot(context, camera, facts, pose, fill, edge) {
   const corners = outline(camera, facts.footprint, pose);
   if (camera.scale < 9) {  // too small to see: a dot stands for it
     context.beginPath();
     context.arc(...camera.at(pose[0], pose[1]), 5, 0, 7);
   } else polygon(context, corners);
-  context.fillStyle = colour['--robot'];
+  context.fillStyle = fill;
   context.fill();
-  stroke(context, colour['--card'], 1.5, 1);
+  stroke(context, edge, 1.5, 1);
   if (camera.scale < 9) return;
   const front = Math.max(...facts.footprint.map(each => each[0]));
   const nose = outline(camera, [[front - .3, .13], [front - .07, 0], [front - .3, -.13]], pose);
   context.beginPath();
   nose.forEach(([x, y]) => context.lineTo(x, y));
-  stroke(context, colour['--card'], 2.2, 1);
+  stroke(context, edge, 2.2, 1);
 }
 function drawBelief(context, camera, recording, row, colour) {
   const believed = recording.believed(row);

@@ -56,7 +56,7 @@ function colours() {
   if (palette) return palette;
   palette = {};
   for (const name of ['--ground', '--building', '--building-edge', '--other', '--ink', '--paper', '--card', '--soft', '--faint', '--scan', '--plan',
-    '--person', '--track', '--belief', '--option', '--robot', '--loss', '--accent', '--line', ...Object.values(GROUND),
+    '--person', '--track', '--belief', '--option', '--robot', '--rival', '--loss', '--accent', '--line', ...Object.values(GROUND),
     ...Array.from({ length: TINTS }, (_, k) => `--s${k}`)]) palette[name] = css(name);
   return palette;
 }

@@ -1,0 +1,80 @@
+"""Some deliveries by their numbers, and some driven once more to be looked at."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from harness.cli.app import main
+from harness.execution.workers import InProcess, Workers
+from harness.study.again import PARTINGS, record_again
+from harness.study.stored_run import load_run
+from harness.task.study import Study, make_study
+from navstack.errors import InputError
+
+RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    (tmp_path / "short.yaml").write_text(RULES)
+    rules = str(tmp_path / "short.yaml")
+    return make_study(stacks=["parked"], episodes=5, rules=rules, pedestrians=2, workers=1)
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Deliveries are driven in this process."""
+    monkeypatch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+
+
+def drive(tmp_path: Path, name: str, *options: str) -> list[dict[str, object]]:
+    fixed = ("--stack", "parked", "--rules", str(tmp_path / "short.yaml"), "--pedestrians", "2", "--workers", "1")
+    with pytest.raises(SystemExit) as ended:
+        main(["run", *fixed, "--out", str(tmp_path / name), *options])
+    assert ended.value.code == 0
+    return list(load_run(str(tmp_path / name)).stacks[0].rows)
+
+
+def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, here: None, tmp_path: Path) -> None:
+    whole = drive(tmp_path, "whole", "--episodes", "5")
+    some = drive(tmp_path, "some", "--only", "4", "--only", "1", "--only", "4")
+    assert some == [whole[1], whole[4]]
+    assert json.loads((tmp_path / "some" / "run.json").read_text())["only"] == [1, 4]
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "--resume", str(tmp_path / "some")])  # it lacks nothing
+    assert ended.value.code == 0
+    assert list(load_run(str(tmp_path / "some")).stacks[0].rows) == some
+
+
+def test_a_manifest_that_contradicts_itself_is_refused(study: Study, here: None, tmp_path: Path) -> None:
+    from harness.storage.checksums import write_checksums
+    from harness.study.manifest import load_study
+
+    drive(tmp_path, "some", "--only", "1", "--only", "3")
+    file = tmp_path / "some" / "run.json"
+    content = json.loads(file.read_text())
+    for only, said in (([1], "has 1 deliveries, but episodes says 2"), (["1", 3], "not a list of numbers")):
+        file.write_text(json.dumps({**content, "only": only}))
+        write_checksums(tmp_path / "some")
+        with pytest.raises(InputError, match=said):
+            load_study(tmp_path / "some")
+
+
+def test_numbers_out_of_range_are_refused() -> None:
+    with pytest.raises(InputError, match="--only -1"):
+        make_study(stacks=["parked"], episodes=5, only=[3, -1])
+
+
+def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, here: None, tmp_path: Path) -> None:
+    whole = drive(tmp_path, "whole", "--episodes", "5")
+    folder = tmp_path / PARTINGS
+    with Workers(1) as workers:
+        record_again(folder, study.stacks, study.template, (3, 0), workers)
+        assert list(load_run(str(folder)).stacks[0].rows) == [whole[0], whole[3]]
+        recordings = {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
+        assert set(recordings) == {"parked-0.npz", "parked-3.npz"}
+        record_again(folder, study.stacks, study.template, (3, 0), workers)
+        assert recordings == {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
+        record_again(folder, study.stacks, study.template, (2,), workers)  # others: made anew
+    assert list(load_run(str(folder)).stacks[0].rows) == [whole[2]]
