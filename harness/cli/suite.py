@@ -93,7 +93,7 @@ def suite(
 
     FILE names stacks, maps, worlds, pedestrians, seeds and episodes, as params/suites/example.yaml does; it may be a
     name of params/suites. --out may name a folder that holds part of the suite: what is there is kept and added to. The
-    folder's index.md shows what there is, with tables and figures.
+    folder's index.html shows what there is, with tables, figures and replays.
 
     \b
     Examples:

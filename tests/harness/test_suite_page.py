@@ -22,7 +22,7 @@ from harness.cli.suite import _sheet
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.contact_limits import beyond_limit
 from harness.economics.prices import price_sets
-from harness.economics.valuation import value
+from harness.economics.valuation import margins, value
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.markdown import interval_text
 from harness.report.sheet import print_sheet
@@ -311,3 +311,14 @@ def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
     text = (folder / "index.md").read_text(encoding="utf-8")
     assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
     assert f"all {stored} deliveries" in text or f"{stored} of" in text
+
+
+def test_partings_are_the_missions_on_which_all_stacks_earn_most_unlike_sums(study: Path) -> None:
+    (parting,) = read_results(study).partings  # on the other map one stack alone has driven
+    sides = [load_run(str(study / f"sidewalk-published_2-seed0-{stack}")) for stack in ("mine", "other")]
+    mine, other = (margins(run.stacks[0].rows, run.prices()) for run in sides)
+    assert mine is not None and other is not None
+    apart = abs(mine[: len(other)] - other)  # missions that both have
+    assert parting.episodes == tuple((-apart).argsort(kind="stable")[:2].tolist())
+    assert parting.spread == pytest.approx(apart.max())
+    assert {run.folder.name for run in parting.runs} == set(EPISODES) - {"sidewalk_1-published_2-seed0-mine"}
