@@ -134,3 +134,8 @@ def test_real_files_have_no_errors_and_no_false_alarms(path):
     notices = lint(load_nav2(path))
     assert not [str(notice) for notice in notices if notice.is_error]
     assert {notice.id for notice in notices} - READER == expected
+
+
+def test_the_tutorials_file_has_nothing_to_warn_of():
+    file = load_nav2(shipped("params") / "nav2" / "starter.yaml")
+    assert [str(notice) for notice in lint(file, robot_limits("segway_e1"))] == []
