@@ -1,5 +1,7 @@
 """How often 95 % intervals hold the truth: on simulated costs of deliveries, and on margins that were really driven.
 
+Of these, the bootstrap's and the one that admits a loss that has not happened yet (harness.statistics.unseen).
+
 The simulated costs are those of a robot that meets people, without disasters. Real ones have a few: a loss of hundreds
 of dollars once in some hundred deliveries. For them every run folder is taken as all deliveries that there are, and
 runs of fewer deliveries are drawn from it: what is rarer than once in its deliveries is not in it either.
@@ -10,6 +12,7 @@ Usage: python benchmarks/check_intervals.py [--replications 1000] [--runs FOLDER
 import argparse
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +20,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from harness.analysis.rare import reach_of
 from harness.analysis.repricing import choose, profits
+from harness.economics.valuation import CENT
 from harness.statistics.bootstrap import bootstrap_cvar, bootstrap_mean
+from harness.statistics.interval import Interval
+from harness.statistics.unseen import Reach, admit_unseen
 from harness.study.stored_run import load_run
 from navstack.types import FloatArray
 
@@ -61,50 +68,77 @@ def normal(replications: int) -> Table:
     table = Table("values", "mean", title="normally distributed values: held by", box=box.SIMPLE_HEAD)
     for n in FEW:
         draw = np.random.default_rng((n, 1))
-        held, _ = _shares(lambda size, draw=draw: draw.normal(size=size), n, 0.0, replications)
-        table.add_row(str(n), f"{held:.2f}")
+        spans = [_bootstrap(draw.normal(size=n), draw) for _ in range(replications)]
+        held = sum(span.low is not None and span.high is not None and span.low <= 0.0 <= span.high for span in spans)
+        table.add_row(str(n), f"{held / replications:.2f}")
     return table
 
 
-def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray]]:
-    """Each stack with enough deliveries, and their margins [USD]."""
+Draw = Callable[[FloatArray, np.random.Generator], Interval]  # an interval from a sample
+
+
+def driven(folders: list[Path]) -> Iterator[tuple[str, FloatArray, Draw]]:
+    """Each stack with enough deliveries, their margins [USD], and the interval that admits the unseen."""
     for folder in folders:
         for file in sorted(folder.rglob("run.json")):
             run = load_run(str(file.parent))
             for stack in run.stacks:
                 if len(stack.rows) >= LEAST:
                     place = "/".join(file.parent.relative_to(folder.parent).parts[-2:])
-                    yield f"{place}: {stack.name}", profits(run, stack, choose(run, None, (), ()))
+                    yield (
+                        f"{place}: {stack.name}",
+                        profits(run, stack, choose(run, None, (), ())),
+                        partial(_with_unseen, reach=reach_of(run)),
+                    )
+
+
+def _bootstrap(sample: FloatArray, rng: np.random.Generator) -> Interval:
+    return bootstrap_mean(sample, rng, DRAWS)
+
+
+def _with_unseen(sample: FloatArray, rng: np.random.Generator, reach: Reach) -> Interval:
+    return admit_unseen(sample, float(sample.max()), reach, None, rng, DRAWS)
 
 
 def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> tuple[Table, Table]:
-    """The same for the mean margin of real deliveries, and how often the low end lies above the truth; and in short."""
-    table = Table("run", "worst [USD]", title="real margins: held by, and low end too high in", box=box.SIMPLE_HEAD)
-    brief = Table("runs", "worst [USD]", title="held by: least to most, median", box=box.SIMPLE_HEAD)
+    """Share of intervals that hold the mean margin of real deliveries, of each run and in short."""
+    table = Table("run", "worst [USD]", title="real margins: held by bootstrap, with unseen loss", box=box.SIMPLE_HEAD)
+    brief = Table("runs", "worst [USD]", "interval", title="held by: least to most, median", box=box.SIMPLE_HEAD)
     for n in DRAWN:
         table.add_column(f"n = {n}", justify="right")
         brief.add_column(f"n = {n}", justify="right")
-    groups: dict[bool, list[tuple[float, list[float]]]] = {False: [], True: []}  # by whether a disaster is among them
-    for name, margins in driven(folders):
-        truth, worst = float(margins.mean()), float(margins.min())
-        found = [_shares(lambda n, m=margins: rng.choice(m, n), n, truth, replications) for n in DRAWN]
-        table.add_row(name, f"{worst:.0f}", *(f"{held:.2f}, {above:.2f}" for held, above in found))
-        groups[worst < -DISASTER].append((worst, [held for held, _ in found]))
+    groups: dict[bool, list[tuple[float, FloatArray]]] = {False: [], True: []}  # by whether a disaster is among them
+    for name, margins, with_unseen in driven(folders):
+        worst = float(margins.min())
+        shares = np.array([_shares(margins, n, (_bootstrap, with_unseen), replications, rng) for n in DRAWN])
+        table.add_row(name, f"{worst:.0f}", *(f"{plain:.2f}, {wider:.2f}" for plain, wider in shares))
+        groups[worst < -DISASTER].append((worst, shares))
     for group in filter(None, groups.values()):
-        worst, held = np.array([each for each, _ in group]), np.array([shares for _, shares in group])
-        cells = [f"{column.min():.2f} to {column.max():.2f}, {np.median(column):.2f}" for column in held.T]
-        brief.add_row(str(len(group)), f"{worst.max():.0f} to {worst.min():.0f}", *cells)
+        lowest, held = [each for each, _ in group], np.array([shares for _, shares in group])
+        for kind, title in enumerate(("bootstrap", "with unseen loss")):
+            cells = [
+                f"{column.min():.2f} to {column.max():.2f}, {np.median(column):.2f}" for column in held[:, :, kind].T
+            ]
+            brief.add_row(str(len(group)), f"{max(lowest):.0f} to {min(lowest):.0f}", title, *cells)
     return table, brief
 
 
-def _shares(draw: Callable[[int], FloatArray], n: int, truth: float, replications: int) -> tuple[float, float]:
-    held = above = 0
-    rng = np.random.default_rng(n)
+def _shares(
+    margins: FloatArray, n: int, kinds: tuple[Draw, ...], replications: int, rng: np.random.Generator
+) -> list[float]:
+    """How often intervals of each kind hold the mean of all ``margins``, from ``n`` of them drawn with replacement."""
+    truth, held = float(margins.mean()), [0] * len(kinds)
     for _ in range(replications):
-        span = bootstrap_mean(draw(n), rng, DRAWS)
-        held += span.low is not None and span.high is not None and span.low <= truth <= span.high
-        above += span.low is not None and span.low > truth
-    return held / replications, above / replications
+        sample = rng.choice(margins, n)
+        for kind, interval in enumerate(kinds):
+            span = interval(sample, rng)
+            held[kind] += (
+                span.low is not None
+                and span.high is not None
+                and span.low <= truth + CENT / 100
+                and (truth - CENT / 100 <= span.high)
+            )
+    return [count / replications for count in held]
 
 
 def main() -> None:

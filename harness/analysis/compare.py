@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from harness.analysis.rare import difference_with_unseen
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, margins, mean_columns
@@ -15,6 +16,7 @@ from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
+from harness.statistics.interval import Interval
 from harness.statistics.paired import PairedDifference, compare_pairs, holm
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
@@ -22,8 +24,9 @@ from navstack.types import FloatArray
 
 PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
 EARNED = ("revenue", "contribution_margin")
-FAMILY = ("contribution_margin", "sla")  # whose p values are adjusted together, unless metrics are named
-SHORT = {"margin": "contribution_margin"}  # as elsewhere on the command line
+MARGIN = "contribution_margin"
+FAMILY = (MARGIN, "sla")  # whose p values are adjusted together, unless metrics are named
+SHORT = {"margin": MARGIN}  # as elsewhere on the command line
 ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}  # metric -> accounting
 SHOWN_VALUES = 3  # differing parameters that a warning names
 
@@ -67,6 +70,7 @@ class Comparison:
     left_out: tuple[int, int]  # finished deliveries of each side without a partner
     differences: dict[str, Compared]
     warnings: list[str]
+    unseen: Interval | None  # of the margin's difference, admitting a loss not seen yet; None: it is not compared
 
     @property
     def family(self) -> list[str]:
@@ -120,6 +124,9 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
         known[key] = dataclasses.replace(known[key], p_holm=p_holm)
+    unseen = None
+    if MARGIN in known:
+        unseen = difference_with_unseen(first.run, second.run, columns[1][MARGIN] - columns[0][MARGIN], clusters)
     return Comparison(
         first=first,
         second=second,
@@ -127,6 +134,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         left_out=(len(first.stack.rows) - len(pairs), len(second.stack.rows) - len(pairs)),
         differences=known,
         warnings=_warnings(first, second),
+        unseen=unseen,
     )
 
 
@@ -149,6 +157,7 @@ def document(comparison: Comparison) -> Row:
             }
             for key, entry in comparison.differences.items()
         },
+        "margin_with_unseen": None if comparison.unseen is None else comparison.unseen.as_json(),
         "warnings": comparison.warnings,
     }
 

@@ -5,7 +5,7 @@ from rich.text import Text
 
 from harness.analysis.compare import Compared, Comparison
 from harness.metrics.metric import Better
-from harness.report.markdown import bounds_text, number_text, p_text
+from harness.report.markdown import bounds_text, interval_text, number_text, p_text
 from harness.report.sheet import declared, print_sheet
 
 SURE = 0.05  # adjusted p below which a side is called better
@@ -54,6 +54,11 @@ def _notes(comparison: Comparison) -> list[str]:
         "needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).",
         "better: who is, where p Holm is below 0.05.",
     ]
+    if comparison.unseen is not None:
+        notes.append(
+            "contribution_margin, if a loss that has not happened yet is admitted: "
+            f"{interval_text(comparison.unseen, 2)} USD a delivery."
+        )
     if alike:
         notes.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):

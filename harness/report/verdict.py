@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from harness.analysis.compare import Side, compare, have_common_missions
+from harness.analysis.rare import margin_with_unseen
 from harness.report.comparison import SURE
-from harness.report.markdown import interval_text, p_text
+from harness.report.markdown import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
 
@@ -14,7 +15,10 @@ Party = tuple[str, Side, Interval | None]  # a stack's name, its deliveries and 
 
 def earnings(parties: Sequence[Party]) -> list[str]:
     """A sentence for each stack with a margin: whether it surely earns money."""
-    return [f"{name}: {_earning(margin)}" for name, _, margin in _known(parties)]
+    return [
+        f"{name}: {_earning(margin, margin_with_unseen(side.run, side.stack))}"
+        for name, side, margin in _known(parties)
+    ]
 
 
 def rankings(parties: Sequence[Party]) -> list[str]:
@@ -24,12 +28,14 @@ def rankings(parties: Sequence[Party]) -> list[str]:
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
     others = [(name, side) for name, side, _ in known[1:] if have_common_missions(known[0][1], side)]
-    pairs = [compare(side, known[0][1], [MARGIN]).differences[MARGIN].paired for _, side in others]
+    found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
+    pairs = [each.differences[MARGIN].paired for each in found]
     lines = []
-    for (name, _), pair, p in zip(others, pairs, holm([pair.p for pair in pairs]), strict=True):
+    adjusted = holm([pair.p for pair in pairs])
+    for (name, _), each, pair, p in zip(others, found, pairs, adjusted, strict=True):
         span = f"{interval_text(pair.difference, 2)} USD a delivery over {pair.difference.n} missions, p {p_text(p)}"
         if p < SURE:
-            lines.append(f"{known[0][0]} earns more than {name}: {span}")
+            lines.append(f"{known[0][0]} earns more than {name}: {span}{_doubt(each.unseen)}")
         else:
             needed = f"; about {pair.needed:,d} would" if pair.needed else ""
             lines.append(f"These deliveries cannot rank {known[0][0]} and {name}: {span}{needed}")
@@ -40,10 +46,17 @@ def _known(parties: Sequence[Party]) -> list[tuple[str, Side, Interval]]:
     return [(name, side, margin) for name, side, margin in parties if margin is not None and margin.value is not None]
 
 
-def _earning(margin: Interval) -> str:
+def _earning(margin: Interval, unseen: Interval | None) -> str:
     text = f"{interval_text(margin, 2)} USD a delivery (n = {margin.n})"
     if margin.low is None or margin.high is None:
-        return f"{text}, the same each time: what is rarer has not happened yet"
+        return f"{text}, the same each time{_doubt(unseen)}"
     if margin.low > 0.0:
-        return f"{text}: it earns money"
+        return f"{text}: it earns money{_doubt(unseen)}"
     return f"{text}: it loses money" if margin.high < 0.0 else f"{text}: these deliveries do not tell whether it earns"
+
+
+def _doubt(unseen: Interval | None) -> str:
+    """What a loss that has not happened yet makes of a gain; empty: it stays one."""
+    if unseen is None or unseen.low is None or unseen.low > 0.0:
+        return ""
+    return f"; a loss that has not happened yet could undo that: {bounds_text(unseen)}"

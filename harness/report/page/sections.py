@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from harness.analysis.compare import compare, have_common_missions
+from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missions
@@ -54,7 +55,11 @@ def headline(entries: Sequence[Entry], known: Accounted) -> Json:
     parties = [(each.label, each.side, each.valuation.intervals.get(MARGIN)) for each in entries]
     return {
         "stacks": [
-            {**_headline(entry.column, entry), "atFault": _interval(each[AT_FAULT]) if AT_FAULT in each else None}
+            {
+                **_headline(entry.column, entry),
+                "atFault": _interval(each[AT_FAULT]) if AT_FAULT in each else None,
+                "unseen": _interval(unseen) if (unseen := margin_with_unseen(entry.run, entry.stack)) else None,
+            }
             for entry, each in zip(entries, known, strict=True)
         ],
         "paper": _headline(_published(entries)[0]),

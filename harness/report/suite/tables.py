@@ -4,8 +4,9 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
-from harness.report.markdown import interval_text, number_text, p_text, table
+from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
 from harness.report.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 from harness.statistics.interval import Interval
@@ -36,7 +37,7 @@ def counts(results: Results) -> str:
 
 def margins(results: Results) -> str:
     """The margin of every stack under every condition, the best on average on top."""
-    return _by_condition(results, lambda each: each.interval(MARGIN))
+    return _by_condition(results, lambda each: each.interval(MARGIN), _with_unseen)
 
 
 def margins_under(results: Results, accounting: str) -> str:
@@ -45,13 +46,24 @@ def margins_under(results: Results, accounting: str) -> str:
     return _by_condition(results, lambda each: results.accounted[each.condition, each.stack].get(accounting, nothing))
 
 
-def _by_condition(results: Results, margin_of: Callable[[Standing], Interval]) -> str:
+def _with_unseen(standing: Standing) -> str:
+    """The interval that admits a loss that has not happened yet."""
+    assert standing.side is not None
+    unseen = margin_with_unseen(standing.side.run, standing.side.stack)
+    return "" if unseen is None else f" ({bounds_text(unseen)})"
+
+
+def _by_condition(
+    results: Results,
+    margin_of: Callable[[Standing], Interval],
+    beside: Callable[[Standing], str] = lambda _: "",
+) -> str:
     """A row for each stack, a column for each condition; ``margin_of`` is asked of cells with deliveries."""
 
     def cell(standing: Standing) -> str:
         if standing.valuation is None:
             return "not driven"
-        return f"{interval_text(margin_of(standing), 2)}, n = {standing.n}"
+        return f"{interval_text(margin_of(standing), 2)}{beside(standing)}, n = {standing.n}"
 
     rows = [
         [f"`{stack}`", *(cell(each) for each in results.standings if each.stack == stack)] for stack in results.ranked

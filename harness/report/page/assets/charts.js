@@ -31,6 +31,8 @@ function card(each, colour) {
     h('div', { class: isNumber(each.margin.hi) && each.margin.hi < 0 ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
     h('div', { class: 'unit' }, 'margin per delivery'),
     h('div', { class: 'ci' }, interval ? `95 % ${interval}` : colour ? 'no interval: too few, or all alike' : 'no interval published'),
+    each.unseen && h('div', { class: 'ci', 'data-tip': 'One more delivery is admitted that loses up to what the dearest contact costs.' },
+      `with a loss not seen yet ${span(each.unseen, usd)}`),
     h('dl', {}, facts.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)])));
 }
 

@@ -1,0 +1,88 @@
+"""Intervals that admit what has not happened yet: against theory, brute force, and the truth."""
+
+import numpy as np
+import pytest
+
+from harness.economics.prices import load_prices
+from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
+from harness.statistics.unseen import Reach, admit_unseen
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def test_all_alike_the_low_end_is_the_unseen_value_alone():
+    """Then the unseen weighs Beta(1, n): its 97.5 % quantile is 1 - 0.025^(1/n)."""
+    n = 50
+    span = admit_unseen(np.full(n, 3.0), 3.0, Reach(10.0, 10.0), None, rng(), 200_000)
+    assert span.value == 3.0 and span.high == 3.0 and span.n == n
+    assert span.low == pytest.approx(3.0 - 10.0 * (1.0 - 0.025 ** (1.0 / n)), rel=0.02)
+
+
+def test_the_unseen_lies_evenly_in_the_logarithm_between_seen_and_possible():
+    n, reach = 20, Reach(1.0, 100.0)
+    span = admit_unseen(np.zeros(n), 0.0, reach, None, rng(), 100_000)
+    weights, places = rng(5).beta(1, n, 400_000), rng(6).random(400_000)
+    assert span.low == pytest.approx(np.quantile(-weights * 100.0**places, 0.025), rel=0.03)
+    seen = np.zeros(n)
+    seen[0] = -1000.0  # farther than was thought possible: as far as that
+    beyond = admit_unseen(seen, 0.0, reach, None, rng(), 20_000)
+    assert beyond.low == pytest.approx(
+        admit_unseen(seen, 0.0, Reach(1000.0, 1000.0), None, rng(), 20_000).low, rel=0.02
+    )
+
+
+def test_differences_reach_to_both_sides_alike():
+    values = rng(3).normal(0.0, 5.0, 100)
+    values -= values.mean()
+    there = admit_unseen(values, 0.0, Reach(3.0, 300.0), Reach(3.0, 300.0), rng(1), 50_000)
+    back = admit_unseen(-values, 0.0, Reach(3.0, 300.0), Reach(3.0, 300.0), rng(2), 50_000)
+    assert (-back.high, -back.low) == pytest.approx((there.low, there.high), rel=0.06)
+    plain = np.quantile([rng(k).choice(values, 100).mean() for k in range(4000)], (0.025, 0.975))
+    assert there.low < plain[0] and there.high > plain[1]
+
+
+def test_missions_are_weighed_as_a_whole():
+    values, missions = np.repeat([0.0, 10.0, 20.0], 40), np.repeat([0, 1, 2], 40)
+    whole = admit_unseen(values, 20.0, Reach(1.0, 1.0), None, rng(), 20_000, missions)
+    single = admit_unseen(values, 20.0, Reach(1.0, 1.0), None, rng(), 20_000)
+    assert whole.high - whole.low > 3.0 * (single.high - single.low)
+    again = admit_unseen(values, 20.0, Reach(1.0, 1.0), None, rng(), 20_000, missions)
+    assert again == whole
+
+
+@pytest.mark.parametrize("values", [[], [np.nan, 1.0], [[1.0]]])
+def test_what_is_no_list_of_numbers_is_refused(values):
+    with pytest.raises(ValueError, match="finite numbers"):
+        admit_unseen(np.array(values), 0.0, Reach(1.0, 2.0), None, rng())
+
+
+def test_rare_disasters_are_held_where_the_bootstrap_misses_them():
+    """One delivery in 200 loses 800 USD: most runs of 100 have seen none."""
+    everything = np.full(2000, 3.49)
+    everything[:10] = -800.0
+    truth, reach = everything.mean(), Reach(3.49, 1288.0)
+    held = sum(
+        span.low <= truth <= span.high
+        for k in range(200)
+        for span in [admit_unseen(rng(k).choice(everything, 100), 3.49, reach, None, rng(k), 500)]
+    )
+    assert held >= 186  # 93 %
+
+
+def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
+    prices = load_prices("costnav")
+    free, capped = reach_of_loss(prices), reach_of_loss(prices, 100.0)
+    assert free.least == capped.least == prices.delivery_fee.value
+    beside = prices.refund.value + prices.repair_per_physical_assistance
+    assert free.most == pytest.approx(1219.67 + beside, abs=0.01)  # the published curve's highest, at 1042 N s
+    assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
+
+
+def test_margins_earn_no_more_than_the_best_and_differences_may():
+    margin, missions = np.array([3.49] * 30 + [-40.0]), np.arange(31)
+    reach = Reach(3.49, 100.0)
+    assert margin_admitting_unseen(margin, reach, missions, 0).high <= 3.49
+    alike = difference_admitting_unseen(np.zeros(31), reach, missions, 0)
+    assert alike.low < 0.0 < alike.high
