@@ -42,7 +42,8 @@ def headline(results: Results) -> str:
     text = (
         f"**What three stacks earn** on the maps {names} ({state}, seed {results.suite.seeds[0]}, world "
         f"`{Path(results.suite.worlds[0]).stem}`): contribution margin [USD/delivery], 95 % bootstrap intervals over "
-        "missions. Costs, outcomes, break-even and paired differences: "
+        "missions; in round brackets those that admit [a loss that has not happened yet](docs/money.md#intervals). "
+        "Costs, outcomes, break-even and paired differences: "
         f"[the study](results/baseline/{README_SHOWS}/index.md)."
     )
     return f"{wrapped(text)}\n\n{margins(results)}\n"
