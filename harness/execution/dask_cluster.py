@@ -24,6 +24,7 @@ from navstack.errors import InputError
 CONNECT = 15.0  # [s] within which a scheduler answers
 PATIENCE = 180.0  # [s] without any worker
 SILENCE = 120.0  # [s] within which a busy scheduler answers
+UNHEARD = 50.0  # [s] without a heartbeat, which workers send every few seconds whatever they compute
 GATHER = 0.1  # [s] to collect workers that are to be restarted together
 RESTART = 20.0  # [s] for a worker to come back
 ENCRYPTED = ("tls", "wss")  # schemes of addresses
@@ -76,6 +77,7 @@ class DaskCluster:
         self._thread = threading.Thread(target=self._loop.run_forever, name="dask client", daemon=True)
         self._workers: dict[str, Worker] = {}  # by address
         self._free: asyncio.Queue[str] = asyncio.Queue()  # addresses; those that left meanwhile are skipped
+        self._heard: dict[str, tuple[float, float]] = {}  # by address: the last heartbeat, and when we noticed it
         self._avoided: set[str] = set()  # addresses that do not fit, or are at work on what nobody waits for
         self._calls: set[asyncio.Task[Any]] = set()
         self._doomed: list[str] = []  # addresses of workers to be restarted
@@ -154,6 +156,7 @@ class DaskCluster:
             await asyncio.sleep(LOOK)
             try:
                 await asyncio.wait_for(self._update(self._warn), SILENCE)
+                await asyncio.wait_for(self._listen(), SILENCE)
             except Exception:  # whatever a connection can break with
                 self._fail(self._lost_scheduler)
             if self._workers:
@@ -187,6 +190,18 @@ class DaskCluster:
         looks = await self._client.run(look, self._libraries, self._files, workers=new, on_error="return")
         for address in new:
             self._admit(address, looks.get(address), complain)
+
+    async def _listen(self) -> None:
+        """Give up workers that have been silent for long: stopped, or cut off while their connection stays open."""
+        known, now = (await self._client.scheduler.identity())["workers"], time.monotonic()
+        for address, worker in list(self._workers.items()):
+            beat = known.get(address, {}).get("last_seen", 0.0)
+            last, noticed = self._heard.get(address, (None, now))
+            self._heard[address] = (beat, now if beat != last else noticed)
+            if now - self._heard[address][1] > UNHEARD:
+                del self._heard[address]
+                worker.lost.set_result(None)
+                self._abandon(address, worker)
 
     def _admit(self, address: str, seen: "Look | Exception | None", complain: Callable[[str], None]) -> None:
         if seen is None or isinstance(seen, OSError):
@@ -236,7 +251,9 @@ class DaskCluster:
         if not outcome.done() and self._gone:
             raise NoExecutorError(self._gone)
         if not outcome.done():
-            raise WorkerLostError(f"its Dask worker {address} was lost (killed, out of memory, or its machine is gone)")
+            raise WorkerLostError(
+                f"its Dask worker {address} was lost (killed, stopped, out of memory, or its machine is gone)"
+            )
         try:
             made = outcome.result()
         except FutureCancelledError as error:

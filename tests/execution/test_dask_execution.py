@@ -101,6 +101,33 @@ def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -
     assert "ran for more than 8 s" in finished[6].lost[0]
 
 
+def test_a_stopped_worker_is_noticed_by_its_silence(two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its connection stays open, so that only its heartbeats tell; a busy worker's go on."""
+    monkeypatch.setattr("harness.execution.dask_cluster.UNHEARD", 6.0)
+    folder = str(tmp_path)
+
+    def work(task: tuple[str, int]) -> int:
+        import os
+        import signal
+        import time
+        from pathlib import Path
+
+        first = not list(Path(task[0]).glob(f"{task[1]}-*"))
+        (Path(task[0]) / f"{task[1]}-{os.getpid()}").touch()
+        if task[1] == 1 and first:
+            os.kill(os.getpid(), signal.SIGSTOP)
+        deadline = time.monotonic() + (12.0 if task[1] == 0 else 0.0)  # longer than the silence, and busy
+        while time.monotonic() < deadline:
+            pass
+        return task[1]
+
+    with connect(two) as dask, Workers(9, dask.place, 60.0, dask.room) as workers:
+        finished = {item.task[1]: item for item in workers.run(work, [(folder, number) for number in range(3)])}
+    assert [finished[number].result for number in range(3)] == [0, 1, 2]
+    assert not finished[0].lost and len(list(tmp_path.glob("0-*"))) == 1
+    assert "stopped" in finished[1].lost[0] and len(list(tmp_path.glob("1-*"))) == 2
+
+
 def test_closing_early_stops_what_runs(two: Any, tmp_path: Path) -> None:
     """As Ctrl-C does: the process of a task that would never end is killed."""
     with connect(two) as dask, Workers(9, dask.place, room=dask.room) as workers:
