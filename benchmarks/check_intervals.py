@@ -97,7 +97,7 @@ def _bootstrap(sample: FloatArray, rng: np.random.Generator) -> Interval:
 
 
 def _with_unseen(sample: FloatArray, rng: np.random.Generator, reach: Reach) -> Interval:
-    return admit_unseen(sample, float(sample.max()), reach, None, rng, DRAWS)
+    return admit_unseen(sample, max(float(sample.max()), reach.least), reach, None, rng, DRAWS)
 
 
 def resampled(folders: list[Path], replications: int, rng: np.random.Generator) -> tuple[Table, Table]:

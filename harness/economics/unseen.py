@@ -31,9 +31,10 @@ def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:
 def margin_admitting_unseen(margin: FloatArray, reach: Reach, clusters: IntArray, seed: int) -> Interval:
     """Mean of margins (n,) [USD] with the interval that admits a loss that has not been seen.
 
-    Nothing earns more than the best has.
+    Nothing earns more than the best has, or than the fee.
     """
-    return admit_unseen(margin, float(margin.max()), reach, None, np.random.default_rng(seed), clusters=clusters)
+    most = max(float(margin.max()), reach.least)
+    return admit_unseen(margin, most, reach, None, np.random.default_rng(seed), clusters=clusters)
 
 
 def difference_admitting_unseen(differences: FloatArray, reach: Reach, clusters: IntArray, seed: int) -> Interval:

@@ -52,7 +52,8 @@ def _earning(margin: Interval, unseen: Interval | None) -> str:
         return f"{text}, the same each time{_doubt(unseen)}"
     if margin.low > 0.0:
         return f"{text}: it earns money{_doubt(unseen)}"
-    return f"{text}: it loses money" if margin.high < 0.0 else f"{text}: these deliveries do not tell whether it earns"
+    surely_loses = margin.high < 0.0 and (unseen is None or unseen.high is None or unseen.high < 0.0)
+    return f"{text}: it loses money" if surely_loses else f"{text}: these deliveries do not tell whether it earns"
 
 
 def _doubt(unseen: Interval | None) -> str:

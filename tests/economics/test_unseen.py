@@ -16,7 +16,7 @@ def test_all_alike_the_low_end_is_the_unseen_value_alone():
     """Then the unseen weighs Beta(1, n): its 97.5 % quantile is 1 - 0.025^(1/n)."""
     n = 50
     span = admit_unseen(np.full(n, 3.0), 3.0, Reach(10.0, 10.0), None, rng(), 200_000)
-    assert span.value == 3.0 and span.high == 3.0 and span.n == n
+    assert (span.value, span.high, span.n) == pytest.approx((3.0, 3.0, n))
     assert span.low == pytest.approx(3.0 - 10.0 * (1.0 - 0.025 ** (1.0 / n)), rel=0.02)
 
 
@@ -80,9 +80,16 @@ def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
     assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
 
 
+def test_one_delivery_more_may_earn_the_fee():
+    losing = np.full(3, -20.0)
+    span = margin_admitting_unseen(losing, Reach(3.49, 100.0), np.arange(3), 0)
+    share = 1.0 - 0.025 ** (1.0 / 3.0)  # of the unseen delivery, at 97.5 %
+    assert span.high == pytest.approx(-20.0 + 23.49 * share, rel=0.05)
+
+
 def test_margins_earn_no_more_than_the_best_and_differences_may():
     margin, missions = np.array([3.49] * 30 + [-40.0]), np.arange(31)
     reach = Reach(3.49, 100.0)
-    assert margin_admitting_unseen(margin, reach, missions, 0).high <= 3.49
+    assert margin_admitting_unseen(margin, reach, missions, 0).high <= 3.49 + 1e-9
     alike = difference_admitting_unseen(np.zeros(31), reach, missions, 0)
     assert alike.low < 0.0 < alike.high
