@@ -188,7 +188,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 records += own
                 if interrupted:
                     break
-            if not interrupted and tally.done == tally.total:
+            if not interrupted:
                 record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
@@ -218,8 +218,11 @@ def write_overview(path: Path) -> Results:
 
 
 def record_partings(path: Path, results: Results, workers: Workers) -> None:
-    """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition."""
-    for parting in results.partings:
+    """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition.
+
+    Nothing as long as the suite is not complete.
+    """
+    for parting in results.partings if all(each.is_complete for each in results.standings) else ():
         runs = [each for each in parting.runs if each.seed == parting.seed]
         studies = [load_study(run.folder) for run in runs]
         stacks = [study.stacks[0] for study in studies]

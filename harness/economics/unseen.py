@@ -11,9 +11,8 @@ from harness.statistics.interval import Interval
 from harness.statistics.unseen import Reach, admit_unseen
 from navstack.types import FloatArray
 
-_IMPULSES = np.linspace(
-    0.0, 5000.0, 10_001
-)  # [N s] of which the dearest is looked for; the published curve turns at 1042
+# [N s] Of these the dearest is looked for; the published curve turns at 1042.
+_IMPULSES = np.linspace(0.0, 5000.0, 10_001)
 
 
 def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:

@@ -50,7 +50,7 @@ def _holds(folder: Path, study: Study) -> bool:
         return False
     found, asked = read_manifest(folder), about(study, ("navbench",))
     files = parameters(study)
-    return all(found.get(key) == asked[key] for key in ("only", "seed", "program_sha256")) and all(
+    return all(found.get(key) == asked[key] for key in ("only", "seed")) and all(
         (folder / "params" / name).is_file() and read_text(folder / "params" / name) == text
         for name, text in files.items()
     )

@@ -1,8 +1,10 @@
 """Some deliveries by their numbers, and some driven once more to be looked at."""
 
+import dataclasses
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from harness.cli.app import main
@@ -78,3 +80,12 @@ def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, her
         assert recordings == {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
         record_again(folder, study.stacks, study.template, (2,), workers)  # others: made anew
     assert list(load_run(str(folder)).stacks[0].rows) == [whole[2]]
+
+
+def test_other_parameters_are_driven_anew(study: Study, here: None, tmp_path: Path) -> None:
+    fewer = dataclasses.replace(study.template, pedestrians=0)
+    with Workers(1) as workers:
+        folder = record_again(tmp_path / PARTINGS, study.stacks, study.template, (1,), workers)
+        crowd = np.load(folder / "recordings" / "parked-1.npz")["crowd"]
+        record_again(folder, study.stacks, fewer, (1,), workers)
+    assert crowd.shape[1] == 2 and np.load(folder / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0

@@ -271,6 +271,7 @@ def _comparison(first: Entry, second: Entry) -> Json:
         "pairs": result.pairs,
         "leftOut": list(result.left_out),
         "warnings": result.warnings,
+        "unseen": None if result.unseen is None else _interval(result.unseen),
         "rows": rows,
         "alike": len(result.differences) - len(known),
     }

@@ -57,9 +57,10 @@ function comparisonTable(pair) {
   return [
     pair.warnings.map(text => h('p', { class: 'note loss' }, `Not comparable: ${text}`)),
     first.length ? table(first) : h('p', { class: 'note' }, 'Alike on every mission in the foremost metrics.'),
+    pair.unseen && h('p', { class: 'note' }, `Contribution margin, if a loss that has not happened yet is admitted: ${usd(pair.unseen.v)}, ${span(pair.unseen, usd)}.`),
     more.length > 0 && h('details', {}, h('summary', {}, `${more.length} further metrics that differ`), table(more)),
     h('p', { class: 'note' }, `Differences mission by mission (${pair.b} minus ${pair.a}); intervals by bootstrap over missions; `
-      + `p by sign flips, and adjusted (Holm) for all ${pair.rows.length} metrics that differ; ${pair.alike} are alike on every mission. `
+      + `p by sign flips, and adjusted (Holm) for margin and SLA; ${pair.alike} metrics are alike on every mission. `
       + 'Needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).'
       + (left ? ` ${left} deliveries have no partner and are left out.` : '')),
   ].flat().filter(Boolean);
