@@ -27,10 +27,10 @@ from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
-from harness.storage.run_folder import MANIFEST, RunFolder, count_finished, default_folder, point_latest, require_usable
+from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.storage.tables import Row
-from harness.study.again import PARTINGS, record_again
+from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.barn import BARN, Score, make_maps, map_names, optimal_times, score_of
 from harness.study.drive import TABLES, finish, require_own
 from harness.study.manifest import load_study, version_notes
@@ -211,7 +211,7 @@ def write_overview(path: Path) -> Results:
     results = read_results(path)
     write_document(path / "suite.json", overview(results))
     write_results(results, path)
-    runs = [load_run(str(manifest.parent)) for manifest in sorted((path / PARTINGS).glob(f"*/{MANIFEST}"))]
+    runs = [load_run(str(folder)) for folder in recorded_again(path / PARTINGS)]
     write_study_page(path / PAGE, runs, datetime.date.today().isoformat())
     point_latest(path)
     return results
@@ -227,7 +227,7 @@ def record_partings(path: Path, results: Results, workers: Workers) -> None:
         studies = [load_study(run.folder) for run in runs]
         stacks = [study.stacks[0] for study in studies]
         name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
-        record_again(path / PARTINGS / name, stacks, studies[0].template, parting.episodes, workers)
+        record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
 
 
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:

@@ -283,7 +283,7 @@ def _record_partings(
     stacks = [dataclasses.replace(base.stacks[0], name=name, nav2_file=str(file)) for name, file in files.items()]
     template = dataclasses.replace(base.template, seed=partings[0].seed)
     numbers = [each.episode for each in partings if each.seed == template.seed]
-    return [record_again(path / PARTINGS, stacks, template, numbers, evaluator.workers)]
+    return [record_again(path / PARTINGS, "files", stacks, template, numbers, evaluator.workers)]
 
 
 def lint_of(folder: Path, robot: str, allow_unknown: bool) -> "Row":

@@ -9,7 +9,7 @@ import pytest
 
 from harness.cli.app import main
 from harness.execution.workers import InProcess, Workers
-from harness.study.again import PARTINGS, record_again
+from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
 from navstack.errors import InputError
@@ -70,22 +70,23 @@ def test_numbers_out_of_range_are_refused() -> None:
 
 def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, here: None, tmp_path: Path) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
-    folder = tmp_path / PARTINGS
+    parent = tmp_path / PARTINGS
     with Workers(1) as workers:
-        record_again(folder, study.stacks, study.template, (3, 0), workers)
+        folder = record_again(parent, "these", study.stacks, study.template, (3, 0), workers)
         assert list(load_run(str(folder)).stacks[0].rows) == [whole[0], whole[3]]
         recordings = {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
         assert set(recordings) == {"parked-0.npz", "parked-3.npz"}
-        record_again(folder, study.stacks, study.template, (3, 0), workers)
+        assert record_again(parent, "these", study.stacks, study.template, (3, 0), workers) == folder
         assert recordings == {file.name: file.stat().st_mtime_ns for file in (folder / "recordings").glob("*.npz")}
-        record_again(folder, study.stacks, study.template, (2,), workers)  # others: made anew
-    assert list(load_run(str(folder)).stacks[0].rows) == [whole[2]]
+        other = record_again(parent, "these", study.stacks, study.template, (2,), workers)
+    assert list(load_run(str(other)).stacks[0].rows) == [whole[2]]
+    assert not folder.exists() and list(recorded_again(parent)) == [other]
 
 
 def test_other_parameters_are_driven_anew(study: Study, here: None, tmp_path: Path) -> None:
     fewer = dataclasses.replace(study.template, pedestrians=0)
     with Workers(1) as workers:
-        folder = record_again(tmp_path / PARTINGS, study.stacks, study.template, (1,), workers)
-        crowd = np.load(folder / "recordings" / "parked-1.npz")["crowd"]
-        record_again(folder, study.stacks, fewer, (1,), workers)
-    assert crowd.shape[1] == 2 and np.load(folder / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0
+        first = record_again(tmp_path / PARTINGS, "these", study.stacks, study.template, (1,), workers)
+        crowd = np.load(first / "recordings" / "parked-1.npz")["crowd"]
+        other = record_again(tmp_path / PARTINGS, "these", study.stacks, fewer, (1,), workers)
+    assert crowd.shape[1] == 2 and np.load(other / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0
