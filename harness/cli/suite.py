@@ -176,15 +176,16 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
     records: list[Row] = []
     interrupted = False
-    tally = _tally(path, studies)
+    now = {cell: _first(study, portion.episodes) for cell, study in studies.items()}
+    tally = _tally(path, now)
     before = {cell: count_finished(path / cell.name) for cell in studies}
-    count = usable_workers(where.workers, sum(study.total for study in studies.values()))
+    count = usable_workers(where.workers, sum(study.total for study in now.values()))
     where = Where() if tally.done == tally.total else where  # a cluster is not needed to tell of a finished suite
     runs = {path / cell.name: study for cell, study in studies.items()}
     try:
         with open_workers(where, count, path, runs) as workers, shown(tally):
             for cell, study in studies.items():
-                own, interrupted = _drive_cell(path / cell.name, study, workers, tally)
+                own, interrupted = _drive_cell(path / cell.name, study, now[cell], workers, tally)
                 records += own
                 if interrupted:
                     break
@@ -192,7 +193,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
-        tally.done = sum(after.values())
+        tally.done = sum(min(count, now[cell].total) for cell, count in after.items())
         driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
         if driven:
             note_session(path, session_of(driven))
@@ -233,7 +234,7 @@ def record_partings(path: Path, results: Results, workers: Workers) -> None:
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
     """Count what is finished already, and tell it."""
     total = sum(study.total for study in studies.values())
-    done = sum(count_finished(path / cell.name) for cell in studies)
+    done = sum(min(count_finished(path / cell.name), study.total) for cell, study in studies.items())
     if done == total:
         say(f"suite {path} is complete: all of its {total} deliveries are finished")
     elif done:
@@ -241,13 +242,18 @@ def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:
     return Tally(total, done)
 
 
-def _drive_cell(path: Path, study: Study, workers: Workers, tally: Tally) -> tuple[list[Row], bool]:
-    """The records of a cell, and whether it was interrupted."""
+def _first(study: Study, episodes: int | None) -> Study:
+    """The first so many deliveries of each stack; None: all."""
+    return study if episodes is None else dataclasses.replace(study, episodes=min(study.episodes, episodes))
+
+
+def _drive_cell(path: Path, study: Study, now: Study, workers: Workers, tally: Tally) -> tuple[list[Row], bool]:
+    """The records of a cell of which a part is to be driven now, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
         for note in folder.notes:
             say(f"note: {note}")
         require_own(study, folder)
-        interrupted = is_interrupted(study, folder, workers, tally)
+        interrupted = is_interrupted(now, folder, workers, tally)
         finish(study, folder)
         return folder.records, interrupted
 

@@ -13,7 +13,7 @@ from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import names, shipped
 from harness.study.drive import TABLES
-from harness.study.suite import Portion, cells, load_suite
+from harness.study.suite import Portion, begin, cells, declare, load_suite
 from navstack.errors import ParameterError
 
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
@@ -119,6 +119,20 @@ def test_a_suite_is_driven_cut_off_and_driven_on(tmp_path: Path, capsys: pytest.
     assert json.loads(again) == json.loads(document)
     assert (out / "suite.json").read_bytes() == overview
     assert {name: (out / name / "episodes.parquet").read_bytes() for name in runs} == kept
+
+
+def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As after an interrupt of the whole suite."""
+    file, out = suite_file(tmp_path, TWO_STACKS), tmp_path / "out"
+    suite = load_suite(file)
+    declare(out, suite)
+    for cell in cells(suite):
+        begin(out, suite, cell, suite.episodes, ["navbench"])
+    _, _, said = navbench(capsys, "--resume", str(out), "--episodes", "1", "--workers", "1", "--json")
+    assert [count_finished(out / cell.name) for cell in cells(suite)] == [1, 1]
+    _, _, said = navbench(capsys, "--resume", str(out), "--episodes", "2", "--workers", "1", "--json")
+    assert "going on after 2 of 4 deliveries" in said
+    assert [count_finished(out / cell.name) for cell in cells(suite)] == [2, 2]
 
 
 def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
