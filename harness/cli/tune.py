@@ -2,6 +2,7 @@
 
 import dataclasses
 import datetime
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -251,9 +252,15 @@ def _explain(
     write_document(path / DOCUMENT, document)
     progress.phase = "explanation"
     template = base.template
-    threshold = world_params(template.world, template.pedestrians, template.people).contacts.counted_impulse
+    world = world_params(template.world, template.pedestrians, template.people)
     explanation = explain(
-        result, evaluator, path, prices_of(template.prices), threshold, declaration.waterfall_missions
+        result,
+        evaluator,
+        path,
+        prices_of(template.prices),
+        world.contacts.counted_impulse,
+        declaration.waterfall_missions,
+        world.pedestrian_bodies.max_contact_impulse or math.inf,
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     markdown = write_tuning(result, scores, explanation, command, path, again, lint)

@@ -79,16 +79,22 @@ def _proof(explanation: Explanation) -> str:
         return "The margin is undefined, because the cargo was not simulated."
     where = "unseen test missions" if explanation.audit.unseen else "training missions that chose it (no evidence)"
     text = f"margin {margin.original:.2f} -> {margin.incumbent:.2f} USD/run on {explanation.audit.missions} {where}: "
-    return f"{text}difference {interval_text(margin.difference)}, {_verdict(margin.difference)}."
+    beside = ""
+    if explanation.unseen is not None:
+        beside = f" ({bounds_text(explanation.unseen)} if a loss that has not happened yet is admitted)"
+    verdict = _verdict(margin.difference, explanation.unseen)
+    return f"{text}difference {interval_text(margin.difference)}{beside}, {verdict}."
 
 
-def _verdict(difference: Interval) -> str:
+def _verdict(difference: Interval, unseen: Interval | None) -> str:
     if difference.low is None or difference.high is None:
         is_alike = difference.value is not None and abs(difference.value) < CENT
         return "alike to a cent on every mission" if is_alike else "one mission, which says nothing about others"
-    if difference.low > 0.0:
-        return "an improvement"
-    return "a loss" if difference.high < 0.0 else "not significant"
+    if difference.low <= 0.0 <= difference.high:
+        return "not significant"
+    is_sure = unseen is None or unseen.low is None or unseen.high is None or unseen.low > 0.0 or unseen.high < 0.0
+    found = "an improvement" if difference.low > 0.0 else "a loss"
+    return found if is_sure else f"{found} in these deliveries, which one more could undo"
 
 
 def _scores(scores: Row, explanation: Explanation) -> Sheet:

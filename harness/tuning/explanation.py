@@ -4,6 +4,7 @@ The core of ``navbench tune`` calls :func:`explain` once the search and the test
 prints what comes of it.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
+from harness.economics.unseen import difference_admitting_unseen, reach_of_loss
 from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
@@ -58,6 +60,7 @@ class Explanation:
     partings: tuple[Parting, ...]
     audit: Audit
     notes: tuple[str, ...] = ()  # what could not be told, and why
+    unseen: Interval | None = None  # of the margin's difference, admitting a loss that has not happened yet
 
     @property
     def document(self) -> Row:
@@ -72,6 +75,7 @@ def explain(
     prices: Prices,
     threshold: float = THRESHOLD,
     waterfall_missions: int = WATERFALL_MISSIONS,
+    most_impulse: float = math.inf,
 ) -> Explanation:
     """Explain a finished study, and write ``explanation.json`` into its folder.
 
@@ -83,6 +87,7 @@ def explain(
         threshold: [N s] from which the world counts a contact.
         waterfall_missions: the first so many test missions (training missions where there is no test) are driven with
             every mixture; 0: no waterfall.
+        most_impulse: [N s] that the world lets a contact have.
 
     Raises:
         InputError: the folder cannot be written.
@@ -99,17 +104,19 @@ def explain(
         alone = set_back(study, evaluator, missions) if steps is not None else ()
     except ParameterError as error:
         note = f"no waterfall: a mixture of old and new values cannot be driven: {error}"
+    pairs = pair_up(*rows, prices, study.seed)
     found = Explanation(
         history=history(study, evaluator, prices),
         importances=ranked,
         interactions=interactions(table),
         waterfall=steps,
         set_back=alone,
-        components=components(pair_up(*rows, prices, study.seed)),
+        components=components(pairs),
         optimism_usd_per_run=_optimism(study, prices) if study.is_tested and study.incumbent.values else None,
         partings=partings(*rows),
         audit=audit(study, prices, threshold),
         notes=(note,) if note else (),
+        unseen=_unseen(pairs, most_impulse),
     )
     write_document(folder / EXPLANATION, found.document)
     return found
@@ -129,6 +136,14 @@ def components(pairs: Pairs) -> dict[str, Evidence]:
         before, after = (sign * np.broadcast_to(getattr(each, key), pairs.n) for each in costs)
         found[key] = pairs.compare(title, MONEY, before, after)
     return found
+
+
+def _unseen(pairs: Pairs, most_impulse: float) -> Interval | None:
+    margins = pairs.margins(PUBLISHED)
+    if margins is None:
+        return None
+    reach = reach_of_loss(pairs.prices, most_impulse)
+    return difference_admitting_unseen(margins[1] - margins[0], reach, pairs.clusters, pairs.seed)
 
 
 def _optimism(study: StudyResult, prices: Prices) -> Interval | None:

@@ -17,6 +17,7 @@ from harness.metrics.columns import Row
 from harness.report.figures import save_figure
 from harness.report.tuning import print_tuning, write_tuning
 from harness.report.tuning_sheets import summary
+from harness.statistics.interval import Interval
 from harness.tuning.audit import audit
 from harness.tuning.constraint import parse_constraint
 from harness.tuning.evaluation import MARGIN, Candidate
@@ -253,3 +254,31 @@ def test_a_full_disk_is_one_line_for_figures(tmp_path: Path, monkeypatch: pytest
         b"%PDF",
         b"\x89PNG",
     ]
+
+
+@pytest.mark.parametrize(
+    ("difference", "unseen", "said"),
+    [
+        ((1.0, 3.0), (0.5, 4.0), "an improvement"),
+        ((1.0, 3.0), (-0.5, 4.0), "an improvement in these deliveries, which one more could undo"),
+        ((-3.0, -1.0), (-4.0, 0.5), "a loss in these deliveries, which one more could undo"),
+        ((-3.0, -1.0), (-4.0, -0.5), "a loss"),
+        ((-1.0, 1.0), (-3.0, 3.0), "not significant"),
+        ((1.0, 3.0), None, "an improvement"),
+    ],
+)
+def test_a_gain_is_called_one_if_no_unseen_loss_could_undo_it(
+    explained: tuple[StudyResult, Explanation],
+    difference: tuple[float, float],
+    unseen: tuple[float, float] | None,
+    said: str,
+) -> None:
+    study, found = explained
+    margin = dataclasses.replace(found.components["contribution_margin"], difference=Interval(0.0, *difference, 40))
+    changed = dataclasses.replace(
+        found,
+        components={**found.components, "contribution_margin": margin},
+        unseen=None if unseen is None else Interval(0.0, *unseen, 40),
+    )
+    line = next(line for line in summary(study, changed) if line.startswith("margin "))
+    assert line.endswith(f", {said}.") and ("has not happened yet" in line) == (unseen is not None)
