@@ -189,7 +189,7 @@ def test_what_is_alike_to_a_cent_is_not_called_different(write_run: WriteRun) ->
 
     ablation = analysed(write_run("run", tuple(LEVELS), change=cheap), arms(errors=("position=0.5,2",)))
     for each in ablation.of("contribution_margin"):
-        assert each.compared.differs and each.p_holm < 0.05  # always the same sign, but nothing to speak of
+        assert each.compared.differs and each.p_holm == 1.0  # always the same sign, but nothing to speak of
         assert not each.is_significant and each.compared.paired.detectable is None
         assert "alike to a cent on all 40 missions" in sentence(each)
     assert ablation.prices[0].price.low is None and "nothing about rare events" in price_sentence(ablation.prices[0])
