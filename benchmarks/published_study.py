@@ -1,14 +1,14 @@
-"""The studies that this project publishes, of params/suites: every stack on three maps, and the best on fresh missions.
+"""The studies that this project publishes, of params/suites: every stack, the best on fresh missions, measured people.
 
-Usage: python benchmarks/published_study.py [--suite published|evasive] [--episodes N] [--stack NAME] [--map NAME]
-           [--world NAME] [--workers N] [--out FOLDER] [--render]
+Usage: python benchmarks/published_study.py [--suite published|evasive|measured] [--episodes N] [--stack NAME]
+           [--map NAME] [--world NAME] [--workers N] [--out FOLDER] [--render]
 
-What FOLDER (results/baseline/study or evasive_study) holds is kept and added to, so a study can be driven in pieces, on
-one checkout after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and --map some
-cells only; without them the rest is driven. Deliveries are independent of what was driven before them. --render drives
-nothing.
+What FOLDER (results/baseline/study, evasive_study or measured) holds is kept and added to, so a study can be driven in
+pieces, on one checkout after the other: --episodes 100 drives the first hundred deliveries of every cell, --stack and
+--map some cells only; without them the rest is driven. Deliveries are independent of what was driven before them.
+--render drives nothing.
 
-The folder gets its page, figures and tables; docs/hooks.py puts both pages into the site. The margins of the suite
+The folder gets its page, figures and tables; docs/hooks.py puts their pages into the site. The margins of the suite
 evasive are README's table as soon as every cell has deliveries.
 """
 
@@ -27,7 +27,8 @@ from harness.study.suite import DECLARATION, Portion, declare, load_suite
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = {"published": "study", "evasive": "evasive_study"}  # suite -> folder in results/baseline
+# suite -> folder in results/baseline
+FOLDERS = {"published": "study", "evasive": "evasive_study", "measured": "measured"}
 README_SHOWS = "evasive_study"
 BASELINE = ROOT / "results" / "baseline"
 BEGIN, END = "<!-- study: benchmarks/published_study.py writes what follows -->", "<!-- study ends -->"

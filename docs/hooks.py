@@ -11,7 +11,7 @@ from harness.metrics.metric import Metric
 from navstack.params.lint.rules import catalog
 
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
-STUDIES = ("study", "evasive_study")
+STUDIES = ("study", "evasive_study", "measured")
 LINK_TO_CATALOG = "[`catalog.toml`](../harness/metrics/catalog.toml)"
 
 

@@ -62,7 +62,7 @@ def test_pages_have_what_is_made_for_them(site: Path) -> None:
     metrics = (site / "metrics.html").read_text(encoding="utf-8")
     assert all(f"<code>{metric.key}</code>" in metrics for metric in (*EPISODE_METRICS, *RUN_METRICS))
     assert all(f"<code>{rule.id}</code>" in (site / "lint.html").read_text(encoding="utf-8") for rule in RULES)
-    for name in ("study", "evasive_study"):
+    for name in ("study", "evasive_study", "measured"):
         assert (site / f"{name}.html").is_file() and (site / name / "margin.png").is_file()
 
 

@@ -302,7 +302,7 @@ def test_what_texts_quote_of_a_study_is_in_it(page: str, study: str) -> None:
     assert len(quoted) >= 3
 
 
-@pytest.mark.parametrize("name", ["study", "evasive_study"])
+@pytest.mark.parametrize("name", ["study", "evasive_study", "measured"])
 def test_a_published_study_counts_every_row_that_is_stored(name: str) -> None:
     folder = ROOT / "results" / "baseline" / name
     rows = json.loads((folder / "suite.json").read_text(encoding="utf-8"))["rows"]
