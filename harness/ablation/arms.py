@@ -78,7 +78,8 @@ def with_arms(study: Study, arms: tuple[Stack, ...], workers: int | None) -> Stu
         InputError: fewer than one worker is asked for.
     """
     template = dataclasses.replace(study.template, stack=arms[0])
-    return Study(arms, study.episodes, usable_workers(workers, study.episodes * len(arms)), template)
+    count = usable_workers(workers, study.episodes * len(arms))
+    return dataclasses.replace(study, stacks=arms, workers=count, template=template)
 
 
 def injected_kind(stack: Stack) -> str | None:

@@ -44,6 +44,7 @@ from harness.study.suite import (
     Suite,
     begin,
     cell_study,
+    cells,
     declare,
     is_begun,
     load_suite,
@@ -189,8 +190,8 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 records += own
                 if interrupted:
                     break
-            if not interrupted:
-                record_partings(path, read_results(path), workers)
+            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == _declared(suite):
+                interrupted = not record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
         tally.done = sum(min(count, now[cell].total) for cell, count in after.items())
@@ -218,12 +219,26 @@ def write_overview(path: Path) -> Results:
     return results
 
 
-def record_partings(path: Path, results: Results, workers: Workers) -> None:
+def _declared(suite: Suite) -> int:
+    """The deliveries of a whole suite."""
+    return suite.episodes * len(cells(suite))
+
+
+def record_partings(path: Path, results: Results, workers: Workers) -> bool:
     """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition.
 
-    Nothing as long as the suite is not complete.
+    Returns:
+        False: it was interrupted.
     """
-    for parting in results.partings if all(each.is_complete for each in results.standings) else ():
+    try:
+        _record_partings(path, results, workers)
+    except KeyboardInterrupt:
+        return False
+    return True
+
+
+def _record_partings(path: Path, results: Results, workers: Workers) -> None:
+    for parting in results.partings:
         runs = [each for each in parting.runs if each.seed == parting.seed]
         studies = [load_study(run.folder) for run in runs]
         stacks = [study.stacks[0] for study in studies]

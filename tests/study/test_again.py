@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.ablation.arms import arms_of, with_arms
 from harness.cli.app import main
 from harness.execution.workers import InProcess, Workers
 from harness.study.again import PARTINGS, record_again, recorded_again
@@ -90,3 +91,12 @@ def test_other_parameters_are_driven_anew(study: Study, here: None, tmp_path: Pa
         crowd = np.load(first / "recordings" / "parked-1.npz")["crowd"]
         other = record_again(tmp_path / PARTINGS, "these", study.stacks, fewer, (1,), workers)
     assert crowd.shape[1] == 2 and np.load(other / "recordings" / "parked-1.npz")["crowd"].shape[1] == 0
+
+
+def test_arms_of_an_ablation_drive_the_chosen_deliveries() -> None:
+    study = make_study(stacks=["nav2-gps"], episodes=5, only=[7, 2], workers=1)
+    driven = with_arms(study, arms_of(study.stacks[0], ("ground_truth", "gps"), ()), 1)
+    assert [(task.stack.name, task.episode) for task in driven.tasks()] == [
+        *(("ground_truth", 2), ("ground_truth", 7)),
+        *(("gps", 2), ("gps", 7)),
+    ]

@@ -95,14 +95,13 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
     return _assembled(data, replays)
 
 
-def study_page(text: str, folder: Path, runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
+def study_page(text: str, folder: Path, runs: Sequence[StoredRun], date: str) -> str:
     """A study's page in Markdown as one HTML text, with replays.
 
     Args:
         text: of the page.
         folder: where its pictures are.
-        runs: with recorded deliveries; none: no replays.
-        most_replays: recorded deliveries that the page carries.
+        runs: with recorded deliveries, of which the page carries :data:`MOST_REPLAYS`; none: no replays.
         date: of today, as the page says it.
     """
     entries = entries_of(runs) if runs else []
@@ -119,7 +118,7 @@ def study_page(text: str, folder: Path, runs: Sequence[StoredRun], most_replays:
         "scenery": scenery,
         "made": version("navbench"),
     }
-    return _assembled(data, [replay(each) for each in chosen(readable, most_replays)])
+    return _assembled(data, [replay(each) for each in chosen(readable, MOST_REPLAYS)])
 
 
 def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Path:
@@ -129,7 +128,7 @@ def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Pa
         InputError: it cannot be written.
     """
     page = markdown.with_suffix(".html")
-    text = study_page(read_text(markdown), markdown.parent, runs, MOST_REPLAYS, date)
+    text = study_page(read_text(markdown), markdown.parent, runs, date)
     with writing(page):
         write_text(page, text)
     return page

@@ -22,7 +22,8 @@ def sections(text: str, folder: Path) -> tuple[str, list[Json]]:
         text: the page, with headings of three levels, paragraphs, lists, tables, pictures and code.
         folder: where its pictures are.
     """
-    title, found = "", [Json(title="", blocks=[])]
+    title = ""
+    found: list[Json] = [{"title": "", "blocks": []}]
     tokens = iter(MarkdownIt("commonmark").enable("table").parse(text))
     for token in tokens:
         if token.type != "heading_open":
