@@ -7,7 +7,7 @@ DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
 CRITICS := results/baseline/tuning/critics-social
 
-.PHONY: help run test check mutants docs bench frozen clean
+.PHONY: help run test check mutants docs wheel bench frozen clean
 
 help:
 	@echo "make run    install, drive 20 deliveries with each of two stacks and print the tables"
@@ -15,6 +15,7 @@ help:
 	@echo "make check  lint, types and import rules"
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
 	@echo "make docs   build the documentation into site/"
+	@echo "make wheel  build a wheel with compiled kernels into dist/"
 	@echo "make bench  measure components, deliveries and where a simulated second goes"
 	@echo "make frozen drive what results/baseline lacks on the frozen worlds: published rows, controllers, tuned file"
 
@@ -44,6 +45,9 @@ mutants: $(READY)
 
 docs: $(READY)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+wheel: $(READY)
+	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 bench: $(READY)
 	$(BIN)/navbench bench

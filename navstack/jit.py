@@ -4,7 +4,8 @@ numba keeps compiled code on disk for as long as the kernel's own file stays wha
 other files, functions and constants, is compiled into it, too, but numba does not look at those files (its
 documentation names this as a limit of the cache): after an edit or an update a kernel would go on with the old values.
 Here the stamp by which compiled code is known covers the kernel's file and every file of its own package and of this
-one that it imports, directly or not.
+one that it imports, directly or not. Stamps are of contents, so compiled code may be moved with its sources, also to
+another machine: all x86-64 processors with AVX2 and FMA are compiled for as one, x86-64-v3.
 """
 
 import hashlib
@@ -15,13 +16,30 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).resolve().parent
+TARGET = "x86-64-v3"  # what servers and laptops have in common since about 2015
+_TARGET_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 _IMPORT = re.compile(r"^(?:from ([.\w]+) import (\([^)]*\)|[^\n]*)|import (\w[.\w]*))", re.MULTILINE)
 _NAME = re.compile(r"\w+")
+
+
+def fix_processor() -> None:
+    """Let numba compile for :data:`TARGET` where this machine can run that and ``NUMBA_CPU_NAME`` is not set."""
+    config: Any = numba.config
+    features = get_host_cpu_features()
+    if not config.CPU_NAME and all(features.get(each) for each in _TARGET_NEEDS):
+        config.CPU_NAME, config.CPU_FEATURES = TARGET, ""
+
+
+def processor() -> str:
+    """The kind of processor that numba compiles for."""
+    config: Any = numba.config
+    return str(config.CPU_NAME or get_host_cpu_name())
 
 
 def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
@@ -125,3 +143,6 @@ def _folder(module: str, source: Path, packages: dict[str, Path]) -> Path | None
 
 def _files(module: Path) -> list[Path]:
     return [file for file in (module.with_suffix(".py"), module / "__init__.py") if file.is_file()]
+
+
+fix_processor()

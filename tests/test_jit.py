@@ -1,6 +1,7 @@
 """Compiled code is dropped when anything changes that it was compiled from, and only then."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -49,11 +50,12 @@ def write_kernel(folder: Path, njit_from: str) -> None:
     (folder / "kernel.py").write_text(text)
 
 
-def answer(package: Path, x: int = 10) -> tuple[int, int]:
+def answer(package: Path, x: int = 10, **variables: str) -> tuple[int, int]:
     """What the kernel gives in a new process, and how often it was taken from the cache."""
     code = f"from robot_kernels.kernel import kernel as k; print(k({x}), sum(k.stats.cache_hits.values()))"
     places = os.pathsep.join([str(package.parent), str(Path(jit.__file__).parents[1])])
-    environment = {**os.environ, "PYTHONPATH": places, "NUMBA_CACHE_DIR": str(package.parent / "cache")}
+    variables = {"NUMBA_CACHE_DIR": str(package.parent / "cache"), **variables}
+    environment = {**os.environ, "PYTHONPATH": places, **variables}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     value, hits = done.stdout.split()
     return int(value), int(hits)
@@ -84,6 +86,31 @@ def test_unrelated_file_changes_nothing(package: Path) -> None:
     answer(package)
     (package / "other.py").write_text("OFFSET = 7\n")
     assert answer(package) == (21, 1)
+
+
+def test_compiled_code_moves_with_its_sources(package: Path, tmp_path: Path) -> None:
+    assert answer(package, NUMBA_CACHE_DIR="") == (21, 0)
+    moved = tmp_path / "elsewhere" / "robot_kernels"
+    shutil.copytree(package, moved)
+    shutil.rmtree(package)
+    assert answer(moved, NUMBA_CACHE_DIR="") == (21, 1)
+
+
+def test_one_processor_stands_for_all_that_can_run_its_code(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    every = dict.fromkeys(jit._TARGET_NEEDS, True)
+    config = numba.config
+    for features, chosen, expected in (
+        (every, None, jit.TARGET),
+        ({**every, "avx2": False}, None, None),
+        ({}, None, None),  # another architecture
+        (every, "znver4", "znver4"),
+    ):
+        monkeypatch.setattr(config, "CPU_NAME", chosen)
+        monkeypatch.setattr(jit, "get_host_cpu_features", lambda features=features: features)
+        jit.fix_processor()
+        assert expected == config.CPU_NAME
+    assert answer(package, NUMBA_CPU_NAME="x86-64-v2") == (21, 0)
+    assert answer(package) == (21, 0)  # compiled for another processor
 
 
 def test_stamp_covers_what_a_file_imports() -> None:

@@ -14,18 +14,16 @@ import importlib
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
 
 import numba
-from llvmlite.binding import get_host_cpu_name
 from numba.core.caching import IndexDataCacheFile
 
 from harness.execution.workers import Workers, available_cores
 from harness.storage.shipped import compiled_code
 from harness.task.stack import Stack
-from navstack.jit import source_stamp
+from navstack.jit import processor, source_stamp
 from navstack.params.registry.entry import Entry
 from navstack.params.registry.localizers import LOCALIZERS
 from navstack.params.registry.nodes import FAMILIES
@@ -66,15 +64,24 @@ def _modules_of(entries: Iterable[Entry]) -> list[str]:
     return list(dict.fromkeys([*modules, *([MONITOR] if modules else []), *WORLD]))
 
 
+def every_module() -> list[str]:
+    """The modules of kernels of all registered algorithms and of the world."""
+    return _modules_of([*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())])
+
+
 def compile_ahead(stacks: Sequence[Stack]) -> None:
     """Compile what the deliveries of stacks need with all cores, unless it has been done; says so on stderr."""
     config: Any = numba.config
-    if config.DISABLE_JIT or available_cores() == 1:
-        return
+    if not config.DISABLE_JIT and available_cores() > 1:
+        compile_new(needed_modules(stacks), LEAST)
+
+
+def compile_new(modules: Sequence[str], least: int = 1) -> None:
+    """Compile those modules that have not been compiled, if they are so many; says so on stderr."""
     with contextlib.suppress(OSError):  # a folder that cannot be written, or a file system without locks
-        marks = {module: _mark(module) for module in needed_modules(stacks)}
+        marks = {module: _mark(module) for module in modules}
         done = compiled_code() / DONE
-        if len(_missing(marks, done)) < LEAST:
+        if len(_missing(marks, done)) < least:
             return
         done.parent.mkdir(parents=True, exist_ok=True)
         with done.open("a+", encoding="utf-8") as file:
@@ -132,13 +139,8 @@ def _save_in_turn(lock: Path) -> None:
 def _mark(module: str) -> str:
     """What stands for a module in the list of what has been done; another one when numba would compile it anew."""
     source = Path(__file__).parents[2].joinpath(*module.split(".")).with_suffix(".py")
-    state = (module, source_stamp(source), numba.__version__, sys.version, _processor())
+    state = (module, source_stamp(source), numba.__version__, sys.implementation.cache_tag, processor())
     return hashlib.sha256(repr(state).encode()).hexdigest()[:16]
-
-
-@cache
-def _processor() -> str:
-    return str(get_host_cpu_name())
 
 
 def _missing(marks: dict[str, str], done: Path) -> list[str]:
@@ -149,8 +151,7 @@ def _missing(marks: dict[str, str], done: Path) -> list[str]:
 def _note(file: TextIO, marks: Iterable[str]) -> None:
     """Keep what has been done; what has become of earlier versions is of no interest."""
     file.seek(0)
-    every = _modules_of([*LOCALIZERS.values(), *(entry for family in FAMILIES.values() for entry in family.values())])
-    kept = {_mark(module) for module in every} & set(file.read().split())
+    kept = {_mark(module) for module in every_module()} & set(file.read().split())
     file.truncate(0)
     file.write("\n".join(sorted(kept | set(marks))) + "\n")
 
