@@ -13,14 +13,8 @@ from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.storage.run_folder import (
-    RunFolder,
-    accept_changes,
-    create_run,
-    default_folder,
-    other_study,
-    require_usable,
-)
+from harness.storage.manifest_file import accept_changes, other_study
+from harness.storage.run_folder import RunFolder, create_run, default_folder, require_usable
 from harness.storage.tables import Row
 from harness.study.drive import (
     TABLES,

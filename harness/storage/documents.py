@@ -1,8 +1,14 @@
 """Results as JSON documents."""
 
 import dataclasses
+import json
 from collections.abc import Mapping
 from typing import Any
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A document as the text of its file."""
+    return json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
 def as_json(value: Any) -> Any:

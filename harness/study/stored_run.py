@@ -18,7 +18,8 @@ from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
-from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, mixed_files, other_study, read_manifest
+from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular

@@ -5,14 +5,15 @@ It may be driven in pieces: some stacks first, or the first deliveries of all. W
 
 import dataclasses
 import itertools
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.storage.files import write_text
-from harness.storage.run_folder import MANIFEST, create_run, extend_run
+from harness.storage.documents import json_text
+from harness.storage.files import write_text, writing
+from harness.storage.manifest_file import extend_run
+from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.storage.tables import Row
 from harness.study.manifest import about, load_study, parameters
@@ -290,7 +291,7 @@ def write_document(path: Path, document: Row) -> None:
     Raises:
         InputError: it cannot be written.
     """
-    write_file(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
+    write_file(path, json_text(document))
 
 
 def write_file(path: Path, text: str) -> None:
@@ -299,8 +300,6 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         InputError: it cannot be written.
     """
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, text)
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None

@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.journal import record_of
-from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run, extend_run
+from harness.storage.manifest_file import extend_run
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
 from harness.study.drive import TABLES
 from navstack.errors import InputError
 
