@@ -27,6 +27,7 @@ from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
+from harness.storage.documents import write_document
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.storage.tables import Row
@@ -51,7 +52,6 @@ from harness.study.suite import (
     require_alike,
     require_same,
     stored_suite,
-    write_document,
 )
 from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers

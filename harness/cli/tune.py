@@ -236,8 +236,8 @@ def _explain(
     from harness.report.page.document import write_study_page
     from harness.report.tables import report_console
     from harness.report.tuning import print_tuning, write_tuning
+    from harness.storage.documents import write_document
     from harness.study.stored_run import load_run
-    from harness.study.suite import write_document
     from harness.tuning.dashboard import write_dashboard
     from harness.tuning.explanation import explain
     from harness.tuning.output import DOCUMENT, run_command, study_document, test_command, write_files

@@ -5,10 +5,10 @@ import dataclasses
 import functools
 import hashlib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
@@ -33,6 +33,8 @@ NEEDED_OF_EVENTS = (
 )
 CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
 MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
+
+Loaded = TypeVar("Loaded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +70,17 @@ class StoredRun:
 
     def prices(self) -> Prices:
         """The prices at which it was run."""
-        file = self.folder / "params" / "prices.yaml"
-        return _prices(file, file.stat().st_mtime_ns if file.is_file() else 0)
+        return self._parameters("prices", load_prices)
 
     def condition(self, name: str) -> Any:
         """Content of one of the :data:`CONDITIONS`' files."""
+        return copy.deepcopy(self._parameters(name, load_yaml))
+
+    def _parameters(self, name: str, load: Callable[[Any], Loaded]) -> Loaded:
+        """A file of params/, read once in each of its states."""
         file = self.folder / "params" / f"{name}.yaml"
-        return copy.deepcopy(_content(file, file.stat().st_mtime_ns if file.is_file() else 0))
+        found: Loaded = _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
+        return found
 
     def recorded_people(self) -> str:
         """SHA-256 of the recording whose people were replayed; empty: there is none.
@@ -99,15 +105,10 @@ class StoredRun:
         return dataclasses.replace(self, stacks=kept)
 
 
-@functools.lru_cache(64)
-def _prices(file: Path, changed: int) -> Prices:
-    """The prices of a file as it was when it was ``changed`` last."""
-    return load_prices(str(file))
-
-
-@functools.lru_cache(64)
-def _content(file: Path, changed: int) -> Any:
-    return load_yaml(file)
+@functools.lru_cache(128)
+def _loaded(load: Callable[[Any], Any], file: Path, changed: int) -> Any:
+    """Content of a file as it was when it was ``changed`` last."""
+    return load(file)
 
 
 def load_run(folder_or_stack: str) -> StoredRun:
