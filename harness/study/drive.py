@@ -1,5 +1,6 @@
 """A study from its tasks to its tables: run the episodes, keep them, sum them up and price them."""
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,19 +62,17 @@ def require_own(study: Study, folder: RunFolder) -> None:
 def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
     """Drive every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
     known = folder.finished
-    runs = workers.run(run_episode, (task for task in study.tasks() if (task.stack_number, task.episode) not in known))
-    try:
+    tasks = (task for task in study.tasks() if (task.stack_number, task.episode) not in known)
+    with contextlib.closing(workers.run(run_episode, tasks)) as runs:
         for finished in runs:
-            record = record_of(finished)
-            if finished.result is not None and finished.result.recording:
-                folder.add_recording(f"{finished.task.stack.name}-{finished.task.episode}", finished.result.recording)
-            if finished.result is not None and finished.result.decisions:
-                name = f"{finished.task.stack.name}-{finished.task.episode}-decisions"
-                folder.add_table(name, *finished.result.decisions)
+            record, delivery = record_of(finished), finished.result
+            name = f"{finished.task.stack.name}-{finished.task.episode}"
+            if delivery is not None and delivery.recording:
+                folder.add_recording(name, delivery.recording)
+            if delivery is not None and delivery.decisions:
+                folder.add_table(f"{name}-decisions", *delivery.decisions)
             folder.add(record)
             on_finished(finished, record)
-    finally:
-        runs.close()
 
 
 def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
