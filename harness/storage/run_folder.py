@@ -4,6 +4,7 @@ import contextlib
 import os
 import shutil
 import time
+from array import array
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -21,8 +22,9 @@ from harness.storage.files import (
     write_text,
     writing,
 )
-from harness.storage.journal import events_at, finished_in_tables, key_of, line_of, records_in, with_events
-from harness.storage.tables import Columns, Row, read_rows, write_table
+from harness.storage.journal import events_at, finished_in_tables, line_of, records_in, records_of
+from harness.storage.rows import Columns, Row, Rows
+from harness.storage.tables import read_rows, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
 
@@ -85,8 +87,8 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
 class RunFolder:
     """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
 
-    Nobody else can write the folder meanwhile. The rows in memory are those of the episodes and their timings; events
-    stay on disk.
+    Nobody else can write the folder meanwhile. The deliveries and their timings are in memory, as columns; events stay
+    on disk.
     """
 
     def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
@@ -101,10 +103,9 @@ class RunFolder:
             InputError: another program writes the folder, it cannot be written, or its tables are damaged.
         """
         self.path = path
-        self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
         self._troubles: list[str] = []  # with lines of the journal
         self._tables, self._total = tables, total
-        self._places: list[int] = []  # [bytes] where each record begins in the journal
+        self._forget()
         self._journal: IO[bytes] | None = None
         self._open = contextlib.ExitStack()
         with self._writing(), contextlib.ExitStack() as opening:
@@ -112,7 +113,7 @@ class RunFolder:
             opening.enter_context(locked(path))
             has_tables = (path / "episodes.parquet").exists()
             if has_tables and not (path / JOURNAL).exists():
-                self.records = finished_in_tables(path, tables)
+                self.rows, self.timings = finished_in_tables(path, tables)
                 if not self.is_complete:
                     self._unpack()
             if not (has_tables and self.is_complete) or (path / JOURNAL).exists():
@@ -132,7 +133,7 @@ class RunFolder:
     @property
     def is_complete(self) -> bool:
         """Whether every episode is finished."""
-        return len(self.records) >= self._total
+        return len(self.rows) >= self._total
 
     @property
     def is_closed(self) -> bool:
@@ -142,13 +143,13 @@ class RunFolder:
     @property
     def finished(self) -> set[tuple[int, int]]:
         """Stack number and episode of what is finished."""
-        return {key_of(record) for record in self.records}
+        return set(self._keys())
 
     def add(self, record: Row) -> None:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
         if self._journal is None:
             raise ValueError(f"run folder '{self.path}' is closed or complete")
-        place, before = self._journal.seek(0, os.SEEK_END), len(self.records)
+        place, before = self._journal.seek(0, os.SEEK_END), len(self.rows)
         with self._writing():
             try:
                 self._journal.write(line_of(record))
@@ -156,7 +157,8 @@ class RunFolder:
                 self._journal.flush()
                 os.fsync(self._journal.fileno())
             except OSError:
-                del self.records[before:], self._places[before:]
+                if len(self.rows) > before:
+                    self.rows.drop_last()
                 raise
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
@@ -182,11 +184,12 @@ class RunFolder:
             journal, self._journal = self._journal, None
             if journal is None:
                 return
-            order = sorted(range(len(self.records)), key=lambda i: key_of(self.records[i]))
+            keys = self._keys()
+            order = sorted(range(len(keys)), key=keys.__getitem__)
             rows: dict[str, Iterable[Row]] = {
-                "episodes": (self.records[i]["row"] for i in order),
+                "episodes": self.rows.take(order),
                 "events": (event for i in order for event in events_at(journal, self._places[i])),
-                "timings": (self.records[i]["timing"] for i in order),
+                "timings": self.timings.take(order),
             }
             try:
                 with self._writing():
@@ -203,13 +206,27 @@ class RunFolder:
     def _unpack(self) -> None:
         """Make tables a journal again: the run was complete and has been extended since."""
         with replacing(self.path / JOURNAL) as journal:
-            for record in with_events(self.records, self.path, self._tables):
+            for record in records_of(self.rows, self.timings, self.path, self._tables):
                 journal.write(line_of(record))
-        self.records = []
+        self._forget()
+
+    def _forget(self) -> None:
+        """Begin without a finished episode."""
+        self.rows, self.timings = Rows(self._tables["episodes"]), Rows(self._tables["timings"])
+        self._places = array("q")  # [bytes] where each record begins in the journal
+
+    def _keys(self) -> list[tuple[int, int]]:
+        """Stack number and episode of each finished episode."""
+        return list(zip(self.rows.values("stack_number"), self.rows.values("episode"), strict=True))
 
     def _keep(self, record: Row, place: int) -> None:
-        self.records.append({"row": record["row"], "timing": record["timing"]})
+        """Take in an episode: wholly once its row is there, whatever an interrupt or a full disk left before."""
+        while len(self.timings) > len(self.rows):
+            self.timings.drop_last()
+        del self._places[len(self.rows) :]
         self._places.append(place)
+        self.timings.append(record["timing"])
+        self.rows.append(record["row"])
 
     def _read_journal(self, journal: IO[bytes]) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
@@ -236,9 +253,9 @@ class RunFolder:
             yield
         except OSError as error:
             told = f"run folder '{self.path}' cannot be written ({error.strerror})"
-            if not self.records:
+            if not self.rows:
                 raise InputError(f"{told}; make room or choose another") from None
-            kept = f"{len(self.records)} finished deliveries are kept in {self.path / JOURNAL}"
+            kept = f"{len(self.rows)} finished deliveries are kept in {self.path / JOURNAL}"
             raise InputError(f"{told}; {kept}; make room and go on with --resume {self.path}") from None
 
     @contextlib.contextmanager

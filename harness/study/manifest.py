@@ -10,8 +10,8 @@ from typing import Any
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
+from harness.storage.rows import Row
 from harness.storage.run_folder import MANIFEST
-from harness.storage.tables import Row
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.robot import RobotParams

@@ -19,6 +19,7 @@ from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
@@ -45,7 +46,7 @@ class StoredStack:
     carries: tuple[str, ...]  # sensors that have a price
     localizer: str
     errors: int  # deliveries without a result
-    rows: tuple[Row, ...]  # of the finished deliveries, as in episodes.parquet
+    rows: Sequence[Row]  # of the finished deliveries, as in episodes.parquet
     data_collection: bool = False  # whether it is part of the CAPEX
 
 
@@ -56,7 +57,7 @@ class StoredRun:
     folder: Path
     about: Mapping[str, Any]  # run.json
     stacks: tuple[StoredStack, ...]
-    events: tuple[Row, ...]  # as in events.parquet
+    events: Sequence[Row]  # as in events.parquet
 
     @property
     def seed(self) -> int:
@@ -123,7 +124,7 @@ def load_run(folder_or_stack: str) -> StoredRun:
     return _load(Path(folder)).only(stack)
 
 
-def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> StoredStack:
+def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> StoredStack:
     """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them.
 
     Raises:
@@ -133,22 +134,18 @@ def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> Sto
     for event in events:
         if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
             impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
-    for row in stack.rows:
-        told, there = row["pedestrian_contacts"], len(impulses.get(row["episode"], ()))
+    for episode, told in zip(*(values(stack.rows, key) for key in ("episode", "pedestrian_contacts")), strict=True):
+        there = len(impulses.get(episode, ()))
         if told is not None and told != there:
             raise InputError(
-                f"episode {row['episode']} of {stack.name} has {told} contacts with people in episodes.parquet and "
+                f"episode {episode} of {stack.name} has {told} contacts with people in episodes.parquet and "
                 f"{there} in events.parquet: they are of different states of the run; take a whole copy"
             )
     force = prices.rolling_resistance_force
-    rows = tuple(
-        {
-            **row,
-            **injury_measures(impulses.get(row["episode"], ()), prices),
-            "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH,
-        }
-        for row in stack.rows
-    )
+    rows = Rows(EPISODE_COLUMNS)
+    for row in stack.rows:
+        injuries = injury_measures(impulses.get(row["episode"], ()), prices)
+        rows.append({**row, **injuries, "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH})
     return dataclasses.replace(stack, rows=rows)
 
 
@@ -168,10 +165,10 @@ def _load(folder: Path) -> StoredRun:
             f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is being driven, or "
             "was cut off; --resume it to have them all\n"
         )
-    finished = [row for row in rows if row["error"] is None]
+    _check_whole(rows, folder / "episodes.parquet")
+    finished = rows.where(lambda error: error is None, "error")
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")
-    _check_whole(rows, folder / "episodes.parquet")
     if mixed := mixed_files(folder):
         sys.stderr.write(f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n")
     if changed := changed_files(folder, not (folder / JOURNAL).exists()):
@@ -181,8 +178,8 @@ def _load(folder: Path) -> StoredRun:
             name=name,
             carries=carries,
             localizer=localizer,
-            errors=sum(row["stack"] == name and row["error"] is not None for row in rows),
-            rows=tuple(row for row in finished if row["stack"] == name),
+            errors=rows.values("stack").count(name) - finished.values("stack").count(name),
+            rows=finished.where(name.__eq__, "stack"),
             data_collection=is_trained,
         )
         for name, carries, localizer, is_trained in about["stacks"]
@@ -190,7 +187,7 @@ def _load(folder: Path) -> StoredRun:
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     for event in events:
         _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
-    return StoredRun(folder, about, stacks, tuple(events))
+    return StoredRun(folder, about, stacks, events)
 
 
 def _described(folder: Path) -> dict[str, Any]:
