@@ -1,7 +1,7 @@
 """Two stacks on the missions that they have in common: differences, how sure they are, and what stands against it."""
 
 import dataclasses
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -11,13 +11,14 @@ import numpy as np
 from harness.analysis.rare import difference_with_unseen
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
-from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, margins, mean_columns
+from harness.economics.valuation import CENT, DOLLARS, MISSION, OUTCOMES, deliveries, margins, mean_columns, missions
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval
 from harness.statistics.paired import PairedDifference, compare_pairs, holm
+from harness.storage.rows import take, values
 from harness.study.stored_run import CONDITIONS, StoredRun, StoredStack
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -108,7 +109,8 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
             f"{first.label} and {second.label} have no finished mission in common; run both with the same --seed, "
             "--map and --missions"
         )
-    rows = tuple(zip(*pairs, strict=True))
+    numbers = zip(*pairs, strict=True)
+    rows = [take(side.stack.rows, own) for side, own in zip((first, second), numbers, strict=True)]
     columns = [_columns(side, own, metrics) for side, own in zip((first, second), rows, strict=True)]
     keys = [key for key in columns[0] if key in columns[1]]
     named = [SHORT.get(key, key) for key in metrics]
@@ -116,7 +118,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         if key not in keys:
             raise UnknownNameError("metric", key, [*keys, *ACCOUNTED])
     wanted = [key for key in keys if key in named or not named]
-    clusters = number_clusters([tuple(row[key] for key in MISSION) for row in rows[0]])
+    clusters = missions(rows[0])
     known = {}
     for key in wanted:
         if (entry := _compare(columns[0][key], columns[1][key], clusters, key, first.run.seed)) is not None:
@@ -167,10 +169,14 @@ def have_common_missions(first: Side, second: Side) -> bool:
     return bool(_pair(first.stack.rows, second.stack.rows))
 
 
-def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[Row, Row]]:
-    others = {tuple(row[key] for key in PAIR): row for row in second}
-    keyed = ((tuple(row[key] for key in PAIR), row) for row in first)
-    return [(row, others[key]) for key, row in keyed if key in others]
+def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[int, int]]:
+    """The numbers of the rows of either side that are of one mission."""
+    others = {key: number for number, key in enumerate(_keys(second))}
+    return [(number, others[key]) for number, key in enumerate(_keys(first)) if key in others]
+
+
+def _keys(rows: Sequence[Row]) -> Iterable[tuple[Any, ...]]:
+    return zip(*(values(rows, key) for key in PAIR), strict=True)
 
 
 def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[str, FloatArray]:

@@ -144,8 +144,8 @@ def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where
     from harness.cli.driving import drive_folder, exit_status
     from harness.episode.factory import prices_of
     from harness.report.ablation_figure import draw_ablation
+    from harness.storage.documents import write_document
     from harness.study.stored_run import load_run
-    from harness.study.suite import write_document
 
     results, interrupted = drive_folder(study, path, where)
     prices = prices_of(study.template.prices)

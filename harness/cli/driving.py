@@ -3,7 +3,7 @@
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from harness.cli.progress import Bar, say, shown
@@ -13,15 +13,9 @@ from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.report.run_tables import print_results
 from harness.report.tables import report_console
-from harness.storage.run_folder import (
-    RunFolder,
-    accept_changes,
-    create_run,
-    default_folder,
-    other_study,
-    require_usable,
-)
-from harness.storage.tables import Row
+from harness.storage.manifest_file import accept_changes, other_study
+from harness.storage.rows import Row
+from harness.storage.run_folder import RunFolder, create_run, default_folder, require_usable
 from harness.study.drive import (
     TABLES,
     StackResult,
@@ -121,14 +115,14 @@ def drive_folder(study: Study, path: Path, where: Where) -> tuple[list[StackResu
             say(f"note: {note}")
         require_own(study, folder)
         say_what_is_done(folder, study)
-        tally = Tally(study.total, len(folder.records))
+        tally = Tally(study.total, len(folder.rows))
         if not folder.is_closed:
             with open_workers(where, study.workers, path, {path: study}) as workers, shown(tally):
                 interrupted = is_interrupted(study, folder, workers, tally)
         results = finish(study, folder)
-    say_what_failed(folder.records)
+    say_what_failed(folder.rows.where(bool, "error"))
     if interrupted:
-        tally.done = len(folder.records)  # the last one may have been kept and not yet counted
+        tally.done = len(folder.rows)  # the last one may have been kept and not yet counted
         say_interrupted(tally, path)
     return results, interrupted
 
@@ -155,16 +149,14 @@ def say_what_is_done(folder: RunFolder, study: Study) -> None:
     """Tell how much of a run there already is."""
     if folder.is_complete:
         say(f"run {folder.path} is complete: all of its {study.total} deliveries are finished")
-    elif folder.records:
-        say(f"going on after {len(folder.records)} of {study.total} deliveries")
+    elif folder.rows:
+        say(f"going on after {len(folder.rows)} of {study.total} deliveries")
 
 
-def say_what_failed(records: Sequence[Row]) -> None:
+def say_what_failed(rows: Iterable[Row]) -> None:
     """Tell the deliveries that ended in an error."""
-    for record in records:
-        row = record["row"]
-        if row.get("error"):
-            say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
+    for row in rows:
+        say(f"error in {row['stack']} episode {row['episode']}: {row['error']}")
 
 
 def say_interrupted(tally: Tally, path: Path, options: str = "") -> None:

@@ -27,9 +27,10 @@ from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import MARGIN, Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
+from harness.storage.documents import write_document
+from harness.storage.rows import Row, Rows
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
 from harness.storage.shipped import resolve, shipped
-from harness.storage.tables import Row
 from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.barn import BARN, Score, make_maps, map_names, optimal_times, score_of
 from harness.study.drive import TABLES, finish, require_own
@@ -51,7 +52,6 @@ from harness.study.suite import (
     require_alike,
     require_same,
     stored_suite,
-    write_document,
 )
 from harness.study.suite_log import note_session, session_of, sessions_of
 from harness.task.study import Study, usable_workers
@@ -175,7 +175,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
     for cell in chosen:
         begin(path, suite, cell, portion.episodes or suite.episodes, sys.argv)
     studies = {cell: load_study(path / cell.name, where.workers) for cell in chosen}
-    records: list[Row] = []
+    failed: list[Row] = []
     interrupted = False
     now = {cell: _first(study, portion.episodes) for cell, study in studies.items()}
     tally = _tally(path, now)
@@ -187,7 +187,7 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
         with open_workers(where, count, path, runs) as workers, shown(tally):
             for cell, study in studies.items():
                 own, interrupted = _drive_cell(path / cell.name, study, now[cell], workers, tally)
-                records += own
+                failed += own.where(bool, "error")
                 if interrupted:
                     break
             if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == _declared(suite):
@@ -198,14 +198,14 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
         driven = {cell.name: count - before[cell] for cell, count in after.items() if count > before[cell]}
         if driven:
             note_session(path, session_of(driven))
-    say_what_failed(records)
+    say_what_failed(failed)
     if interrupted:
         say_interrupted(tally, path, portion.options)
     results = write_overview(path)
     _print(results, path, as_json)
     if interrupted:
         return INTERRUPTED
-    return SOME_ERRORS if any(record["row"].get("error") for record in records) else 0
+    return SOME_ERRORS if failed else 0
 
 
 def write_overview(path: Path) -> Results:
@@ -262,15 +262,15 @@ def _first(study: Study, episodes: int | None) -> Study:
     return study if episodes is None else dataclasses.replace(study, episodes=min(study.episodes, episodes))
 
 
-def _drive_cell(path: Path, study: Study, now: Study, workers: Workers, tally: Tally) -> tuple[list[Row], bool]:
-    """The records of a cell of which a part is to be driven now, and whether it was interrupted."""
+def _drive_cell(path: Path, study: Study, now: Study, workers: Workers, tally: Tally) -> tuple[Rows, bool]:
+    """The rows of a cell of which a part is to be driven now, and whether it was interrupted."""
     with RunFolder(path, TABLES, study.total) as folder:
         for note in folder.notes:
             say(f"note: {note}")
         require_own(study, folder)
         interrupted = is_interrupted(now, folder, workers, tally)
         finish(study, folder)
-        return folder.records, interrupted
+        return folder.rows, interrupted
 
 
 def _print(results: Results, path: Path, as_json: bool) -> None:

@@ -219,7 +219,7 @@ def _search_and_test(
     search = run_search(study, evaluator, journal, lambda trial, best: progress.trial(trial, best, evaluator))
     for note in notes_after_search(study, search, journal):
         say(note)
-    progress.phase = "final choice and test" if study.plan.final_episodes else "test"
+    progress.begin("final choice and test" if study.plan.final_episodes else "test")
     return finish(study, search, evaluator)
 
 
@@ -236,8 +236,8 @@ def _explain(
     from harness.report.page.document import write_study_page
     from harness.report.tables import report_console
     from harness.report.tuning import print_tuning, write_tuning
+    from harness.storage.documents import write_document
     from harness.study.stored_run import load_run
-    from harness.study.suite import write_document
     from harness.tuning.dashboard import write_dashboard
     from harness.tuning.explanation import explain
     from harness.tuning.output import DOCUMENT, run_command, study_document, test_command, write_files
@@ -250,7 +250,7 @@ def _explain(
     scores = scores_document(result)
     document = study_document(result, study.nav2, declaration, scores, lint, path)
     write_document(path / DOCUMENT, document)
-    progress.phase = "explanation"
+    progress.begin("explanation")
     template = base.template
     world = world_params(template.world, template.pedestrians, template.people)
     explanation = explain(
@@ -264,7 +264,7 @@ def _explain(
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     markdown = write_tuning(result, scores, explanation, command, path, again, lint)
-    progress.phase = "replays"
+    progress.begin("replays")
     runs = [load_run(str(each)) for each in _record_partings(explanation.partings, base, evaluator, path)]
     write_study_page(markdown, runs, datetime.date.today().isoformat())
 

@@ -47,7 +47,8 @@ def _verified(folder: Path, sample: int, seed: int) -> dict[str, Any]:
     import numpy as np
 
     from harness.storage.checksums import CHECKSUMS, changed_files
-    from harness.storage.run_folder import JOURNAL, mixed_files
+    from harness.storage.manifest_file import mixed_files
+    from harness.storage.run_folder import JOURNAL
     from harness.study.manifest import version_notes
     from harness.study.stored_run import load_run
 

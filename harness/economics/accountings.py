@@ -13,6 +13,7 @@ from harness.economics.cost_model import Measured
 from harness.economics.prices import Prices, load_severe
 from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY, PROPERTY_IMPULSE
+from harness.storage.rows import values
 from navstack.types import FloatArray
 
 PUBLISHED, MONOTONE, AT_FAULT = "published", "monotone", "robot_at_fault"  # of :data:`ACCOUNTINGS`
@@ -56,7 +57,8 @@ def contacts_of(rows: Sequence[Row], events: Sequence[Row], kind: str) -> Contac
         events: rows of ``events.parquet``; those of other deliveries are left out.
         kind: ``counted_contact`` for those that the published rule counts, ``contact_event`` for all, each whole.
     """
-    numbers = {(row["stack"], row["episode"]): number for number, row in enumerate(rows)}
+    keys = zip(values(rows, "stack"), values(rows, "episode"), strict=True)
+    numbers = {key: number for number, key in enumerate(keys)}
     own = [event for event in events if event["type"] == kind and (event["stack"], event["episode"]) in numbers]
 
     def column(key: str, kind: type = float) -> Any:

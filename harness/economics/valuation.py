@@ -25,6 +25,7 @@ from harness.statistics.bootstrap import (
     resampled_means,
 )
 from harness.statistics.interval import Interval, wilson_interval
+from harness.storage.rows import values
 from navstack.types import FloatArray
 
 OUTCOMES = ("sla", "spoiled", "timeout", "physical_assistance")
@@ -121,13 +122,13 @@ def value(
 def deliveries(rows: Sequence[Row], rolling_resistance_force: float) -> Measured:
     """What a run sums up, delivery by delivery: arrays in place of means; None where one is undefined."""
     columns = mean_columns(rows, [metric for metric in EPISODE_METRICS if metric.is_published])
-    outcomes = np.array([row["outcome"] for row in rows])
+    outcomes = np.array(values(rows, "outcome"))
     shares = {outcome: (outcomes == outcome).astype(np.float64) for outcome in OUTCOMES}
     if (outcomes == ARRIVED).any():
         shares |= {"sla": np.array([np.nan]), "spoiled": np.array([np.nan])}
     power = rolling_resistance_force * columns["avg_velocity_mps"] / 1000.0
     known: dict[Any, FloatArray] = {**shares, **columns, "avg_mechanical_power_kw": power}
-    fields: dict[Any, Any] = {key: None if np.isnan(values).any() else values for key, values in known.items()}
+    fields: dict[Any, Any] = {key: None if np.isnan(found).any() else found for key, found in known.items()}
     return Measured(**fields)
 
 
@@ -138,7 +139,7 @@ def mean_columns(rows: Sequence[Row], metrics: Sequence[Metric] = EPISODE_METRIC
 
 def column(rows: Sequence[Row], key: str) -> FloatArray:
     """A column (n,) of rows; NaN where it is null."""
-    return np.array([np.nan if row[key] is None else row[key] for row in rows], dtype=np.float64)
+    return np.array([np.nan if each is None else each for each in values(rows, key)], dtype=np.float64)
 
 
 def margins(
@@ -174,7 +175,7 @@ def beyond(measured: Measured, stack: Priced, prices: Prices, optional: Optional
 
 def missions(rows: Sequence[Row]) -> IntArray:
     """Number of each row's mission, as :func:`harness.statistics.bootstrap.number_clusters` numbers them."""
-    return number_clusters([tuple(row[key] for key in MISSION) for row in rows])
+    return number_clusters(list(zip(*(values(rows, key) for key in MISSION), strict=True)))
 
 
 def mean_intervals(
@@ -200,7 +201,7 @@ def mean_intervals(
 
 
 def _rates(rows: Sequence[Row]) -> dict[str, Interval]:
-    outcomes = [row["outcome"] for row in rows]
+    outcomes = values(rows, "outcome")
     names = OUTCOMES if ARRIVED not in outcomes else ("timeout", "physical_assistance")
     return {name: wilson_interval(outcomes.count(name), len(rows)) for name in names}
 

@@ -8,8 +8,9 @@ import numpy as np
 from harness.economics.contact_costs import injury_cost
 from harness.economics.prices import Prices
 from harness.policy.senses import Look, MakeRoute, People, Senses
+from harness.storage.shipped import is_file
 from harness.task.camera_params import CameraParams
-from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack, is_file
+from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack
 from harness.world.ground_truth import GroundTruthLocalizer, GroundTruthTracker, InjectedErrorLocalizer
 from harness.world.outcome import Rules
 from harness.world.pedestrian_params import PedestrianParams

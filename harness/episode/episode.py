@@ -12,7 +12,6 @@ import numpy as np
 
 from harness.economics.contact_costs import injury_costs, injury_measures, property_cost
 from harness.economics.prices import Prices
-from harness.episode.brain import Brain
 from harness.episode.factory import Parts
 from harness.episode.pedestrian_delay import PedestrianDelay
 from harness.metrics.columns import Row
@@ -22,6 +21,7 @@ from harness.metrics.delivery_log import JOULES_PER_KWH, DeliveryLog
 from harness.metrics.encounters import Body
 from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
+from harness.task.brain import Brain
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Verdict

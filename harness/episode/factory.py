@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from harness.economics.prices import Prices, load_prices
-from harness.episode.brain import Brain, Parked
 from harness.episode.brains import delivery_prices, navigator_on, senses_on, steps_per_tick
 from harness.episode.wall_time import on_wall_time
 from harness.execution.process_cache import kept
@@ -15,6 +14,7 @@ from harness.policy.brain import PolicyBrain
 from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
+from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission, MissionSampler, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, is_recording

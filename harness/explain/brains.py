@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.brain import Brain
+from harness.task.brain import Brain
 from navstack.control.decision import Alternative
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
@@ -33,7 +33,7 @@ class TakeOver:
 
 
 class _Led:
-    """Tells what the brain tells that drives: all of :class:`harness.episode.brain.Brain` but the tick."""
+    """Tells what the brain tells that drives: all of :class:`harness.task.brain.Brain` but the tick."""
 
     def __init__(self, driving: Brain) -> None:
         self._driving = driving

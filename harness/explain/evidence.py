@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from harness.episode.brain import Brain
 from harness.episode.episode import run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import Watched, Weighed
@@ -19,6 +18,7 @@ from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.tables import read_rows
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
+from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
 from harness.world.robot import RobotParams
 from harness.world.world import World

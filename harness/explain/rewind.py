@@ -14,13 +14,13 @@ from typing import cast
 
 import numpy as np
 
-from harness.episode.brain import Brain
 from harness.episode.brains import navigator_on, steps_per_tick
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import HandOver, TakeOver
 from harness.explain.evidence import Evidence, task_of
 from harness.study.stored_run import StoredRun
+from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import Value
 from harness.tuning.paths import Place, locate, with_values

@@ -1,11 +1,12 @@
 """The table of ``--record decisions``: one row per control or behavior cycle, and why it came out as it did."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from harness.metrics.columns import Row
 
 if TYPE_CHECKING:
+    from harness.task.brain import Brain
     from navstack.navigator import TickRecord
 
 # Column -> Arrow type, and what of a tick stands in it.
@@ -31,14 +32,6 @@ DECISION_COLUMNS = {column: kind for column, (kind, _) in _OF_TICK.items()}
 CRITIC_COLUMNS = {"raw": "double", "weighted": "double", "rejected": "int64"}  # as <critic>_<suffix>, per critic
 
 
-class Explains(Protocol):
-    """A brain that tells how it decided."""
-
-    @property
-    def decision(self) -> "TickRecord | None":
-        """How the last tick was decided; None: nothing was."""
-
-
 class DecisionLog:
     """Keeps every decision of a delivery."""
 
@@ -46,7 +39,7 @@ class DecisionLog:
         self.rows: list[Row] = []
         self._critics: dict[str, None] = {}  # in the order of their first appearance
 
-    def record(self, brain: Explains) -> None:
+    def record(self, brain: "Brain") -> None:
         """Take in what the brain decided in its last tick, if anything."""
         tick = brain.decision
         if tick is None:
@@ -72,7 +65,7 @@ class DecisionLog:
 class NoDecisionLog(DecisionLog):
     """Asks for nothing and keeps nothing."""
 
-    def record(self, brain: Explains) -> None:
+    def record(self, brain: "Brain") -> None:
         """See the base class."""
 
 

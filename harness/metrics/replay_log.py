@@ -1,7 +1,7 @@
 """What a delivery looked like, and what the robot saw and meant to do: kept so that it can be looked at."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,10 @@ from harness.metrics.delivery_log import NOWHERE
 from harness.world.truth import Truth
 from navstack.control.decision import Option
 from navstack.geometry import transform_points
-from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
+from navstack.types import FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Track, Twist2D
+
+if TYPE_CHECKING:
+    from harness.task.brain import Brain
 
 TRACE_PERIOD = 0.1  # [s] between the rows of a recorded trajectory
 TRACE_COLUMNS = (
@@ -22,26 +25,6 @@ PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was f
 NO_RETURN = 65535  # a beam's range where nothing came back, or from farther than FARTHEST_MM
 FARTHEST_MM = 65534  # [mm] of a range
 NOT_MOVED = Odometry(0.0, Pose2D(), Twist2D())
-
-
-class Planning(Protocol):
-    """A brain that tells where it is, what it follows and what it sees moving."""
-
-    @property
-    def belief(self) -> Belief | None:
-        """Where it believes the robot to be."""
-
-    @property
-    def plan(self) -> Path | None:
-        """What it follows; None: nothing."""
-
-    @property
-    def tracks(self) -> tuple[Track, ...]:
-        """What moves about."""
-
-    @property
-    def options(self) -> tuple[Option, ...]:
-        """Motions that its controller weighed, the chosen one first."""
 
 
 class ReplayLog:
@@ -55,10 +38,8 @@ class ReplayLog:
         self._trace: list[tuple[float, ...]] = []  # of TRACE_COLUMNS
         self._crowd: list[FloatArray] = []  # (n, 2) positions of people
         self._rows: list[tuple[float, ...]] = []  # pieces lost, motion energy, odometry (5), covariance (3)
-        self._tracks: list[tuple[float, ...]] = []
-        self._track_counts: list[int] = []  # tracks per row
-        self._option_counts: list[int] = []  # options per row
-        self._options: list[Option] = []
+        self._tracks: list[tuple[Track, ...]] = []  # of each row
+        self._options: list[tuple[Option, ...]] = []  # of each row
         self._scans: list[npt.NDArray[np.uint16]] = []
         self._scan_stamps: list[float] = []
         self._scan: LaserScan | None = None  # the last
@@ -67,17 +48,17 @@ class ReplayLog:
         self._plan: Path | None = None  # the last
         self._odometry = NOT_MOVED
 
-    def record(self, truth: Truth, observation: Observation, brain: Planning, command: Twist2D) -> None:
+    def record(self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D) -> None:
         """Take in a state, what the brain received in it and made of it, and what it commands."""
         self._receive(observation, brain)
         if truth.stamp >= len(self._rows) * TRACE_PERIOD - 1e-6:
             self._keep(truth, brain, command)
 
-    def finish(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
+    def finish(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
         """Take in the final state; the brain has not seen it, so belief and command are those of the tick before."""
         self._keep(truth, brain, command)
 
-    def _receive(self, observation: Observation, brain: Planning) -> None:
+    def _receive(self, observation: Observation, brain: "Brain") -> None:
         if observation.odometry is not None:
             self._odometry = observation.odometry
         if observation.scan is not None:
@@ -90,7 +71,7 @@ class ReplayLog:
             points = np.empty((0, 2)) if self._plan is None or len(self._plan) < 2 else self._plan.poses[:, :2]
             self._plans.append(simplified(points, PLAN_TOLERANCE).astype(np.float32))
 
-    def _keep(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
+    def _keep(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
         odometry, belief = self._odometry, brain.belief or NOWHERE
         pose, twist, believed = truth.pose, truth.twist, belief.pose
         self._trace.append(
@@ -110,12 +91,8 @@ class ReplayLog:
                 *(covariance[0, 0], covariance[0, 1], covariance[1, 1]),
             )
         )
-        tracks = brain.tracks
-        self._track_counts.append(len(tracks))
-        options = brain.options
-        self._option_counts.append(len(options))
-        self._options += options
-        self._tracks += [(track.id, track.x, track.y, track.vx, track.vy, track.radius) for track in tracks]
+        self._tracks.append(brain.tracks)
+        self._options.append(brain.options)
 
     def recording(self) -> dict[str, Any]:
         """Arrays of T rows, S scans, P plans and K tracks, and of n people.
@@ -130,6 +107,8 @@ class ReplayLog:
         ``option_size`` (Q,) and ``option_xy`` (M, 2) [m], map frame: the motions that the controller weighed.
         """
         rows = np.array(self._rows).reshape(-1, 10)
+        tracks = [(each.id, each.x, each.y, each.vx, each.vy, each.radius) for row in self._tracks for each in row]
+        options = [option for row in self._options for option in row]
         return {
             "trace": np.array(self._trace),
             "trace_columns": np.array(TRACE_COLUMNS),
@@ -138,12 +117,12 @@ class ReplayLog:
             "motion_energy_j": rows[:, 1],
             "odometry": rows[:, 2:7],
             "belief_covariance": rows[:, 7:10].astype(np.float32),
-            "track_count": np.array(self._track_counts, dtype=np.int32),
-            "tracks": np.array(self._tracks, dtype=np.float32).reshape(-1, 6),
-            "option_count": np.array(self._option_counts, dtype=np.int32),
-            "option_total": np.array([option.total for option in self._options]),
-            "option_size": np.array([len(option.path) for option in self._options], dtype=np.int32),
-            "option_xy": np.concatenate([np.empty((0, 2)), *(each.path for each in self._options)]).astype(np.float32),
+            "track_count": np.array([len(row) for row in self._tracks], dtype=np.int32),
+            "tracks": np.array(tracks, dtype=np.float32).reshape(-1, 6),
+            "option_count": np.array([len(row) for row in self._options], dtype=np.int32),
+            "option_total": np.array([option.total for option in options]),
+            "option_size": np.array([len(option.path) for option in options], dtype=np.int32),
+            "option_xy": np.concatenate([np.empty((0, 2)), *(option.path for option in options)]).astype(np.float32),
             "scan_stamp": np.array(self._scan_stamps),
             "scan_mm": np.array(self._scans, dtype=np.uint16) if self._scans else np.empty((0, 0), np.uint16),
             "scan_geometry": _geometry(self._scan),
@@ -156,10 +135,10 @@ class ReplayLog:
 class NoReplayLog(ReplayLog):
     """Asks for nothing and keeps nothing."""
 
-    def record(self, truth: Truth, observation: Observation, brain: Planning, command: Twist2D) -> None:
+    def record(self, truth: Truth, observation: Observation, brain: "Brain", command: Twist2D) -> None:
         """See the base class."""
 
-    def finish(self, truth: Truth, brain: Planning, command: Twist2D) -> None:
+    def finish(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
         """See the base class."""
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.metric import Metric
+from harness.storage.rows import values
 
 
 def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float) -> Row:
@@ -16,13 +17,14 @@ def summarize(rows: Sequence[Mapping[str, Any]], rolling_resistance_force: float
     ``rolling_resistance_force`` [N] is the paper's C_RollingResistanceForce; mechanical power is this force times the
     mean speed. A share is undefined (None) where an arrival's cargo was not modelled, a mean where a value is.
     """
+    outcomes = values(rows, "outcome")
 
     def share(outcome: str) -> float:
-        return [row["outcome"] for row in rows].count(outcome) / len(rows)
+        return outcomes.count(outcome) / len(rows)
 
-    modelled = not any(row["outcome"] == "arrived" for row in rows)
+    modelled = "arrived" not in outcomes
     means = {
-        metric.mean_key: None if any(row.get(metric.key) is None for row in rows) else _mean_of_defined(rows, metric)
+        metric.mean_key: None if None in values(rows, metric.key) else _mean_of_defined(rows, metric)
         for metric in EPISODE_METRICS
         if metric.mean_key and metric.is_published
     }
@@ -44,5 +46,5 @@ def summarize_more(rows: Sequence[Mapping[str, Any]]) -> Row:
 
 
 def _mean_of_defined(rows: Sequence[Mapping[str, Any]], metric: Metric) -> float | None:
-    values = [row[metric.key] for row in rows if row.get(metric.key) is not None]
-    return float(np.mean(values)) / metric.mean_divisor if values else None
+    defined = [each for each in values(rows, metric.key) if each is not None]
+    return float(np.mean(defined)) / metric.mean_divisor if defined else None

@@ -6,21 +6,15 @@ from harness.policy.interface import PolicyObservation
 from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
 from harness.policy.waypoints import WaypointFollower
+from harness.task.brain import Brain
 from navstack.clock import Clock
-from navstack.navigation_status import Counts, Status, Trouble
+from navstack.navigation_status import Counts
 from navstack.stopwatch import Latencies, Stopwatch
 from navstack.types import Belief, FloatArray, Observation, Path, Pose2D, Twist2D
 
 
-class SteeredBrain:
+class SteeredBrain(Brain):
     """Senses, and holds the command that somebody gives: a policy, or whoever steps an environment."""
-
-    status = Status.RUNNING
-    counts = Counts(plans=1)
-    trouble = Trouble()
-    decision = None
-    tracks = ()
-    options = ()
 
     def __init__(self, senses: Senses, rate: float) -> None:
         """Stand.
@@ -43,9 +37,9 @@ class SteeredBrain:
         return self._senses.plan
 
     @property
-    def latencies(self) -> Latencies:
-        """Nothing is timed here."""
-        return Latencies()
+    def counts(self) -> Counts:
+        """One plan, at the start."""
+        return Counts(plans=1)
 
     def reset(
         self,

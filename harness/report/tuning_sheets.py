@@ -63,7 +63,7 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     lines += [_proof(explanation), *explanation.notes]
     flagged = explanation.audit.flagged
     if flagged:
-        names = ", ".join(check.title for check in flagged)
+        names = ", ".join(check.gap.title for check in flagged)
         lines.append(f"THE AUDITOR FLAGS THIS OPTIMUM: {names}. Read its evidence below before using the file.")
     else:
         examined, every = sum(check.is_examined for check in explanation.audit.checks), len(explanation.audit.checks)
@@ -241,11 +241,12 @@ def _interactions(explanation: Explanation) -> Sheet:
 
 def _checks(explanation: Explanation) -> Sheet:
     rows = [
-        (check.title, check.state.upper() if check.is_flagged else check.state, check.says)
+        (check.gap.title, check.state.upper() if check.is_flagged else check.state, check.says)
         for check in explanation.audit.checks
     ]
     notes = (
-        f"{check.title}: a gap, because {check.why}. What to do: {check.advice}." for check in explanation.audit.flagged
+        f"{check.gap.title}: a gap, because {check.gap.why}. What to do: {check.gap.advice}."
+        for check in explanation.audit.flagged
     )
     return declared("tuning_checks", rows, *notes)
 

@@ -20,7 +20,8 @@ IntArray = npt.NDArray[np.int64]
 DRAWS = 10_000
 TAIL = (1.0 - CONFIDENCE) / 2.0
 LEAST_TAIL = 5  # values among the worst from which their mean has an interval
-DRAWS_AT_ONCE = 500  # bootstrap draws per block; bounds the memory
+MOST_DRAWN, LEAST_DRAWS = 200_000_000, 1000  # weights drawn in all; resamples where that would be fewer
+DRAWS_AT_ONCE, MOST_AT_ONCE = 500, 10_000_000  # resamples of a block, and the weights in it: they bound the memory
 KEPT_DRAWS, MOST_KEPT = 32, 1_000_000  # blocks, enough for one comparison; numbers of a block
 
 
@@ -162,7 +163,7 @@ def _of_order(
     value = float(statistic(np.ones((1, n)))[0])
     if numbers.max() == 0 or n * share < LEAST_TAIL - 1e-9:
         return Interval(value, None, None, n)
-    weights = _weights(int(numbers.max()) + 1, rng, draws)
+    weights = _weights(int(numbers.max()) + 1, rng, draws, n)
     return percentile_interval(value, np.concatenate([statistic(w[:, numbers]) for w in weights]), n)
 
 
@@ -182,10 +183,22 @@ def _tail_means(weights: FloatArray, falling: FloatArray, share: float) -> Float
     return means
 
 
-def _weights(clusters: int, rng: np.random.Generator, draws: int) -> Iterator[FloatArray]:
-    """How often each cluster is in each resample, in blocks of shape (b, clusters)."""
-    for start in range(0, draws, DRAWS_AT_ONCE):
-        yield kept_draw(_resample, rng, min(DRAWS_AT_ONCE, draws - start), clusters)
+def blocks(weights: int, draws: int) -> Iterator[int]:
+    """How many resamples of so many weights to draw at a time; beyond 20 000 there are fewer than ``draws`` in all."""
+    left = min(draws, max(LEAST_DRAWS, MOST_DRAWN // weights))
+    while left > 0:
+        block = min(left, DRAWS_AT_ONCE, max(1, MOST_AT_ONCE // weights))
+        yield block
+        left -= block
+
+
+def _weights(clusters: int, rng: np.random.Generator, draws: int, values: int = 0) -> Iterator[FloatArray]:
+    """How often each cluster is in each resample, in blocks of shape (b, clusters).
+
+    ``values`` are how many weights a resample becomes, where it is more than clusters.
+    """
+    for block in blocks(max(clusters, values), draws):
+        yield kept_draw(_resample, rng, block, clusters)
 
 
 def _resample(rng: np.random.Generator, block: int, clusters: int) -> FloatArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.statistics.bootstrap import DRAWS, DRAWS_AT_ONCE, TAIL, IntArray, number_clusters
+from harness.statistics.bootstrap import DRAWS, TAIL, IntArray, blocks, number_clusters
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -54,8 +54,7 @@ def admit_unseen(
     numbers = number_clusters(range(values.size)) if clusters is None else clusters
     sums, sizes = np.bincount(numbers, weights=values), np.bincount(numbers).astype(np.float64)
     low, high = [], []
-    for start in range(0, draws, DRAWS_AT_ONCE):
-        block = min(DRAWS_AT_ONCE, draws - start)
+    for block in blocks(sums.size, draws):
         weights, unseen = rng.exponential(size=(block, sums.size)), rng.exponential(size=block) * sizes.mean()
         places = rng.random(block)
         total, seen = weights @ sizes + unseen, weights @ sums

@@ -38,16 +38,18 @@ def unsealed(line: bytes) -> bytes:
 
 def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> None:
     """Note the files of a run folder as they are; of those that are to be written next, the texts are given."""
-    found = {name: _digest((folder / name).read_bytes()) for name in _files(folder, (*OF_ALL, *OF_FINISHED))}
-    found |= {name: _digest(text.encode()) for name, text in (coming or {}).items()}
-    write_text(folder / CHECKSUMS, json.dumps(found, indent=1, sort_keys=True) + "\n")
+    known = {name: _digest(text.encode()) for name, text in (coming or {}).items()}
+    _write(folder, _digests(folder, (*OF_ALL, *OF_FINISHED)) | known)
 
 
 def note_tables(folder: Path) -> None:
     """Note the tables and the summary of a run as they are now; the other files stay as they were noted."""
     if (folder / CHECKSUMS).exists() and (known := _known(folder)) is not None:
-        known |= {name: _digest((folder / name).read_bytes()) for name in _files(folder, OF_FINISHED)}
-        write_text(folder / CHECKSUMS, json.dumps(known, indent=1, sort_keys=True) + "\n")
+        _write(folder, known | _digests(folder, OF_FINISHED))
+
+
+def _write(folder: Path, digests: Mapping[str, str]) -> None:
+    write_text(folder / CHECKSUMS, json.dumps(digests, indent=1, sort_keys=True) + "\n")
 
 
 def _known(folder: Path) -> dict[str, str] | None:
@@ -72,16 +74,16 @@ def changed_files(folder: Path, is_finished: bool) -> list[str]:
     if known is None:
         return [CHECKSUMS]
     patterns = (*OF_ALL, *(OF_FINISHED if is_finished else ()))
-    there = set(_files(folder, patterns)) & {*known, *_files(folder, OF_ALL)}  # a study may add tables of its own
-    wanted = {name for name in known if any(Path(name).match(pattern) for pattern in patterns)}
-    same = {name for name in there & wanted if _digest((folder / name).read_bytes()) == known[name]}
-    return sorted((there | wanted) - same)
+    added = _digests(folder, OF_ALL)  # a study may add tables of its own
+    there = {name: digest for name, digest in _digests(folder, patterns).items() if name in known or name in added}
+    wanted = {name: known[name] for name in known if any(Path(name).match(pattern) for pattern in patterns)}
+    return sorted(name for name in there.keys() | wanted.keys() if there.get(name) != wanted.get(name))
 
 
-def _files(folder: Path, patterns: tuple[str, ...]) -> list[str]:
-    return sorted(
-        str(path.relative_to(folder)) for pattern in patterns for path in folder.glob(pattern) if path.is_file()
-    )
+def _digests(folder: Path, patterns: tuple[str, ...]) -> dict[str, str]:
+    """SHA-256 of the files of a folder that fit the patterns, by name."""
+    files = sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())
+    return {str(path.relative_to(folder)): _digest(path.read_bytes()) for path in files}
 
 
 def _digest(content: bytes) -> str:

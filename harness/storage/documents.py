@@ -1,8 +1,17 @@
-"""Results as JSON documents."""
+"""Results as JSON documents, and their files."""
 
 import dataclasses
+import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
+
+from harness.storage.files import write_text, writing
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A document as the text of its file."""
+    return json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
 def as_json(value: Any) -> Any:
@@ -14,3 +23,23 @@ def as_json(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: as_json(entry) for key, entry in value.items()}
     return [as_json(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def write_document(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a JSON document.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    write_file(path, json_text(document))
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a text file; its folder is made where it is missing.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)

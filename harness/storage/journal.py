@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import IO
 
 from harness.storage.checksums import sealed, unsealed
-from harness.storage.tables import Columns, Row, is_of_kind, read_rows
+from harness.storage.rows import Columns, Row, Rows
+from harness.storage.tables import is_of_kind, read_rows
 from navstack.errors import InputError
 
 LARGEST = 1e12  # of any number; more is no measurement of ours
@@ -73,8 +74,8 @@ def events_at(journal: IO[bytes], place: int) -> list[Row]:
     return events
 
 
-def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
-    """The records of a run whose journal has become tables, without their events.
+def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> tuple[Rows, Rows]:
+    """The deliveries and timings of a run whose journal has become tables.
 
     Raises:
         InputError: the tables are damaged.
@@ -82,17 +83,16 @@ def finished_in_tables(path: Path, tables: Mapping[str, Columns]) -> list[Row]:
     rows, timings = (read_rows(path / f"{name}.parquet", tables[name]) for name in ("episodes", "timings"))
     if len(rows) != len(timings):
         raise InputError(f"run folder '{path}' has damaged tables: {len(rows)} episodes, {len(timings)} timings")
-    records = [{"row": row, "timing": timing} for row, timing in zip(rows, timings, strict=True)]
-    for number, record in enumerate(records, start=1):
-        if trouble := _trouble_in(record, tables):
+    for number, (row, timing) in enumerate(zip(rows, timings, strict=True), start=1):
+        if trouble := _trouble_in({"row": row, "timing": timing}, tables):
             raise InputError(
                 f"run folder '{path}' has damaged tables: row {number}, {trouble}; a run resumes from whole tables"
             )
-    return records
+    return rows, timings
 
 
-def with_events(records: Sequence[Row], path: Path, tables: Mapping[str, Columns]) -> Iterator[Row]:
-    """The same records whole, as a journal has them.
+def records_of(rows: Rows, timings: Rows, path: Path, tables: Mapping[str, Columns]) -> Iterator[Row]:
+    """The same with their events, as a journal has them.
 
     Raises:
         InputError: the table of the events is damaged.
@@ -102,9 +102,8 @@ def with_events(records: Sequence[Row], path: Path, tables: Mapping[str, Columns
         if trouble := trouble_with(event, tables["events"]):
             raise InputError(f"{path / 'events.parquet'}: is damaged: row {number}: {trouble}")
         events.setdefault((event["stack"], event["episode"]), []).append(event)
-    for record in records:
-        row = record["row"]
-        yield {**record, "events": events.get((row["stack"], row["episode"]), [])}
+    for row, timing in zip(rows, timings, strict=True):
+        yield {"row": row, "events": events.get((row["stack"], row["episode"]), []), "timing": timing}
 
 
 def _trouble_in(record: Row, tables: Mapping[str, Columns]) -> str:

@@ -1,16 +1,16 @@
 """Run folders: finished episodes are on disk before the next one begins, and a run goes on where it was cut off."""
 
 import contextlib
-import json
 import os
 import shutil
 import time
-from collections.abc import Iterable, Mapping
+from array import array
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
-from harness.storage.checksums import CHECKSUMS, changed_files, note_tables, write_checksums
+from harness.storage.checksums import note_tables, write_checksums
+from harness.storage.documents import json_text
 from harness.storage.files import (
     LOCK,
     locked,
@@ -20,17 +20,17 @@ from harness.storage.files import (
     require_real_folders,
     sync_folder,
     write_text,
+    writing,
 )
-from harness.storage.journal import events_at, finished_in_tables, key_of, line_of, records_in, with_events
-from harness.storage.tables import Columns, Row, read_rows, write_table
+from harness.storage.journal import events_at, finished_in_tables, line_of, records_in, records_of
+from harness.storage.rows import Columns, Row, Rows
+from harness.storage.tables import read_rows, write_table
 from navstack.errors import InputError
 from navstack.files import check_regular
-from navstack.params.strict import read_text
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
 BEGUN = "run.begun"  # there while a run is created
 ABLATION, TUNING = "ablation.yaml", "tuning.yaml"  # in params/: what such a study declares
-OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
 MOST_LINE = 20_000_000  # [bytes] of one delivery in it
@@ -54,28 +54,6 @@ def require_usable(path: Path) -> None:
     require_folder(path)
 
 
-def other_study(folder: Path) -> tuple[str, str] | None:
-    """What a folder holds that looks like a run and is more: its kind, and the command that goes on with it."""
-    return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
-
-
-def read_manifest(folder: Path) -> dict[str, Any]:
-    """Content of a run folder's ``run.json``; empty: it is damaged.
-
-    Raises:
-        InputError: there is none.
-    """
-    if not (folder / MANIFEST).is_file():
-        runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
-        advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
-        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
-    try:
-        content = json.loads(read_text(folder / MANIFEST))
-    except (ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
     """Write what is known before the first episode.
 
@@ -89,7 +67,7 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
     """
     require_usable(path)
     require_real_folders(path)
-    try:
+    with writing(path):
         path.mkdir(parents=True, exist_ok=True)
         with locked(path):
             require_usable(path)  # another program may have been quicker
@@ -99,78 +77,18 @@ def create_run(path: Path, about: Row, parameters: Mapping[str, str]) -> None:
             (path / "params").mkdir()
             for name, text in parameters.items():
                 write_text(path / "params" / name, text)
-            manifest = _manifest(about)
+            manifest = json_text(about)
             write_checksums(path, {MANIFEST: manifest})  # a folder with a manifest has them
             write_text(path / MANIFEST, manifest)
             (path / BEGUN).unlink()
-    except OSError as error:
-        raise InputError(f"output folder '{path}' cannot be written ({error.strerror}); choose another") from None
     point_latest(path)
-
-
-def extend_run(path: Path, episodes: int) -> None:
-    """Let a run have more episodes than it was made for; those that it has stay as they are.
-
-    Args:
-        path: of a run that :func:`create_run` made.
-        episodes: of each stack, from now on.
-
-    Raises:
-        InputError: the folder is in use, cannot be written, or holds no run.
-    """
-    require_real_folders(path)
-    try:
-        with locked(path):
-            _rewrite(path, {"episodes": episodes})
-    except OSError as error:
-        raise InputError(
-            f"run folder '{path}' cannot be written ({error.strerror}); make room or choose another"
-        ) from None
-
-
-def _manifest(about: Row) -> str:
-    return json.dumps(about, indent=2, sort_keys=True) + "\n"
-
-
-def _rewrite(path: Path, changes: Row) -> None:
-    """Change entries of a manifest."""
-    manifest = _manifest({**json.loads(read_text(path / MANIFEST)), **changes})
-    if (path / CHECKSUMS).exists():
-        write_checksums(path, {MANIFEST: manifest})
-    write_text(path / MANIFEST, manifest)
-
-
-def require_unchanged(path: Path) -> None:
-    """Check that a run folder is as the program left it.
-
-    Raises:
-        InputError: it was changed.
-    """
-    if changed := changed_files(path, not (path / JOURNAL).exists()):
-        raise InputError(
-            f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; restore it, or go on "
-            f"with --resume {path} --force, which marks the run as mixed"
-        )
-
-
-def accept_changes(path: Path) -> None:
-    """Take a run folder as it is, and let its manifest say what was changed."""
-    if changed := changed_files(path, not (path / JOURNAL).exists()):
-        with locked(path):
-            _rewrite(path, {"mixed": sorted({*mixed_files(path), *changed})})
-
-
-def mixed_files(path: Path) -> list[str]:
-    """Files of a run that were changed, and taken as they were; by its manifest."""
-    noted = read_manifest(path).get("mixed", [])
-    return [str(name) for name in noted] if isinstance(noted, list) else []
 
 
 class RunFolder:
     """A run on disk, at its beginning or cut off. Closing writes the tables, also after an interrupt.
 
-    Nobody else can write the folder meanwhile. The rows in memory are those of the episodes and their timings; events
-    stay on disk.
+    Nobody else can write the folder meanwhile. The deliveries and their timings are in memory, as columns; events stay
+    on disk.
     """
 
     def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
@@ -185,42 +103,37 @@ class RunFolder:
             InputError: another program writes the folder, it cannot be written, or its tables are damaged.
         """
         self.path = path
-        self.records: list[Row] = []  # ``row`` and ``timing`` of each finished episode
         self._troubles: list[str] = []  # with lines of the journal
         self._tables, self._total = tables, total
-        self._places: list[int] = []  # [bytes] where each record begins in the journal
+        self._forget()
         self._journal: IO[bytes] | None = None
         self._open = contextlib.ExitStack()
-        with contextlib.ExitStack() as opening:
-            try:
-                require_real_folders(path)
-                opening.enter_context(locked(path))
-                if self._has_tables and not (path / JOURNAL).exists():
-                    self.records = finished_in_tables(path, tables)
-                    if not self.is_complete:
-                        self._unpack()
-                if not (self._has_tables and self.is_complete) or (path / JOURNAL).exists():
-                    if (path / JOURNAL).exists():
-                        check_regular(path / JOURNAL, MOST_JOURNAL)
-                    self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
-                    self._read_journal(self._journal)
-                    sync_folder(path)
-            except OSError as error:
-                raise self._failed(error) from None
+        with self._writing(), contextlib.ExitStack() as opening:
+            require_real_folders(path)
+            opening.enter_context(locked(path))
+            has_tables = (path / "episodes.parquet").exists()
+            if has_tables and not (path / JOURNAL).exists():
+                self.rows, self.timings = finished_in_tables(path, tables)
+                if not self.is_complete:
+                    self._unpack()
+            if not (has_tables and self.is_complete) or (path / JOURNAL).exists():
+                if (path / JOURNAL).exists():
+                    check_regular(path / JOURNAL, MOST_JOURNAL)
+                self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
+                self._read_journal(self._journal)
+                sync_folder(path)
             self._open = opening.pop_all()
 
     def __enter__(self) -> "RunFolder":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     @property
     def is_complete(self) -> bool:
         """Whether every episode is finished."""
-        return len(self.records) >= self._total
+        return len(self.rows) >= self._total
 
     @property
     def is_closed(self) -> bool:
@@ -230,51 +143,40 @@ class RunFolder:
     @property
     def finished(self) -> set[tuple[int, int]]:
         """Stack number and episode of what is finished."""
-        return {key_of(record) for record in self.records}
+        return set(self._keys())
 
     def add(self, record: Row) -> None:
         """Put one finished episode (``row``, ``events``, ``timing``) on disk before returning."""
         if self._journal is None:
             raise ValueError(f"run folder '{self.path}' is closed or complete")
-        place, before = self._journal.seek(0, os.SEEK_END), len(self.records)
-        try:
-            self._journal.write(line_of(record))
-            self._keep(record, place)  # an interrupt while the disk works finds it in the journal and here
-            self._journal.flush()
-            os.fsync(self._journal.fileno())
-        except OSError as error:
-            del self.records[before:], self._places[before:]
-            raise self._failed(error) from None
+        place, before = self._journal.seek(0, os.SEEK_END), len(self.rows)
+        with self._writing():
+            try:
+                self._journal.write(line_of(record))
+                self._keep(record, place)  # an interrupt while the disk works finds it in the journal and here
+                self._journal.flush()
+                os.fsync(self._journal.fileno())
+            except OSError:
+                if len(self.rows) > before:
+                    self.rows.drop_last()
+                raise
 
     def add_recording(self, name: str, arrays: Mapping[str, Any]) -> None:
         """Keep the trajectories of one episode as ``recordings/<name>.npz``; to be called before :meth:`add`."""
         import numpy as np
 
-        folder = self.path / "recordings"
-        try:
-            folder.mkdir(exist_ok=True)
-            with replacing(folder / f"{name}.npz") as stream:
-                np.savez_compressed(stream, **arrays)
-        except OSError as error:
-            raise self._failed(error) from None
+        with self._recording(f"{name}.npz") as path, replacing(path) as stream:
+            np.savez_compressed(stream, **arrays)
 
     def add_table(self, name: str, columns: Columns, rows: Iterable[Row]) -> None:
         """Keep a table of one episode as ``recordings/<name>.parquet``; to be called before :meth:`add`."""
-        folder = self.path / "recordings"
-        try:
-            folder.mkdir(exist_ok=True)
-            write_table(folder / f"{name}.parquet", columns, rows)
-        except OSError as error:
-            raise self._failed(error) from None
+        with self._recording(f"{name}.parquet") as path:
+            write_table(path, columns, rows)
 
     def write_summary(self, summary: Row) -> None:
         """Write ``summary.json``."""
-        try:
-            write_text(
-                self.path / "summary.json", json.dumps(summary, indent=2, sort_keys=True, allow_nan=False) + "\n"
-            )
-        except OSError as error:
-            raise self._failed(error) from None
+        with self._writing():
+            write_text(self.path / "summary.json", json_text(summary))
 
     def close(self) -> None:
         """Turn the journal into the three tables, ordered by stack and episode whatever the order of work."""
@@ -282,52 +184,59 @@ class RunFolder:
             journal, self._journal = self._journal, None
             if journal is None:
                 return
-            order = sorted(range(len(self.records)), key=lambda i: key_of(self.records[i]))
+            keys = self._keys()
+            order = sorted(range(len(keys)), key=keys.__getitem__)
             rows: dict[str, Iterable[Row]] = {
-                "episodes": (self.records[i]["row"] for i in order),
+                "episodes": self.rows.take(order),
                 "events": (event for i in order for event in events_at(journal, self._places[i])),
-                "timings": (self.records[i]["timing"] for i in order),
+                "timings": self.timings.take(order),
             }
             try:
-                for table, columns in self._tables.items():
-                    write_table(self.path / f"{table}.parquet", columns, rows[table])
-                note_tables(self.path)
-                if self.is_complete:
-                    (self.path / JOURNAL).unlink()
-            except OSError as error:
-                raise self._failed(error) from None
+                with self._writing():
+                    for table, columns in self._tables.items():
+                        write_table(self.path / f"{table}.parquet", columns, rows[table])
+                    note_tables(self.path)
+                    if self.is_complete:
+                        (self.path / JOURNAL).unlink()
             finally:
                 with contextlib.suppress(OSError):  # a full disk has been reported by then
                     journal.close()
             point_latest(self.path)
 
-    @property
-    def _has_tables(self) -> bool:
-        return (self.path / "episodes.parquet").exists()
-
     def _unpack(self) -> None:
         """Make tables a journal again: the run was complete and has been extended since."""
         with replacing(self.path / JOURNAL) as journal:
-            for record in with_events(self.records, self.path, self._tables):
+            for record in records_of(self.rows, self.timings, self.path, self._tables):
                 journal.write(line_of(record))
-        self.records = []
+        self._forget()
+
+    def _forget(self) -> None:
+        """Begin without a finished episode."""
+        self.rows, self.timings = Rows(self._tables["episodes"]), Rows(self._tables["timings"])
+        self._places = array("q")  # [bytes] where each record begins in the journal
+
+    def _keys(self) -> list[tuple[int, int]]:
+        """Stack number and episode of each finished episode."""
+        return list(zip(self.rows.values("stack_number"), self.rows.values("episode"), strict=True))
 
     def _keep(self, record: Row, place: int) -> None:
-        self.records.append({"row": record["row"], "timing": record["timing"]})
+        """Take in an episode: wholly once its row is there, whatever an interrupt or a full disk left before."""
+        while len(self.timings) > len(self.rows):
+            self.timings.drop_last()
+        del self._places[len(self.rows) :]
         self._places.append(place)
+        self.timings.append(record["timing"])
+        self.rows.append(record["row"])
 
     def _read_journal(self, journal: IO[bytes]) -> None:
         """Take in the finished episodes; a last line that was cut off goes away."""
         end, size = 0, journal.seek(0, os.SEEK_END)
         journal.seek(0)
         lines = iter(lambda: journal.readline(MOST_LINE), b"")
-        for record, place, length in records_in(lines, size, self._tables, self._complain):
+        for record, place, length in records_in(lines, size, self._tables, self._troubles.append):
             self._keep(record, place)
             end = place + length
         journal.truncate(end)
-
-    def _complain(self, trouble: str) -> None:
-        self._troubles.append(trouble)
 
     @property
     def notes(self) -> list[str]:
@@ -337,10 +246,24 @@ class RunFolder:
         more = f", and {len(self._troubles) - 1} lines more" if len(self._troubles) > 1 else ""
         return [f"{self.path / JOURNAL}: {self._troubles[0]}{more}; what they told of is driven again"]
 
-    def _failed(self, error: OSError) -> InputError:
-        kept = f"; {len(self.records)} finished deliveries are kept in {self.path / JOURNAL}" if self.records else ""
-        advice = f"make room and go on with --resume {self.path}" if self.records else "make room or choose another"
-        return InputError(f"run folder '{self.path}' cannot be written ({error.strerror}){kept}; {advice}")
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say in one line that the folder cannot be written, and what is kept."""
+        try:
+            yield
+        except OSError as error:
+            told = f"run folder '{self.path}' cannot be written ({error.strerror})"
+            if not self.rows:
+                raise InputError(f"{told}; make room or choose another") from None
+            kept = f"{len(self.rows)} finished deliveries are kept in {self.path / JOURNAL}"
+            raise InputError(f"{told}; {kept}; make room and go on with --resume {self.path}") from None
+
+    @contextlib.contextmanager
+    def _recording(self, name: str) -> Iterator[Path]:
+        """The file of a recording, to be written."""
+        with self._writing():
+            (self.path / "recordings").mkdir(exist_ok=True)
+            yield self.path / "recordings" / name
 
 
 def count_finished(path: Path) -> int:

@@ -19,6 +19,12 @@ def shipped(kind: str) -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / kind
 
 
+def is_file(name_or_file: str) -> bool:
+    """Whether what a user gives is a file, by its suffix or a separator in it, and not a name."""
+    given = Path(name_or_file)
+    return given.suffix in (".yaml", ".yml") or len(given.parts) > 1
+
+
 def resolve(name_or_file: str, folder: Path, what: str) -> Path:
     """A file given by name (a YAML file of ``folder``) or by path (it has a suffix or a separator).
 
@@ -28,7 +34,7 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
         InputError: neither; the message offers the nearest known name.
     """
     given = Path(name_or_file)
-    if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
+    if is_file(name_or_file):
         if not given.is_file():
             trouble = "is a folder" if given.is_dir() else "does not exist"
             known = ", ".join(names(folder))

@@ -3,26 +3,24 @@
 A small Parquet file can unpack to any size.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from harness.storage.files import replacing
+from harness.storage.rows import Columns, Row, Rows
 from navstack.errors import InputError
 from navstack.files import check_regular
 
-MOST_VALUES = 6_000_000  # of a table, as Python objects some 400 MB: 80 000 deliveries, 300 000 events
-MOST_BYTES = 200_000_000  # of the file, of the columns as it holds them, and of the rows unpacked
+MOST_VALUES = 100_000_000  # of a table, some 800 MB: 1.3 million deliveries, 6 million events
+MOST_BYTES = 1_000_000_000  # of the file, of the columns as it holds them, and of the rows unpacked
 MOST_TEXT = 10_000_000  # [bytes] of one column of text, as the file holds it: each of its values once
 MOST_NUMBER = 1e300
 ROWS_AT_ONCE = 10_000  # of a table in memory
 
-Row = dict[str, Any]
-Columns = Mapping[str, str]  # column name -> Arrow type
 
-
-def read_rows(path: Path, columns: Mapping[str, str]) -> list[dict[str, Any]]:
+def read_rows(path: Path, columns: Columns) -> Rows:
     """Rows of a table; columns that an older run lacks are null, and foreign ones are passed over.
 
     Args:
@@ -36,7 +34,7 @@ def read_rows(path: Path, columns: Mapping[str, str]) -> list[dict[str, Any]]:
     import pyarrow.parquet as pq
 
     wanted = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns.items()])
-    rows: list[dict[str, Any]] = []
+    batches: list[pa.RecordBatch] = []
     left = MOST_BYTES
     try:
         check_regular(path, MOST_BYTES)
@@ -46,18 +44,17 @@ def read_rows(path: Path, columns: Mapping[str, str]) -> list[dict[str, Any]]:
                 raise InputError(f"{path}: has none of the columns of such a table: it belongs to no run")
             _check_size(file.metadata, len(columns), path)
             for batch in file.iter_batches(batch_size=_rows_at_once(file.metadata), columns=stored):
-                table = pa.table({name: batch.column(name) for name in stored})
-                table = table.cast(pa.schema([wanted.field(name) for name in stored]))
+                found = {name: batch.column(name) if name in stored else pa.nulls(len(batch)) for name in columns}
+                table = pa.table(found).cast(wanted)
                 left -= table.nbytes
                 if left < 0:
                     raise _too_much(path)
-                rows += table.to_pylist()
+                batches += table.to_batches()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or 'it is damaged'})") from None
     except (pa.ArrowException, ValueError) as error:
         raise InputError(f"{path}: is damaged: {_first_line(error)}") from None
-    missing = dict.fromkeys(name for name in columns if name not in stored)
-    return [{**row, **missing} for row in rows] if missing else rows
+    return Rows(columns, batches)
 
 
 def _check_size(metadata: Any, width: int, path: Path) -> None:

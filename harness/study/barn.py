@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.storage.files import write_text
-from harness.storage.tables import Row
+from harness.storage.rows import Row
 from harness.world.scene import Obstacle, Scene
 from harness.world.scene_io import save_scene
 from harness.world.shapes import fill_convex

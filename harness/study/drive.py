@@ -1,6 +1,7 @@
 """A study from its tasks to its tables: run the episodes, keep them, sum them up and price them."""
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from harness.episode.factory import prices_of
 from harness.execution.workers import Finished, Workers
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, TIMING_COLUMNS, Row
 from harness.statistics.interval import Interval
+from harness.storage.rows import Rows
 from harness.storage.run_folder import RunFolder
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask, Study
@@ -48,8 +50,7 @@ def require_own(study: Study, folder: RunFolder) -> None:
         InputError: it holds others.
     """
     numbers = frozenset(study.numbers)
-    for record in folder.records:
-        number, episode, name = (record["row"][key] for key in ("stack_number", "episode", "stack"))
+    for number, episode, name in zip(*map(folder.rows.values, ("stack_number", "episode", "stack")), strict=True):
         own = 0 <= number < len(study.stacks) and episode in numbers and name == study.stacks[number].name
         if not own:
             raise InputError(
@@ -61,19 +62,17 @@ def require_own(study: Study, folder: RunFolder) -> None:
 def drive_missing(study: Study, folder: RunFolder, workers: Workers, on_finished: Progress) -> None:
     """Drive every task that the folder lacks; each finished episode is on disk before ``on_finished`` hears of it."""
     known = folder.finished
-    runs = workers.run(run_episode, (task for task in study.tasks() if (task.stack_number, task.episode) not in known))
-    try:
+    tasks = (task for task in study.tasks() if (task.stack_number, task.episode) not in known)
+    with contextlib.closing(workers.run(run_episode, tasks)) as runs:
         for finished in runs:
-            record = record_of(finished)
-            if finished.result is not None and finished.result.recording:
-                folder.add_recording(f"{finished.task.stack.name}-{finished.task.episode}", finished.result.recording)
-            if finished.result is not None and finished.result.decisions:
-                name = f"{finished.task.stack.name}-{finished.task.episode}-decisions"
-                folder.add_table(name, *finished.result.decisions)
+            record, delivery = record_of(finished), finished.result
+            name = f"{finished.task.stack.name}-{finished.task.episode}"
+            if delivery is not None and delivery.recording:
+                folder.add_recording(name, delivery.recording)
+            if delivery is not None and delivery.decisions:
+                folder.add_table(f"{name}-decisions", *delivery.decisions)
             folder.add(record)
             on_finished(finished, record)
-    finally:
-        runs.close()
 
 
 def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
@@ -87,26 +86,26 @@ def record_of(finished: Finished[EpisodeTask, Delivery]) -> Row:
     return {"row": {**row, "error": finished.error}, "events": [], "timing": where}
 
 
-def summarize_study(study: Study, records: Sequence[Row]) -> list[StackResult]:
-    """One result per stack."""
+def summarize_study(study: Study, rows: Rows, timings: Rows) -> list[StackResult]:
+    """One result per stack, of the rows of its deliveries and their timings."""
     prices = prices_of(study.template.prices)
-    return [_summarize_stack(study, stack, records, prices) for stack in study.stacks]
+    return [_summarize_stack(study, stack, rows, timings, prices) for stack in study.stacks]
 
 
-def _summarize_stack(study: Study, stack: Stack, records: Sequence[Row], prices: Prices) -> StackResult:
-    own = [record for record in records if record["row"]["stack"] == stack.name]
-    own.sort(key=lambda record: (record["row"]["seed"], record["row"]["episode"]))
-    rows = [r["row"] for r in own if r["row"].get("error") is None]
-    if not rows:
+def _summarize_stack(study: Study, stack: Stack, rows: Rows, timings: Rows, prices: Prices) -> StackResult:
+    own = [number for number, name in enumerate(rows.values("stack")) if name == stack.name]
+    seeds, episodes, errors = map(rows.values, ("seed", "episode", "error"))
+    finished = sorted((n for n in own if errors[n] is None), key=lambda n: (seeds[n], episodes[n]))
+    if not finished:
         return StackResult(stack, 0, len(own), None, None, 0.0)
-    timings = [r["timing"] for r in own if r["row"].get("error") is None]
+    spent = timings.take(finished)
     return StackResult(
         stack=stack,
-        episodes=len(rows),
-        errors=len(own) - len(rows),
-        valuation=value(rows, stack, prices, study.template.seed),
-        real_time_factor_per_core=float(np.median([timing["real_time_factor"] for timing in timings])),
-        wall_s=sum(timing["wall_s"] for timing in timings),
+        episodes=len(finished),
+        errors=len(own) - len(finished),
+        valuation=value(rows.take(finished), stack, prices, study.template.seed),
+        real_time_factor_per_core=float(np.median(spent.values("real_time_factor"))),
+        wall_s=sum(spent.values("wall_s")),
     )
 
 
@@ -129,7 +128,7 @@ def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
 
 def finish(study: Study, folder: RunFolder) -> list[StackResult]:
     """The results of what is finished, which the folder keeps too."""
-    results = summarize_study(study, folder.records)
+    results = summarize_study(study, folder.rows, folder.timings)
     if not folder.is_closed:
         folder.write_summary({"schema": 1, "runs": [run_document(result, study, None) for result in results]})
     return results

@@ -9,9 +9,10 @@ from typing import Any
 
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
 from harness.execution.worker_check import project_digest
-from harness.storage.run_folder import MANIFEST, read_manifest, require_unchanged
-from harness.storage.tables import Row
-from harness.task.stack import Stack, policy_files
+from harness.storage.manifest_file import read_manifest, require_unchanged
+from harness.storage.rows import Row
+from harness.storage.run_folder import MANIFEST
+from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.robot import RobotParams
 from harness.world.scene import Scene
@@ -175,16 +176,11 @@ def _files(stack: Stack) -> dict[str, str]:
 
 def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
     """The same file with paths of maps and masks, relative to where it was, made absolute."""
-    moved = {
-        node: {
-            name: dataclasses.replace(entry, value=str((nav2.path.parent / str(entry.value)).resolve()))
-            if name == "yaml_filename" and entry.value
-            else entry
-            for name, entry in entries.items()
-        }
-        for node, entries in nav2.parameters.items()
-    }
-    return dataclasses.replace(nav2, parameters=moved)
+    moved = {}
+    for node, file in absolute_files(nav2).items():
+        entries = nav2.parameters[node]
+        moved[node] = {**entries, "yaml_filename": dataclasses.replace(entries["yaml_filename"], value=file)}
+    return dataclasses.replace(nav2, parameters={**nav2.parameters, **moved})
 
 
 def map_digest(scene: Scene) -> str:

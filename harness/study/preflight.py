@@ -4,8 +4,9 @@ import dataclasses
 from pathlib import Path
 
 from harness.episode.factory import Parts
+from harness.storage.shipped import is_file
 from harness.study.compile_ahead import compile_ahead
-from harness.task.stack import Stack, is_file
+from harness.task.stack import Stack
 from harness.task.study import Study
 from harness.world import glass, sky
 from harness.world.robot import RobotParams

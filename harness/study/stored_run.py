@@ -5,10 +5,10 @@ import dataclasses
 import functools
 import hashlib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
@@ -18,7 +18,9 @@ from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
 from harness.storage.journal import LARGEST, NEEDED
-from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished, mixed_files, other_study, read_manifest
+from harness.storage.manifest_file import mixed_files, other_study, read_manifest
+from harness.storage.rows import Rows, values
+from harness.storage.run_folder import JOURNAL, MANIFEST, count_finished
 from harness.storage.tables import read_rows
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
@@ -33,6 +35,8 @@ NEEDED_OF_EVENTS = (
 CONDITIONS = ("world", "rules", "prices")  # files of params/ that two comparable runs have in common
 MOST_PEOPLE = 20_000_000  # [bytes] of a recording of people
 
+Loaded = TypeVar("Loaded")
+
 
 @dataclass(frozen=True, slots=True)
 class StoredStack:
@@ -42,7 +46,7 @@ class StoredStack:
     carries: tuple[str, ...]  # sensors that have a price
     localizer: str
     errors: int  # deliveries without a result
-    rows: tuple[Row, ...]  # of the finished deliveries, as in episodes.parquet
+    rows: Sequence[Row]  # of the finished deliveries, as in episodes.parquet
     data_collection: bool = False  # whether it is part of the CAPEX
 
 
@@ -53,7 +57,7 @@ class StoredRun:
     folder: Path
     about: Mapping[str, Any]  # run.json
     stacks: tuple[StoredStack, ...]
-    events: tuple[Row, ...]  # as in events.parquet
+    events: Sequence[Row]  # as in events.parquet
 
     @property
     def seed(self) -> int:
@@ -67,13 +71,17 @@ class StoredRun:
 
     def prices(self) -> Prices:
         """The prices at which it was run."""
-        file = self.folder / "params" / "prices.yaml"
-        return _prices(file, file.stat().st_mtime_ns if file.is_file() else 0)
+        return self._parameters("prices", load_prices)
 
     def condition(self, name: str) -> Any:
         """Content of one of the :data:`CONDITIONS`' files."""
+        return copy.deepcopy(self._parameters(name, load_yaml))
+
+    def _parameters(self, name: str, load: Callable[[Any], Loaded]) -> Loaded:
+        """A file of params/, read once in each of its states."""
         file = self.folder / "params" / f"{name}.yaml"
-        return copy.deepcopy(_content(file, file.stat().st_mtime_ns if file.is_file() else 0))
+        found: Loaded = _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
+        return found
 
     def recorded_people(self) -> str:
         """SHA-256 of the recording whose people were replayed; empty: there is none.
@@ -98,15 +106,10 @@ class StoredRun:
         return dataclasses.replace(self, stacks=kept)
 
 
-@functools.lru_cache(64)
-def _prices(file: Path, changed: int) -> Prices:
-    """The prices of a file as it was when it was ``changed`` last."""
-    return load_prices(str(file))
-
-
-@functools.lru_cache(64)
-def _content(file: Path, changed: int) -> Any:
-    return load_yaml(file)
+@functools.lru_cache(128)
+def _loaded(load: Callable[[Any], Any], file: Path, changed: int) -> Any:
+    """Content of a file as it was when it was ``changed`` last."""
+    return load(file)
 
 
 def load_run(folder_or_stack: str) -> StoredRun:
@@ -121,7 +124,7 @@ def load_run(folder_or_stack: str) -> StoredRun:
     return _load(Path(folder)).only(stack)
 
 
-def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> StoredStack:
+def repriced(stack: StoredStack, events: Sequence[Row], prices: Prices) -> StoredStack:
     """The same deliveries with the columns that depend on prices worked out anew: as a run at these prices has them.
 
     Raises:
@@ -131,22 +134,18 @@ def repriced(stack: StoredStack, events: tuple[Row, ...], prices: Prices) -> Sto
     for event in events:
         if event["type"] == COUNTED and event["partner"] == PERSON and event["stack"] == stack.name:
             impulses.setdefault(event["episode"], []).append(event["impulse_ns"])
-    for row in stack.rows:
-        told, there = row["pedestrian_contacts"], len(impulses.get(row["episode"], ()))
+    for episode, told in zip(*(values(stack.rows, key) for key in ("episode", "pedestrian_contacts")), strict=True):
+        there = len(impulses.get(episode, ()))
         if told is not None and told != there:
             raise InputError(
-                f"episode {row['episode']} of {stack.name} has {told} contacts with people in episodes.parquet and "
+                f"episode {episode} of {stack.name} has {told} contacts with people in episodes.parquet and "
                 f"{there} in events.parquet: they are of different states of the run; take a whole copy"
             )
     force = prices.rolling_resistance_force
-    rows = tuple(
-        {
-            **row,
-            **injury_measures(impulses.get(row["episode"], ()), prices),
-            "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH,
-        }
-        for row in stack.rows
-    )
+    rows = Rows(EPISODE_COLUMNS)
+    for row in stack.rows:
+        injuries = injury_measures(impulses.get(row["episode"], ()), prices)
+        rows.append({**row, **injuries, "published_energy_kwh": force * row["distance_m"] / JOULES_PER_KWH})
     return dataclasses.replace(stack, rows=rows)
 
 
@@ -166,10 +165,10 @@ def _load(folder: Path) -> StoredRun:
             f"note: {folder} has {waiting} more finished deliveries than its tables tell of: it is being driven, or "
             "was cut off; --resume it to have them all\n"
         )
-    finished = [row for row in rows if row["error"] is None]
+    _check_whole(rows, folder / "episodes.parquet")
+    finished = rows.where(lambda error: error is None, "error")
     for row in finished:
         _check(row, NEEDED, folder / "episodes.parquet")
-    _check_whole(rows, folder / "episodes.parquet")
     if mixed := mixed_files(folder):
         sys.stderr.write(f"note: {folder} is mixed: {', '.join(mixed)} were changed after it had begun\n")
     if changed := changed_files(folder, not (folder / JOURNAL).exists()):
@@ -179,8 +178,8 @@ def _load(folder: Path) -> StoredRun:
             name=name,
             carries=carries,
             localizer=localizer,
-            errors=sum(row["stack"] == name and row["error"] is not None for row in rows),
-            rows=tuple(row for row in finished if row["stack"] == name),
+            errors=rows.values("stack").count(name) - finished.values("stack").count(name),
+            rows=finished.where(name.__eq__, "stack"),
             data_collection=is_trained,
         )
         for name, carries, localizer, is_trained in about["stacks"]
@@ -188,7 +187,7 @@ def _load(folder: Path) -> StoredRun:
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     for event in events:
         _check(event, NEEDED_OF_EVENTS, folder / "events.parquet")
-    return StoredRun(folder, about, stacks, tuple(events))
+    return StoredRun(folder, about, stacks, events)
 
 
 def _described(folder: Path) -> dict[str, Any]:

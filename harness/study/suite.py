@@ -5,24 +5,24 @@ It may be driven in pieces: some stacks first, or the first deliveries of all. W
 
 import dataclasses
 import itertools
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.storage.files import write_text
-from harness.storage.run_folder import MANIFEST, create_run, extend_run
+from harness.storage.documents import write_file
+from harness.storage.manifest_file import extend_run
+from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
-from harness.storage.tables import Row
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navstack.errors import InputError, ParameterError, UnknownNameError
 from navstack.params.nav2_file.yaml_text import load_text
-from navstack.params.strict import dump_dataclass, load_dataclass, load_yaml
+from navstack.params.strict import dump_dataclass, load_dataclass
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
 MOST_CELLS = 2000
+PEOPLE, RECORDING = "people", "recording of people"  # stem of its file in params/, and what it is called
 _FILES = ("stacks", "maps", "worlds", "rules", "prices", "people", "robot")  # that may be given as files
 _OF_ALL_CELLS = ("people", "missions", "localizer", "robot", "prices", "rules", "record", "start", "goal")
 
@@ -213,12 +213,9 @@ def _world_of(cell: Cell) -> tuple[str, int | None]:
 def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str]) -> None:
     """Check that a cell to begin has the rules, the prices and, where that is the same, the world of another."""
     folder, names = path / begun.name, ["rules.yaml", "prices.yaml"]
-    is_same_world = _world_of(begun) == _world_of(cell)
-    if is_same_world:
-        names.append("world.yaml")
-    other = [name for name in names if load_yaml(folder / "params" / name) != load_text(texts[name], name)]
-    if is_same_world and _people_in(folder) != _people(texts):
-        other.insert(0, "recording of people")
+    if _world_of(begun) == _world_of(cell):
+        names += ["world.yaml", RECORDING]
+    other = [name for name in _differing(folder, texts) if name in names]
     if other:
         raise InputError(
             f"'{path / cell.name}' would be driven with another {other[0]} than '{folder}', whose deliveries the "
@@ -226,13 +223,17 @@ def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str
         )
 
 
-def _people(texts: Mapping[str, str]) -> list[str]:
-    """The recording of people among a run's parameters, if there is one."""
-    return [text for name, text in texts.items() if name.startswith("people.")]
+def _differing(folder: Path, texts: Mapping[str, str]) -> list[str]:
+    """Which parameters of a run folder are others than these, by the names of their files."""
+    files = (file for file in (folder / "params").iterdir() if file.suffix == ".yaml" or file.stem == PEOPLE)
+    then, now = _contents({file.name: file.read_text(encoding="utf-8") for file in files}), _contents(texts)
+    return [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
 
 
-def _people_in(folder: Path) -> list[str]:
-    return [file.read_text(encoding="utf-8") for file in sorted((folder / "params").glob("people.*"))]
+def _contents(texts: Mapping[str, str]) -> dict[str, Any]:
+    """Parameters as they compare: the content of files, and the recording of people as it is."""
+    found: dict[str, Any] = {RECORDING: [text for name, text in texts.items() if Path(name).stem == PEOPLE]}
+    return found | {name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")}
 
 
 def require_alike(path: Path, cell: Cell, study: Study) -> None:
@@ -242,12 +243,7 @@ def require_alike(path: Path, cell: Cell, study: Study) -> None:
         InputError: it was not.
     """
     folder = path / cell.name
-    texts = parameters(study)
-    now = {name: load_text(text, name) for name, text in texts.items() if name.endswith(".yaml")}
-    then = {file.name: load_yaml(file) for file in sorted((folder / "params").glob("*.yaml"))}
-    other = [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
-    if _people_in(folder) != _people(texts):
-        other.append("recording of people")
+    other = _differing(folder, parameters(study))
     if load_study(folder).template.missions != study.template.missions:
         other.append("way to draw missions")
     if other:
@@ -282,25 +278,3 @@ def require_same(path: Path, suite: Suite) -> None:
     if other or (begun and known.isdisjoint(begun)):
         what = f"{other[0]} is another" if other else f"none of its runs, {begun[0]} for one, is of this suite"
         raise InputError(f"'{path}' holds the suite '{stored.title}': {what}; give another --out")
-
-
-def write_document(path: Path, document: Row) -> None:
-    """Write a JSON document.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    write_file(path, json.dumps(document, indent=2, sort_keys=True, allow_nan=False) + "\n")
-
-
-def write_file(path: Path, text: str) -> None:
-    """Write a file of a suite folder; the folder is made where it is missing.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, text)
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}); make room or choose another folder") from None

@@ -9,8 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from harness.execution.worker_check import project_digest
+from harness.storage.documents import write_file
 from harness.study.manifest import LIBRARIES, PROGRAM
-from harness.study.suite import write_file
 from navstack.errors import InputError
 from navstack.params.strict import from_mapping, read_text
 

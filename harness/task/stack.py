@@ -6,10 +6,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.storage.shipped import resolve, shipped
+from harness.storage.shipped import is_file, resolve, shipped
 from harness.task.camera_params import CameraParams
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
+from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
 from navstack.params.strict import load_dataclass, read_text
 
@@ -149,6 +150,13 @@ def load_stack(
     return _with_paths(stack, path)
 
 
+def absolute_files(nav2: Nav2File) -> dict[str, str]:
+    """Of each node that names a map or a mask the absolute path of that file; relative ones begin at the Nav2 file."""
+    named = {node: entries.get("yaml_filename") for node, entries in nav2.parameters.items()}
+    folder = nav2.path.parent
+    return {node: str((folder / str(file.value)).resolve()) for node, file in named.items() if file and file.value}
+
+
 def policy_files(stack: Stack) -> list[Path]:
     """The files that a stack's policy is made of, as far as the stack names them."""
     code = stack.navigator.rpartition(":")[0]
@@ -158,12 +166,6 @@ def policy_files(stack: Stack) -> list[Path]:
 def localizer_names() -> tuple[str, ...]:
     """The localizers that a stack may name, those of other packages among them."""
     return (TRUTH, *localizers())
-
-
-def is_file(name_or_file: str) -> bool:
-    """Whether what a stack names is a file, as :func:`resolve` tells it from a name of ``params``."""
-    given = Path(name_or_file)
-    return given.suffix in (".yaml", ".yml") or len(given.parts) > 1
 
 
 def _beside(path: Path, name_or_file: str) -> str:

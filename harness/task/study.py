@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.execution.workers import available_cores
-from harness.storage.shipped import DEFAULT_WORLD, resolve, shipped
+from harness.storage.shipped import DEFAULT_WORLD, is_file, resolve, shipped
 from harness.task.mission import SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
@@ -170,9 +170,7 @@ def usable_workers(asked: int | None, deliveries: int) -> int:
 
 def _absolute(map_name: str) -> str:
     """A built-in map's name as it is, a file as its absolute path, which every process and ``run.json`` can use."""
-    path = Path(map_name)
-    is_file = path.suffix in (".yaml", ".yml") or len(path.parts) > 1
-    return str(path.resolve()) if is_file else map_name
+    return str(Path(map_name).resolve()) if is_file(map_name) else map_name
 
 
 def is_recording(people: str) -> bool:

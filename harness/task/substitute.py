@@ -3,12 +3,12 @@
 import atexit
 import dataclasses
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 from harness.storage.shipped import shipped
-from harness.task.stack import Stack
+from harness.task.stack import Stack, absolute_files
 from navstack.errors import InputError, did_you_mean
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
@@ -42,7 +42,7 @@ def with_substitutes(stack: Stack, given: Sequence[str], allow_unknown: bool) ->
         if not (name and found and kind):
             raise InputError(f"--substitute '{text}' is not NAME=TYPE, e.g. FollowPath=dwb_core::DWBLocalPlanner")
         changes |= _changes(nav2, name, plugin_type(kind))
-    changes |= _absolute_files(nav2)
+    changes |= {f"{node}.yaml_filename": file for node, file in absolute_files(nav2).items()}
     return dataclasses.replace(stack, nav2_file=_kept(nav2.with_values(changes, allow_unknown), path.name))
 
 
@@ -74,16 +74,6 @@ def _donated(node: str, name: str, kind: str) -> dict[str, Value]:
 
 def _is_of(key: str, value: Value, kind: str) -> bool:
     return key.endswith(".plugin") and plugin_type(value) == kind
-
-
-def _absolute_files(nav2: Nav2File) -> Mapping[str, Value]:
-    """Masks that the file names relative to its own folder."""
-    changes: dict[str, Value] = {}
-    for node, entries in nav2.parameters.items():
-        if "yaml_filename" in entries and entries["yaml_filename"].value:
-            file = nav2.path.parent / str(entries["yaml_filename"].value)
-            changes[f"{node}.yaml_filename"] = str(file.resolve())
-    return changes
 
 
 @cache

@@ -13,7 +13,7 @@ from harness.storage.documents import as_json
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
 from harness.tuning.audit_compute import computing
 from harness.tuning.audit_edges import edges
-from harness.tuning.audit_findings import FAMILY_LEVEL, LEAST_PAIRS, LEVEL, TITLES, Check, Evidence
+from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEAST_PAIRS, LEVEL, Check, Evidence
 from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
 from harness.tuning.audit_pairs import pair_up
 from harness.tuning.result import StudyResult
@@ -61,7 +61,7 @@ def audit(study: StudyResult, prices: Prices, threshold: float = THRESHOLD) -> A
     scores = pairs.scores
     absent = _unexaminable(study, pairs.n)
     if absent:
-        checks = tuple(Check(key, False, absent, is_examined=False) for key in TITLES if key not in OF_PARAMETERS)
+        checks = tuple(Check(key, False, absent, is_examined=False) for key in GAPS if key not in OF_PARAMETERS)
     else:
         checks = (
             pushing(pairs, scores, threshold),

@@ -14,7 +14,7 @@ from harness.economics.contact_costs import injury_costs
 from harness.economics.valuation import CENT
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
-from harness.tuning.audit_pairs import SHARE, Pairs, Side
+from harness.tuning.audit_pairs import NEAR, SHARE, Pairs, Side
 from harness.world.outcome import Outcome
 from navstack.types import FloatArray
 
@@ -27,7 +27,6 @@ SLOW = 0.65  # of the original's pace; a slower incumbent freezes
 WAITS = 0.15  # share of the time: who stands so much more on average waits
 LONG = 0.5  # share of the time; a delivery in time that stands longer freezes
 NO_THRESHOLD, SHARED_FAULT, NEITHER = "no_threshold", "shared_fault", "no_threshold_shared_fault"  # accountings
-NEAR = "personal_intrusion_percent"
 SHARE_OF_TIME = "of the time"  # unit of what differs from delivery to delivery, unlike SHARE
 
 Scores = Mapping[str, Evidence]  # the margin by accounting, see harness.tuning.audit_pairs.Pairs.scores
@@ -60,10 +59,6 @@ def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
         flagged,
         says,
         (*shown, *_mass(pairs, threshold)),
-        why=f"a contact below {threshold:g} N s in one physics step costs nothing, however many there are; whoever is "
-        "touched does not care",
-        advice="tune for shared_margin, which pays for every contact however soft, or keep uncounted contacts few by "
-        "a second objective (--objective margin,-soft_contacts)",
     )
 
 
@@ -80,15 +75,13 @@ def another_accounting(scores: Scores) -> Check:
         flagged,
         f"difference of the margin [USD/run]: {says}",
         tuple(scores.values()),
-        why="what counts as a contact, and whose fault it is, are conventions; better driving pays under all of them",
-        advice="look at the contact events of the missions that differ most before this file goes on a robot",
     )
 
 
 def timeouts(pairs: Pairs, scores: Scores) -> Check:
     """Standing until the time is over: a refund is cheaper than an injury."""
     shown = pairs.of("deliveries that ran out of time", SHARE, lambda side: side.ended(Outcome.TIMEOUT))
-    ways = [_mean_where(side.progress, side.ended(Outcome.TIMEOUT)) for side in (pairs.original, pairs.incumbent)]
+    ways = [_mean_where(side.progress, side.ended(Outcome.TIMEOUT)) for side in pairs.sides]
     way = ways[1]
     stood = way is not None and way < STOOD
     pays = any(each.rises(CENT) for each in scores.values())  # whatever was tuned for
@@ -103,10 +96,6 @@ def timeouts(pairs: Pairs, scores: Scores) -> Check:
         shown.rises(SHARE_MORE) and (stood or pays),
         says,
         tuple(found),
-        why="a delivery that never comes costs the fee's refund (service compensation) and nothing else, far less than "
-        "one contact with a person; the lost customer is not in the model",
-        advice="tune under a constraint on SLA compliance (--objective 'margin@sla>=0.9'), and look at the timeouts' "
-        "missions",
     )
 
 
@@ -129,10 +118,6 @@ def early_ends(pairs: Pairs, scores: Scores) -> Check:
             pairs.of("given up by the navigation", SHARE, lambda side: side.gave_up),
             lost,
         ),
-        why="what would still have happened on the way is not paid for once a delivery has ended; a mission without a "
-        "result is not in the mean at all",
-        advice="look at how these missions end; tune under a constraint on SLA compliance (--objective "
-        "'margin@sla>=0.9')",
     )
 
 
@@ -147,17 +132,13 @@ def freezing(pairs: Pairs, scores: Scores) -> Check:
         lambda side: (side.standing > LONG) * (1.0 - side.ended(Outcome.TIMEOUT)),
     )
     shown = [pace, stood, waits, pairs.of("counted contacts", "1/run", lambda side: side.counted)]
-    if not any(np.isnan(side.column(NEAR)).any() for side in (pairs.original, pairs.incumbent)):
+    if not pairs.lacks_people:
         shown.append(pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR)))
     return Check(
         "freezing",
         (slow.falls(0.0) or stood.rises(SHARE_MORE) or waits.rises(WAITS)) and not_lower(scores),
         f"pace: {pace.change}; stood for most of the time: {stood.change}; stands on average: {waits.change}",
         tuple(shown),
-        why="the cost model has no price of time short of the timeout, so that contacts can be avoided by not moving "
-        "while anybody is near",
-        advice="keep the time short with a second objective (--objective margin,-duration_s); see what it earns with "
-        "an operator's wage counted (navbench price --with operator)",
     )
 
 
@@ -187,8 +168,7 @@ def _estimated_gain(pairs: Pairs, gain: float | None) -> float | None:
 
 def _p_of_softer(pairs: Pairs, threshold: float) -> float:
     """One-sided p that the incumbent's touches are close to the threshold rather than counted no more often."""
-    sides = (pairs.incumbent, pairs.original)
-    counts = [[side.close_touches(threshold).sum(), side.counted.sum()] for side in sides]
+    counts = [[side.close_touches(threshold).sum(), side.counted.sum()] for side in pairs.sides[::-1]]
     return float(fisher_exact(counts, alternative="greater").pvalue)
 
 
@@ -196,13 +176,9 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
     """Share of the impulse exchanged with people that is in touches below the threshold."""
     if not pairs.has_events:
         return []
-    shares = []
-    for side in (pairs.original, pairs.incumbent):
-        impulses, steps = side.impulses
-        soft = impulses[steps < threshold].sum()
-        shares.append(float(soft / impulses.sum()) if impulses.size else 0.0)
-    difference = Interval(shares[1] - shares[0], None, None, pairs.n)
-    return [Evidence("impulse exchanged with people below the threshold", SHARE, shares[0], shares[1], difference)]
+    every = [side.touches(of_people=True) for side in pairs.sides]
+    soft = [float(each.impulses[each.steps < threshold].sum() / (each.impulses.sum() or 1.0)) for each in every]
+    return [Evidence.unsampled("impulse exchanged with people below the threshold", SHARE, *soft, pairs.n)]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:

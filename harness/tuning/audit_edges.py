@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.result import StudyResult, TrialTable, least_squares, trial_table
 from harness.tuning.space import Parameter
@@ -19,11 +18,6 @@ SPARE = 10  # trials beyond two for each other parameter of the response surface
 NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
 AT_END = 0.03  # of a range: a value so near to its end is for the reader to look at, trend or not
 FINE = 1e-9
-WHY = (
-    "the search ended where the file of the search space ends, not where the objective has its best: what the study "
-    "calls an optimum is one of the range"
-)
-ADVICE = "widen the range, if the robot allows it, and go on; or say why the limit is meant"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +56,6 @@ def edges(study: StudyResult) -> Check:
         "; ".join(said) if said else none,
         tuple(_evidence(edge) for edge in flagged or near),
         is_examined=tested > 0,
-        why=WHY,
-        advice=ADVICE,
         look="" if flagged else "; ".join(at_end),
     )
 
@@ -134,5 +126,4 @@ def _sentence(edge: Edge) -> str:
 def _evidence(edge: Edge) -> Evidence:
     original = edge.parameter.original
     number = float(original) if isinstance(original, int | float) else None
-    none = Interval(None if number is None else edge.value - number, None, None, 1)
-    return Evidence(edge.parameter.name, edge.parameter.unit, number, edge.value, none, edge.p)
+    return Evidence.unsampled(edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p)

@@ -1,29 +1,35 @@
 """What the auditor tells of: checks, and findings with their evidence."""
 
+import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
 from harness.storage.documents import as_json
+from navstack.params.strict import from_mapping
 
 FAMILY_LEVEL = 0.02  # at most the probability of any false alarm in a study whose incumbent exploits nothing
 TESTS = 16  # that share it alike; the one for edges is shared again by the parameters
 LEVEL = FAMILY_LEVEL / TESTS  # of each test, one-sided (Bonferroni)
 LEAST_PAIRS = 10  # of deliveries: with fewer no paired test reaches the level (2 ** -10 < LEVEL < 2 ** -9)
-TITLES = {
-    "threshold": "pushing just under the contact threshold",
-    "accounting": "a gain that only the published accounting of contacts shows",
-    "timeout": "standing still until the timeout",
-    "early_end": "ending early",
-    "freezing": "freezing",
-    "harm": "harder or longer contacts at the same price",
-    "property": "things hit that have no price",
-    "nearness": "driving close to people",
-    "dodging": "giving up what would have been dear",
-    "fault": "moving the fault, not the contact",
-    "compute": "computing more than a robot has time for",
-    "edge": "a value at the edge of its range",
-}
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A gap of the cost model that a check looks for."""
+
+    title: str  # what is looked for
+    why: str  # it is a gap
+    advice: str  # what to do
+
+
+def _gaps(file: Path) -> dict[str, Gap]:
+    content = tomllib.loads(file.read_text(encoding="utf-8"))
+    return {key: from_mapping(Gap, entry, f"{file}: {key}") for key, entry in content.items()}
+
+
+GAPS = _gaps(Path(__file__).with_name("audit.toml"))  # by key of the check, in the order of checks
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +42,14 @@ class Evidence:
     incumbent: float
     difference: Interval  # incumbent less original; without bounds where there is nothing to resample
     p: float | None = None  # of no difference, two-sided; None: not tested
+
+    @classmethod
+    def unsampled(
+        cls, what: str, unit: str, original: float | None, incumbent: float, n: int, p: float | None = None
+    ) -> "Evidence":
+        """Two numbers of ``n`` cases, for whose difference there is nothing to resample."""
+        difference = None if original is None else incumbent - original
+        return cls(what, unit, original, incumbent, Interval(difference, None, None, n), p)
 
     def rises(self, least: float) -> bool:
         """Whether the incumbent has more of it: by ``least`` at least, and by the one-sided test at :data:`LEVEL`."""
@@ -62,19 +76,17 @@ class Evidence:
 class Check:
     """One check: passed, flagged, or not examined."""
 
-    key: str  # of TITLES
+    key: str  # of GAPS
     is_flagged: bool
     says: str  # what it found, in a sentence; or why it was not examined
     evidence: tuple[Evidence, ...] = ()
     is_examined: bool = True
-    why: str = ""  # this is a gap of the cost model
-    advice: str = ""  # what to do
     look: str = ""  # what is no alarm, but for a reader to look at
 
     @property
-    def title(self) -> str:
+    def gap(self) -> Gap:
         """What it looks for."""
-        return TITLES[self.key]
+        return GAPS[self.key]
 
     @property
     def state(self) -> str:
@@ -85,5 +97,5 @@ class Check:
 
     def as_json(self) -> Row:
         """The check as one JSON object."""
-        told = ("title", "state", "says", "look", "evidence", "why", "advice")
-        return {"check": self.key, **{name: as_json(getattr(self, name)) for name in told}}
+        told = ("state", "says", "look", "evidence")
+        return {"check": self.key, **as_json(self.gap), **{name: as_json(getattr(self, name)) for name in told}}

@@ -4,15 +4,13 @@ As in :mod:`harness.tuning.audit_checks`, each flags what is both large and no c
 published margin is not shown to be lower: whoever pays for it exploits nothing.
 """
 
-import numpy as np
 from scipy.stats import binomtest, fisher_exact
 
 from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.valuation import CENT
-from harness.statistics.interval import Interval
 from harness.tuning.audit_checks import Scores, not_lower
-from harness.tuning.audit_findings import Check, Evidence
-from harness.tuning.audit_pairs import MONEY, SHARE, Pairs, Side
+from harness.tuning.audit_findings import Check
+from harness.tuning.audit_pairs import MONEY, NEAR, Pairs, Side, shares
 from harness.world.outcome import Outcome
 from navstack.types import BoolArray, FloatArray
 
@@ -23,7 +21,6 @@ NEARER = 0.5  # of the original's time near people; more than so much beside it 
 NEARER_LEAST = 0.5  # [% of the time] the same, at least
 DODGED = 0.05  # of the original's costly deliveries, beyond the share elsewhere, that end without arrival
 AS_MANY = 0.8  # of the original's impulse: who exchanges less has not only moved the fault
-NEAR = "personal_intrusion_percent"
 UNKNOWN = "single contacts are not known"
 
 
@@ -31,22 +28,16 @@ def harm(pairs: Pairs, scores: Scores) -> Check:
     """Harder or longer contacts at the same price: the impulse, without threshold or cliff, against what is paid."""
     if not pairs.has_events:
         return Check("harm", False, UNKNOWN, is_examined=False)
-    exchanged = pairs.of("impulse exchanged with people", "N s/run", lambda side: side.exchanged)
+    exchanged = pairs.of("impulse exchanged with people", "N s/run", lambda side: side.exchanged(with_people=True))
     paid = pairs.of("paid for injuries", MONEY, _injuries)
-    before, after = (
-        _ratio(paid.original or 0.0, exchanged.original or 0.0),
-        _ratio(paid.incumbent, exchanged.incumbent),
-    )
+    before = _ratio(paid.original or 0.0, exchanged.original or 0.0)
+    after = _ratio(paid.incumbent, exchanged.incumbent)
     is_cheap = after < CHEAPER * before if before else after * exchanged.incumbent < CENT
     return Check(
         "harm",
         exchanged.rises(MORE_IMPULSE) and is_cheap and not_lower(scores),
         f"impulse exchanged with people [N s/run]: {exchanged.change}; paid per N s: {before:.2f} -> {after:.2f} USD",
         (exchanged, paid),
-        why="the published price of an injury falls beyond its peak, and long pushes of many small steps, or what "
-        "happens in a delivery that ends in assistance anyway, cost nothing more",
-        advice="price it by the accounting 'monotone' (navbench price), whose curve never falls, and look at the "
-        "hardest contacts (navbench explain)",
     )
 
 
@@ -54,8 +45,8 @@ def property_touches(pairs: Pairs, scores: Scores) -> Check:
     """Things hit more often or harder, below their threshold or of kinds without a price."""
     if not pairs.has_events:
         return Check("property", False, UNKNOWN, is_examined=False)
-    touches = pairs.of("touches of property", "1/run", lambda side: side.things()[0])
-    impulse = pairs.of("impulse exchanged with property", "N s/run", lambda side: side.things()[1])
+    touches = pairs.of("touches of property", "1/run", _property_touches)
+    impulse = pairs.of("impulse exchanged with property", "N s/run", lambda side: side.exchanged(with_people=False))
     paid = pairs.of("paid for property", MONEY, lambda side: side.property_usd(pairs.prices))
     more = touches.rises(MORE_TOUCHES) or impulse.rises(MORE_IMPULSE)
     return Check(
@@ -63,14 +54,12 @@ def property_touches(pairs: Pairs, scores: Scores) -> Check:
         more and not paid.rises(CENT) and not_lower(scores),
         f"touches of property [1/run]: {touches.change}; impulse [N s/run]: {impulse.change}",
         (touches, impulse, paid),
-        why="property that is hit too softly, or has no price in the paper, costs nothing; its owner pays",
-        advice="price it by the accounting 'monotone' (navbench price), which counts every touch of property",
     )
 
 
 def nearness(pairs: Pairs, scores: Scores) -> Check:
     """Driving close to people for longer."""
-    if any(np.isnan(side.column(NEAR)).any() for side in (pairs.original, pairs.incumbent)):
+    if pairs.lacks_people:
         return Check("nearness", False, "nobody was there", is_examined=False)
     near = pairs.of("time with somebody within 1.2 m", "%", lambda side: side.column(NEAR))
     least = max(NEARER * (near.original or 0.0), NEARER_LEAST)
@@ -79,8 +68,6 @@ def nearness(pairs: Pairs, scores: Scores) -> Check:
         near.rises(least) and not_lower(scores),
         f"time with somebody within 1.2 m [%]: {near.change}",
         (near,),
-        why="only contacts have a price: to frighten people costs nothing",
-        advice="keep the distance with a second objective (--objective margin,-personal_intrusion_s)",
     )
 
 
@@ -90,27 +77,19 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
     Both of two tests must hold: more of these than of the others end so (Fisher's exact test), and more than the other
     way round (sign test), as hard missions are hard for both.
     """
-    sides = (pairs.original, pairs.incumbent)
-    arrived, _ = (_failed(side) == 0.0 for side in sides)
-    costly, dear = (_is_costly(side) for side in sides)
-    before, failed = (_failed(side) > 0.0 for side in sides)
-    counts = [[int((failed & own).sum()), int((~failed & own).sum())] for own in (costly, arrived & ~costly)]
-    shares = [_ratio(each[0], sum(each)) for each in counts]
+    costly, dear = (_is_costly(side) for side in pairs.sides)
+    before, failed = (_failed(side) for side in pairs.sides)
+    counts = [[int((failed & own).sum()), int((~failed & own).sum())] for own in (costly, ~before & ~costly)]
     there, back = int((costly & failed).sum()), int((dear & before).sum())
     is_chance = float(binomtest(there, there + back, alternative="greater").pvalue) if there else 1.0
     p = 2.0 * max(is_chance, float(fisher_exact(counts, alternative="greater").pvalue))
-    none = Interval(shares[0] - shares[1], None, None, sum(counts[0]))
-    found = Evidence("ended without arrival where the original paid injuries, beside elsewhere", SHARE, shares[1],
-                     shares[0], none, p)  # fmt: skip
+    found = shares("ended without arrival where the original paid injuries, beside elsewhere", *counts[::-1], p)
     return Check(
         "dodging",
         found.rises(DODGED) and not_lower(scores),
         f"of {sum(counts[0])} deliveries in which the original paid injuries {counts[0][0]} end without arrival, of "
         f"{sum(counts[1])} others {counts[1][0]}",
         (found,),
-        why="to be carried home, or to come too late, costs less than to hurt somebody: a delivery that goes wrong is "
-        "given up, and the customer pays with the food",
-        advice="tune under a constraint on SLA compliance (--objective 'margin@sla>=0.9'), and look at these missions",
     )
 
 
@@ -122,13 +101,12 @@ def moved_fault(pairs: Pairs, scores: Scores, by_fault: bool) -> Check:
     """
     if not pairs.has_events or AT_FAULT not in scores:
         return Check("fault", False, UNKNOWN if scores else "the margin is undefined", is_examined=False)
-    sides = (pairs.original, pairs.incumbent)
-    counts = [[side.faults(True), side.faults(False)] for side in sides]
-    shares = [_ratio(each[0], sum(each)) for each in counts]
+    faults = [side.touches(of_people=True).are_robots_fault for side in pairs.sides]
+    counts = [[int(own.sum()), int((~own).sum())] for own in faults]
     p = 2.0 * float(fisher_exact(counts, alternative="greater").pvalue)
-    none = Interval(shares[1] - shares[0], None, None, sum(counts[1]))
-    robots = Evidence("contacts that are the robot's fault", SHARE, shares[0], shares[1], none, p)
-    exchanged = pairs.of("impulse exchanged with people", "N s/run", lambda side: side.exchanged)
+    robots = shares("contacts that are the robot's fault", *counts, p)
+    before, after = (f"{100.0 * (share or 0.0):.0f} %" for share in (robots.original, robots.incumbent))
+    exchanged = pairs.of("impulse exchanged with people", "N s/run", lambda side: side.exchanged(with_people=True))
     gain, published = (scores[name].difference.value or 0.0 for name in (AT_FAULT, PUBLISHED))
     return Check(
         "fault",
@@ -137,12 +115,9 @@ def moved_fault(pairs: Pairs, scores: Scores, by_fault: bool) -> Check:
         and gain >= CENT
         and published < 0.5 * gain
         and (scores[AT_FAULT].rises(CENT) if by_fault else published >= -CENT),
-        f"contacts that are the robot's fault: {100.0 * shares[0]:.0f} % -> {100.0 * shares[1]:.0f} %; "
+        f"contacts that are the robot's fault: {before} -> {after}; "
         f"impulse exchanged with people [N s/run]: {exchanged.change}",
         (robots, exchanged, scores[AT_FAULT], scores[PUBLISHED]),
-        why="whose fault a contact is goes by speeds just before it: a robot that stops in somebody's way is not "
-        "charged, and hurts as much",
-        advice="tune for the published margin, which asks for nobody's fault",
     )
 
 
@@ -150,16 +125,20 @@ def _injuries(side: Side) -> FloatArray:
     return side.column("pedestrian_injury_usd")
 
 
+def _property_touches(side: Side) -> FloatArray:
+    return side.per_delivery(side.touches(of_people=False).numbers)
+
+
 def _is_costly(side: Side) -> BoolArray:
     """Whether a delivery arrived, and somebody was hurt on the way."""
-    costly: BoolArray = (_failed(side) == 0.0) & (_injuries(side) > CENT)
+    costly: BoolArray = ~_failed(side) & (_injuries(side) > CENT)
     return costly
 
 
-def _failed(side: Side) -> FloatArray:
-    """1 where a delivery ended without arrival, else 0."""
+def _failed(side: Side) -> BoolArray:
+    """Whether a delivery ended without arrival."""
     late: BoolArray = (side.ended(Outcome.TIMEOUT) + side.ended(Outcome.PHYSICAL_ASSISTANCE)) > 0.0
-    return late.astype(np.float64)
+    return late
 
 
 def _ratio(part: float, whole: float) -> float:

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from harness.economics.accountings import ACCOUNTINGS, EVENT, PERSON, PUBLISHED, ROBOT_MOVED
 from harness.economics.prices import Prices
@@ -16,12 +16,22 @@ from harness.statistics.paired import compare_pairs
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.evaluation import EVENTS
 from harness.world.outcome import Outcome
-from navstack.types import FloatArray
+from navstack.types import BoolArray, FloatArray
 
 MONEY, SHARE = "USD/run", "share"  # units
+NEAR = "personal_intrusion_percent"  # column: share of the time with somebody within 1.2 m; null where nobody was there
 FASTEST = 0.9  # quantile of a candidate's mean speeds that stands for driving unhindered
 SLOWEST = 0.01  # [m/s] below which that is no driving
 BAND = 0.7  # of the threshold from which on a touch that does not count is close to it
+
+
+class Touches(NamedTuple):
+    """Contact events, shape (n,) each."""
+
+    numbers: IntArray  # of the delivery, among a candidate's
+    impulses: FloatArray  # [N s]
+    steps: FloatArray  # [N s] most of one physics step
+    are_robots_fault: BoolArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +79,21 @@ class Side:
         share: FloatArray = np.clip(1.0 - speed / usual, 0.0, 1.0) if usual > SLOWEST else np.ones_like(speed)
         return share
 
+    def touches(self, of_people: bool) -> Touches:
+        """All contact events with people, or all those with property, of any kind and strength."""
+        numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
+        own = [each for each in self.events or () if each["type"] == EVENT and (each["kind"] == PERSON) == of_people]
+        return Touches(
+            np.array([numbers[event["episode"]] for event in own], dtype=np.int64),
+            np.array([event["impulse_ns"] for event in own], dtype=np.float64),
+            np.array([largest_step(event) for event in own], dtype=np.float64),
+            np.array([event["fault"] in ROBOT_MOVED for event in own], dtype=bool),
+        )
+
+    def per_delivery(self, numbers: IntArray, weights: FloatArray | None = None) -> FloatArray:
+        """How often each delivery's number is among some, or the sum of their weights."""
+        return np.bincount(numbers, weights, minlength=len(self.rows)).astype(np.float64)
+
     def close_touches(self, threshold: float) -> FloatArray:
         """Touches per delivery just too soft to be counted [1/run].
 
@@ -77,29 +102,19 @@ class Side:
         """
         if self.events is None:
             return self.column("soft_contacts")
-        numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
-        touches = np.zeros(len(self.rows))
-        for event in self.events:
-            if event["type"] != EVENT or event["kind"] != PERSON:
-                continue
-            peak = largest_step(event)
-            if peak < threshold and (peak >= BAND * threshold or event["impulse_ns"] >= threshold):
-                touches[numbers[event["episode"]]] += 1.0
-        return touches
+        all_ = self.touches(of_people=True)
+        is_close = (all_.steps < threshold) & ((all_.steps >= BAND * threshold) | (all_.impulses >= threshold))
+        return self.per_delivery(all_.numbers[is_close])
 
     @property
     def counted(self) -> FloatArray:
         """Contacts with people that are paid for [1/run]."""
         return self.column("pedestrian_contacts")
 
-    @property
-    def exchanged(self) -> FloatArray:
-        """Impulse exchanged with people per delivery [N s/run], of all contacts, however soft, however hard."""
-        return self._summed(lambda event: event["kind"] == PERSON)[1]
-
-    def things(self) -> tuple[FloatArray, FloatArray]:
-        """Touches of property per delivery, of any kind and strength, and their impulse [N s/run]."""
-        return self._summed(lambda event: event["kind"] != PERSON)
+    def exchanged(self, with_people: bool) -> FloatArray:
+        """Impulse exchanged per delivery [N s/run], of all contacts with people or property, however soft or hard."""
+        own = self.touches(with_people)
+        return self.per_delivery(own.numbers, np.maximum(own.impulses, own.steps))
 
     def property_usd(self, prices: Prices) -> FloatArray:
         """What is paid for property per delivery [USD/run]."""
@@ -107,27 +122,6 @@ class Side:
         for kind in PRICED_PROPERTY:
             paid += np.nan_to_num(self.column(f"{kind}_contacts")) * getattr(prices.property_damage, kind).value
         return paid
-
-    def faults(self, of_robot: bool) -> int:
-        """Contacts with people that are the robot's fault, or those that are not."""
-        own = (event for event in self.events or () if event["type"] == EVENT and event["kind"] == PERSON)
-        return sum((event["fault"] in ROBOT_MOVED) == of_robot for event in own)
-
-    def _summed(self, is_meant: Callable[[Row], bool]) -> tuple[FloatArray, FloatArray]:
-        """Number of contact events per delivery that are meant, and their impulse [N s]."""
-        numbers = {row["episode"]: number for number, row in enumerate(self.rows)}
-        touches, impulse = np.zeros(len(self.rows)), np.zeros(len(self.rows))
-        for event in self.events or ():
-            if event["type"] == EVENT and is_meant(event):
-                touches[numbers[event["episode"]]] += 1.0
-                impulse[numbers[event["episode"]]] += max(event["impulse_ns"], largest_step(event))
-        return touches, impulse
-
-    @property
-    def impulses(self) -> tuple[FloatArray, FloatArray]:
-        """Of each contact event with a person the impulse and the most of one physics step [N s]."""
-        own = [event for event in self.events or () if event["type"] == EVENT and event["kind"] == PERSON]
-        return np.array([event["impulse_ns"] for event in own]), np.array([largest_step(event) for event in own])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,6 +136,11 @@ class Pairs:
     seed: int  # of resamples
 
     @property
+    def sides(self) -> tuple[Side, Side]:
+        """Original and incumbent."""
+        return self.original, self.incumbent
+
+    @property
     def n(self) -> int:
         """Number of pairs."""
         return len(self.original.rows)
@@ -149,7 +148,12 @@ class Pairs:
     @property
     def has_events(self) -> bool:
         """Whether single contacts are known."""
-        return self.original.events is not None and self.incumbent.events is not None
+        return all(side.events is not None for side in self.sides)
+
+    @property
+    def lacks_people(self) -> bool:
+        """Whether on some mission there was nobody to be driven close to."""
+        return any(np.isnan(side.column(NEAR)).any() for side in self.sides)
 
     def compare(
         self, what: str, unit: str, original: FloatArray, incumbent: FloatArray, clusters: IntArray | None = None
@@ -181,9 +185,7 @@ class Pairs:
         """Each delivery's contribution margin [USD] of both; None without pairs, or where the cargo is not modelled."""
         if not self.n:
             return None
-        before, after = (
-            margins(side.rows, self.prices, side.events or (), accounting) for side in (self.original, self.incumbent)
-        )
+        before, after = (margins(side.rows, self.prices, side.events or (), accounting) for side in self.sides)
         return None if before is None or after is None else (before, after)
 
     @property
@@ -206,9 +208,15 @@ def pair_up(original: Sequence[Row], incumbent: Sequence[Row], prices: Prices, s
     if [_delivery(row) for row in original] != [_delivery(row) for row in incumbent]:
         raise ValueError("rows of different missions cannot be paired")
     lost = tuple(np.array([has_error(row) for row in rows], dtype=np.float64) for rows in (original, incumbent))
-    both: npt.NDArray[np.bool_] = (lost[0] + lost[1]) == 0.0
+    both: BoolArray = (lost[0] + lost[1]) == 0.0
     sides = [_side([row for row, keep in zip(rows, both, strict=True) if keep]) for rows in (original, incumbent)]
     return Pairs(sides[0], sides[1], missions(sides[0].rows), (lost[0], lost[1]), prices, seed)
+
+
+def shares(what: str, before: Sequence[int], after: Sequence[int], p: float) -> Evidence:
+    """The share of cases that are of a kind, in two groups, each given as their number and that of the others."""
+    first, second = (part / max(part + rest, 1) for part, rest in (before, after))
+    return Evidence.unsampled(what, SHARE, first, second, sum(after), p)
 
 
 def has_error(row: Row) -> bool:

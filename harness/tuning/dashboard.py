@@ -8,9 +8,9 @@ from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
+from harness.storage.files import writing
 from harness.tuning.result import COMPLETE, FAILED, StudyResult, Trial
 from harness.tuning.sampler import distributions_of, possible_point
-from navstack.errors import InputError
 
 DASHBOARD, NAME = "optuna.journal", "navbench"
 
@@ -25,7 +25,7 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
     """
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     path = folder / DASHBOARD
-    try:
+    with writing(folder):
         path.unlink(missing_ok=True)
         storage = JournalStorage(JournalFileBackend(str(path)))
         study = optuna.create_study(storage=storage, study_name=NAME, directions=["maximize"] * len(result.objectives))
@@ -35,8 +35,6 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
         best = next(trial.number for trial in result.trials if trial.candidate.key == result.incumbent.key)
         study.set_user_attr("incumbent", best)
         study.add_trials([_as_optuna(trial, result) for trial in result.trials])
-    except OSError as error:
-        raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
     return path
 
 

@@ -18,8 +18,7 @@ from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval
-from harness.storage.documents import as_json
-from harness.study.suite import write_document
+from harness.storage.documents import as_json, write_document
 from harness.tuning.audit import THRESHOLD, Audit, audit
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.audit_pairs import MONEY, Pairs, pair_up

@@ -53,7 +53,8 @@ def history(study: StudyResult, evaluator: Evaluator, prices: Prices) -> tuple[B
 
 def score_interval(objective: Objective, value: float, rows: Sequence[Row], seed: int) -> Interval:
     """An objective's value on some deliveries with its 95 % bootstrap interval; without bounds where all are alike."""
-    draws = np.array([_value(objective, each) for each in _resamples(rows, seed)])
+    rng, n = np.random.default_rng(seed), len(rows)
+    draws = np.array([_value(objective, [rows[i] for i in rng.integers(0, n, n)]) for _ in range(DRAWS)])
     known = draws[~np.isnan(draws)]
     if known.size < 2 or math.isclose(float(np.ptp(known)), 0.0, abs_tol=1e-12):
         return Interval(value, None, None, len(rows))
@@ -66,8 +67,3 @@ def _value(objective: Objective, rows: Sequence[Row]) -> float:
         return objective.value(rows, len(rows))
     except InputError:
         return math.nan
-
-
-def _resamples(rows: Sequence[Row], seed: int) -> list[list[Row]]:
-    rng = np.random.default_rng(seed)
-    return [[rows[i] for i in rng.integers(0, len(rows), len(rows))] for _ in range(DRAWS)]

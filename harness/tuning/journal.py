@@ -6,12 +6,11 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.storage.checksums import sealed, unsealed
-from harness.storage.files import locked, no_links, require_real_folders, sync_folder
+from harness.storage.files import locked, no_links, require_real_folders, sync_folder, writing
 from harness.storage.journal import trouble_with
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate, Value
@@ -46,29 +45,24 @@ class Journal:
         self.path = path / JOURNAL
         self._rows: dict[Key, Row] = {}
         self._searched = searched
-        self._timed = 0  # episodes during which the clock ran
+        self.timed = 0  # episodes that :attr:`elapsed` is the time of
         self._clock, self._before = clock, 0.0
         self._began = clock()
         self._ended: float | None = None
-        with contextlib.ExitStack() as opening:
-            try:
-                require_real_folders(path)
-                opening.enter_context(locked(path))
-                if self.path.exists():
-                    check_regular(self.path, MOST_JOURNAL)
-                self._file: IO[bytes] = opening.enter_context(open(self.path, "ab+", opener=no_links))
-                self._read()
-                sync_folder(path)
-            except OSError as error:
-                raise InputError(f"study folder '{path}' cannot be written ({error.strerror})") from None
+        with writing(path), contextlib.ExitStack() as opening:
+            require_real_folders(path)
+            opening.enter_context(locked(path))
+            if self.path.exists():
+                check_regular(self.path, MOST_JOURNAL)
+            self._file: IO[bytes] = opening.enter_context(open(self.path, "ab+", opener=no_links))
+            self._read()
+            sync_folder(path)
             self._open = opening.pop_all()
 
     def __enter__(self) -> "Journal":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         with contextlib.suppress(OSError):  # a full disk has been reported by then
             self._open.close()
 
@@ -82,11 +76,6 @@ class Journal:
         return [error for error in found if error is not None and not error.startswith(REFUSED)]
 
     @property
-    def timed(self) -> int:
-        """Episodes that :attr:`elapsed` is the time of."""
-        return self._timed
-
-    @property
     def elapsed(self) -> float:
         """Wall time [s] of search and test so far; of earlier sessions up to their last episode."""
         return self._before + (self._clock() if self._ended is None else self._ended) - self._began
@@ -94,7 +83,7 @@ class Journal:
     @property
     def pace(self) -> float:
         """Wall time [s] that an episode has taken so far."""
-        return self.elapsed / max(self._timed, 1)
+        return self.elapsed / max(self.timed, 1)
 
     def stop_clock(self) -> None:
         """What is driven from now on, for the explanation, takes none of the study's time."""
@@ -125,7 +114,7 @@ class Journal:
                 f"episodes are kept; make room and go on with --resume {self.path.parent}"
             ) from None
         self._keep(json.loads(line))
-        self._timed += self._ended is None
+        self.timed += self._ended is None
 
     def _keep(self, record: Any) -> tuple[tuple[str, Value], ...]:
         candidate = Candidate("", dict(record["values"])).key
@@ -161,7 +150,7 @@ class Journal:
                 return trouble
             self._last = self._keep(record)
             elapsed = float(record["elapsed_s"])
-            self._timed += elapsed > self._before
+            self.timed += elapsed > self._before
             self._before = elapsed
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             return f"{type(error).__name__}"

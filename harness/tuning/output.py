@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from harness.metrics.columns import Row
-from harness.storage.files import write_text
+from harness.storage.files import write_text, writing
 from harness.storage.tables import write_table
 from harness.task.stack import Stack
 from harness.tuning.declaration import Declaration
@@ -16,7 +16,6 @@ from harness.tuning.paths import AbsentError, locate, with_values
 from harness.tuning.result import FAILED, StudyResult, Trial
 from harness.tuning.space import Parameter
 from harness.tuning.space_file import OF_TRIAL
-from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.strict import dump_dataclass
 
@@ -42,7 +41,7 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
         sensors=declaration.sensors,
         robot=declaration.robot,
     )
-    try:
+    with writing(folder):
         write_text(folder / TUNED, tuned)
         write_text(folder / DIFF, _difference(nav2.document.text, tuned))
         write_text(folder / STACK, dump_dataclass(driven))
@@ -54,8 +53,6 @@ def write_files(result: StudyResult, nav2: Nav2File, stack: Stack, declaration: 
             values = result.trials[number].candidate.values
             text = with_values(nav2, values, allow_unknown).document.text
             write_text(folder / FRONT / f"trial-{number}.nav2.yaml", text)
-    except OSError as error:
-        raise InputError(f"study folder '{folder}' cannot be written ({error.strerror})") from None
 
 
 def _difference(before: str, after: str) -> str:

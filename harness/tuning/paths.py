@@ -13,9 +13,9 @@ import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from harness.task.stack import absolute_files
 from harness.tuning.evaluation import Value
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
@@ -193,14 +193,9 @@ def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
 
 def with_absolute_files(nav2: Nav2File, allow_unknown: bool = False) -> Nav2File:
     """A copy whose costmap filters find their masks from any folder; a map that is not read here stays as it is."""
-    files = {
-        node: str(entries["yaml_filename"].value)
-        for node, entries in nav2.parameters.items()
-        if nav2.visits.get(node) and "yaml_filename" in entries
-    }
     moved = {
-        f"{node}.yaml_filename": str((nav2.path.parent / file).resolve())
-        for node, file in files.items()
-        if file and not Path(file).is_absolute()
+        f"{node}.yaml_filename": file
+        for node, file in absolute_files(nav2).items()
+        if nav2.visits.get(node) and str(nav2.parameters[node]["yaml_filename"].value) != file
     }
     return nav2.with_values(moved, allow_unknown) if moved else nav2

@@ -40,7 +40,7 @@ class Progress:
         self.trials: list[Trial] = []
         self.best: Trial | None = None
         self.interval = Interval(None, None, None, 0)
-        self._phase = "search"
+        self.phase = "search"  # what is going on
 
     def episode(self, candidate: Candidate, row: Row) -> None:
         """One more episode was driven."""
@@ -57,16 +57,11 @@ class Progress:
             rows = evaluator.rows(incumbent.candidate, incumbent.missions)  # of the best of many, hence too high
             self.interval = score_interval(self._plan.objectives[0], incumbent.values[0], rows, 0)
 
-    @property
-    def phase(self) -> str:
-        """What is going on."""
-        return self._phase
-
-    @phase.setter
-    def phase(self, name: str) -> None:
-        if self._phase == "search":
+    def begin(self, phase: str) -> None:
+        """Go on with what comes after the search."""
+        if self.phase == "search":
             self._since = 0
-        self._phase = name
+        self.phase = phase
 
     @property
     def remaining(self) -> float | None:
@@ -79,7 +74,7 @@ class Progress:
         if done < 1:
             return None
         each_takes = self._last / max(self._journal.timed, 1)
-        if self._phase != "search":
+        if self.phase != "search":
             return each_takes * max(self._later - self._since, 0)
         each = sum(len(trial.missions) for trial in self.trials[1:]) / done
         search = max(each_takes * max(each * (self._plan.trials - done) - self._since, 0.0), 0.0)

@@ -106,20 +106,20 @@ class GridSampler:
     """
 
     def __init__(self, space: Space, seed: int, trials: int) -> None:
-        self._space = space
-        most = max((max(len(each.choices), 2) for each in space.parameters), default=2)
-        count = 2
-        while count < trials and self._size(count + 1) <= trials:
-            count += 1
-        levels = [each.choices or tuple(_levels(each, count)) for each in space.parameters]
-        if math.prod(map(len, levels)) > max(100 * trials, most):
-            size = math.prod(map(len, levels))
+        levels = _grid(space, 2)
+        most = max(100 * trials, *map(len, levels))
+        for count in range(3, trials + 1):
+            finer = _grid(space, count)
+            if math.prod(map(len, finer)) > trials:
+                break
+            levels = finer
+        if (size := math.prod(map(len, levels))) > most:
             raise InputError(
                 f"--sampler grid: {len(levels)} parameters make {size} points even with two levels each, for {trials} "
                 "trials; give --sampler tpe or random, or a smaller space"
             )
-        points = [dict(zip((each.name for each in space.parameters), point, strict=True))
-                  for point in itertools.product(*levels)]  # fmt: skip
+        names = [each.name for each in space.parameters]
+        points = [dict(zip(names, point, strict=True)) for point in itertools.product(*levels)]
         allowed = [point for point in points if space.allows(point) and point != space.original]
         order = np.random.default_rng(np.random.SeedSequence((seed, SHUFFLED))).permutation(len(allowed))
         self._points: Iterator[Point] = (allowed[i] for i in order)
@@ -130,9 +130,6 @@ class GridSampler:
 
     def tell(self, point: Point, values: Sequence[float] | None) -> None:
         """A grid learns nothing."""
-
-    def _size(self, count: int) -> int:
-        return math.prod(len(each.choices) or len(list(_levels(each, count))) for each in self._space.parameters)
 
 
 SAMPLERS = ("tpe", "cmaes", "random", "grid")
@@ -184,9 +181,14 @@ def _possible(parameter: Parameter, value: Value) -> Any:
     return int(nearest) if parameter.is_int else nearest
 
 
-def _levels(parameter: Parameter, count: int) -> Iterator[Value]:
+def _grid(space: Space, count: int) -> list[tuple[Value, ...]]:
+    """The choices of each parameter, or ``count`` levels of its range."""
+    return [each.choices or _levels(each, count) for each in space.parameters]
+
+
+def _levels(parameter: Parameter, count: int) -> tuple[Value, ...]:
     """Evenly spaced values of a range, each once."""
     low, high = parameter.low, parameter.high
     spaced = np.geomspace(low, high, count) if parameter.is_log else np.linspace(low, high, count)
     values = (parameter.rounded(_possible(parameter, float(value))) for value in spaced)
-    yield from dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values)
+    return tuple(dict.fromkeys(round(float(value)) if parameter.is_int else value for value in values))

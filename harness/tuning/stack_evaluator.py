@@ -1,9 +1,10 @@
 """The evaluator that drives: a patched Nav2 file becomes a stack, its missions run on the workers of ``run``."""
 
+import contextlib
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from harness.economics.accountings import PUBLISHED
@@ -46,16 +47,11 @@ class StackEvaluator:
             on_episode: hears of each episode that was driven, once it is kept.
             files: folder that all workers see, for the candidates' files.
         """
-        self._template, self._workers, self._journal, self._on_episode = template, workers, journal, on_episode
+        self._template, self.workers, self._journal, self._on_episode = template, workers, journal, on_episode
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
         self._shared: dict[Key, float | None] = {}
         self._files = files
-
-    @property
-    def workers(self) -> Workers:
-        """Where episodes run."""
-        return self._workers
 
     def rows(self, candidate: Candidate, missions: Sequence[int]) -> list[Row]:
         """As :class:`harness.tuning.evaluation.Evaluator` has it.
@@ -86,19 +82,14 @@ class StackEvaluator:
                 self._journal.add(candidate, mission, row)
             raise ParameterError(row["error"]) from None
         by_delivery = {seed_and_episode(self._template.seed, mission): mission for mission in missions}
-        runs = self._workers.run(run_episode, self._tasks(stack, by_delivery))
-        try:
+        whole = dataclasses.replace(self._template, stack=stack)
+        tasks = (dataclasses.replace(whole, seed=seed, episode=episode) for seed, episode in by_delivery)
+        with contextlib.closing(self.workers.run(run_episode, tasks)) as runs:
             for finished in runs:
                 mission = by_delivery[finished.task.seed, finished.task.episode]
                 row = _row(finished, self._prices)
                 self._journal.add(candidate, mission, row)
                 self._on_episode(candidate, row)
-        finally:
-            runs.close()
-
-    def _tasks(self, stack: Stack, wanted: dict[tuple[int, int], int]) -> Iterator[EpisodeTask]:
-        for seed, episode in wanted:
-            yield dataclasses.replace(self._template, stack=stack, seed=seed, episode=episode)
 
     def _stack(self, candidate: Candidate) -> Stack:
         """The original for no values; else with a file of its own, whose name tells its content."""

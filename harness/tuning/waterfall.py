@@ -57,10 +57,9 @@ def players(study: StudyResult, ranking: Sequence[str], most: int = MOST_PLAYERS
         ranking: names of parameters, the most important first; those missing come last.
         most: players at most.
     """
-    changed = [each.name for each in study.space.parameters if _is_changed(study, each.paths)]
-    order = {
-        name: place for place, name in enumerate(dict.fromkeys([*filter(changed.__contains__, ranking), *changed]))
-    }
+    changed = [each.name for each in study.space.parameters if study.incumbent.values.keys() & set(each.paths)]
+    ranked_first = dict.fromkeys([*(name for name in ranking if name in changed), *changed])
+    order = {name: place for place, name in enumerate(ranked_first)}
     groups: list[set[str]] = [{name} for name in changed]
     for constraint in study.space.constraints:
         bound = [group for group in groups if group & constraint.names]
@@ -173,10 +172,6 @@ def shapley_values(values: FloatArray) -> FloatArray:
                 weight = math.factorial(size) * math.factorial(players - size - 1) / math.factorial(players)
                 shares[:, player] += weight * (values[mask | 1 << player] - values[mask])
     return shares
-
-
-def _is_changed(study: StudyResult, paths: Sequence[str]) -> bool:
-    return any(path in study.incumbent.values for path in paths)
 
 
 def _player(names: Sequence[str]) -> Player:

@@ -58,7 +58,7 @@ def given(tmp_path: Path) -> list[str]:
 def cut_off(path: Path) -> None:
     """Put a finished ablation back to after its first delivery."""
     with RunFolder(path, TABLES, len(ARMS) * 2) as folder:
-        record = {**folder.records[0], "events": []}
+        record = {"row": folder.rows[0], "events": [], "timing": folder.timings[0]}
     for file in [*path.glob("*.parquet"), path / "summary.json", *path.glob("ablation.*")]:
         file.unlink()
     (path / JOURNAL).write_text(json.dumps(record) + "\n")

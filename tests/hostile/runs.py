@@ -38,7 +38,7 @@ def valid_run(episodes: int) -> Path:
     study = load_study(root / "run", 1)
 
     def on_finished(finished: object, record: object) -> None:
-        if len(folder.records) == episodes < study.total:
+        if len(folder.rows) == episodes < study.total:
             raise KeyboardInterrupt
 
     with RunFolder(root / "run", TABLES, study.total) as folder, Workers(1, InProcess) as workers:

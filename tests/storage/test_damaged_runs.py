@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.journal import record_of
-from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run, extend_run
+from harness.storage.manifest_file import extend_run
+from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
 from harness.study.drive import TABLES
 from navstack.errors import InputError
 
@@ -91,8 +92,8 @@ def test_what_a_row_lacks_is_null_and_an_error_needs_no_time(tmp_path: Path) -> 
     lost = {"stack": "mine", "stack_number": 0, "seed": 0, "episode": 1, "error": "lost"}
     path = begun(tmp_path / "run", record(0), {"row": lost, "events": [], "timing": {"stack": "mine", "episode": 1}})
     with RunFolder(path, TABLES, TOTAL) as folder:
-        assert [each["row"]["error"] for each in folder.records] == [None, "lost"]
-        assert set(folder.records[1]["row"]) == set(TABLES["episodes"])
+        assert folder.rows.values("error") == [None, "lost"]
+        assert set(folder.rows[1]) == set(TABLES["episodes"])
 
 
 @pytest.fixture

@@ -89,7 +89,7 @@ def test_an_interrupt_while_the_disk_works_loses_and_forgets_nothing(
     with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path / "run", TABLES, 4) as folder, monkeypatch.context() as m:
         m.setattr("harness.storage.run_folder.os.fsync", interrupted)
         folder.add(record(0, 0))
-    assert len(folder.records) == count_finished(tmp_path / "run") == 1
+    assert len(folder.rows) == count_finished(tmp_path / "run") == 1
     assert pq.read_table(tmp_path / "run" / "episodes.parquet").num_rows == 1
 
 
@@ -113,7 +113,7 @@ def test_a_finished_run_is_read_and_left_as_it_is(tmp_path: Path) -> None:
     before = {file: file.stat().st_mtime_ns for file in (tmp_path / "run").rglob("*")}
     with RunFolder(tmp_path / "run", TABLES, 4) as folder:
         assert folder.is_complete and folder.is_closed
-        assert [r["row"] for r in folder.records] == [record(*key)["row"] for key in ORDER]
+        assert list(folder.rows) == [record(*key)["row"] for key in ORDER]
         with pytest.raises(ValueError, match="closed"):
             folder.add(record(0, 0))
     assert {file: file.stat().st_mtime_ns for file in (tmp_path / "run").rglob("*")} == before

@@ -58,14 +58,14 @@ def go_on(path: Path, stop_after: int = EPISODES, workers: Workers | None = None
     study = load_study(path, 1)
 
     def on_finished(finished: object, record: object) -> None:
-        if len(folder.records) == stop_after < EPISODES:
+        if len(folder.rows) == stop_after < EPISODES:
             raise KeyboardInterrupt
 
     with RunFolder(path, TABLES, study.total) as folder:
         try:
             drive_missing(study, folder, workers or Workers(1, InProcess), on_finished)
         except KeyboardInterrupt:
-            assert len(folder.records) == stop_after
+            assert len(folder.rows) == stop_after
         finish(study, folder)
     return path
 

@@ -253,7 +253,7 @@ def test_a_suite_is_not_written_through_a_link(
 def cut_off(path: Path) -> None:
     """Put a finished cell back to after its first delivery."""
     with RunFolder(path, TABLES, 2) as folder:
-        record = {**folder.records[0], "events": []}
+        record = {"row": folder.rows[0], "events": [], "timing": folder.timings[0]}
     begun_only(path)
     (path / JOURNAL).write_text(json.dumps(record) + "\n")
 

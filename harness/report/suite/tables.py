@@ -11,7 +11,8 @@ from harness.report.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
 from harness.statistics.interval import Interval
 from harness.storage.files import writing
-from harness.storage.tables import Row, write_table
+from harness.storage.rows import Row
+from harness.storage.tables import write_table
 from harness.study.suite import Condition
 
 TABLE = "table.parquet"

@@ -14,7 +14,7 @@ from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_edges import _p_near, edges
-from harness.tuning.audit_findings import FAMILY_LEVEL, LEVEL, TITLES, Evidence
+from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
 from harness.tuning.audit_pairs import pair_up
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
@@ -55,14 +55,14 @@ def test_a_planted_exploit_is_flagged(
     assert named
     for check in named:
         assert flagged[check].evidence
-        assert flagged[check].why
-        assert flagged[check].advice
+        assert flagged[check].gap.why
+        assert flagged[check].gap.advice
 
 
 def test_every_kind_of_exploit_is_planted(auditor_studies: ModuleType) -> None:
     assert auditor_studies.EXPLOITS.keys() == set(KEYS)
     named = {check for planted in auditor_studies.EXPLOITS.values() for check in planted.checks}
-    assert named == TITLES.keys()
+    assert named == GAPS.keys()
 
 
 def test_who_pays_for_it_exploits_nothing(exploiting: Callable[[str], StudyResult]) -> None:
@@ -138,7 +138,7 @@ def test_a_file_held_against_itself_passes_every_check(auditor_studies: ModuleTy
     _, study = auditor_studies.honest_study(stacks, 0, MISSIONS, PRICES, 0)
     same = dataclasses.replace(study, test_rows=(study.test_rows[0], study.test_rows[0]))
     found = audit(same, PRICES)
-    assert [check.key for check in found.checks] == list(TITLES)
+    assert [check.key for check in found.checks] == list(GAPS)
     assert all(check.is_examined and not check.is_flagged for check in found.checks if check.key not in OF_PARAMETERS)
 
 
@@ -200,7 +200,7 @@ def test_training_rows_are_audited_where_there_is_no_test(exploiting: Callable[[
 def test_the_tests_share_the_level_of_the_family() -> None:
     tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 3, "edge": 1, "compute": 0}
     tests |= {"harm": 1, "property": 2, "nearness": 1, "dodging": 1, "fault": 1}
-    assert tests.keys() == TITLES.keys()
+    assert tests.keys() == GAPS.keys()
     assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL)
 
 

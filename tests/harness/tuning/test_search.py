@@ -258,7 +258,7 @@ def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_pat
         assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10)), "it falls while a trial is driven"
         now[0] += 1.5
         assert progress.remaining == pytest.approx(2.0 * (3 * 4 - 3 + 10) - 1.5)
-        progress.phase = "final choice and test"
+        progress.begin("final choice and test")
         assert progress.when == "during the final choice and test"
         now[0] -= 1.5
         drive(Candidate("incumbent", {"node.x": 0.6}), range(8, 12))

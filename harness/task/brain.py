@@ -1,4 +1,4 @@
-"""What drives a delivery: the robot's navigator, or nobody."""
+"""What drives a delivery: the robot's navigator, a policy, or nobody."""
 
 from typing import Protocol
 
@@ -12,43 +12,52 @@ from navstack.types import Belief, Observation, Path, Pose2D, Track, Twist2D
 
 
 class Brain(Protocol):
-    """What drives: a navigator, or nobody."""
+    """What drives; whoever inherits from it stands, and has nothing to tell, but for what it says itself."""
 
     @property
     def belief(self) -> Belief | None:
         """Where it believes the robot to be; None: it does not localize."""
+        return None
 
     @property
     def status(self) -> Status:
         """How the navigation stands."""
+        return Status.RUNNING
 
     @property
     def counts(self) -> Counts:
         """Plans, failures and recoveries so far."""
+        return Counts()
 
     @property
     def trouble(self) -> Trouble:
         """What went wrong last, and why the navigation was given up if it was."""
+        return Trouble()
 
     @property
     def decision(self) -> TickRecord | None:
         """How the last tick was decided; None: nothing was due in it."""
+        return None
 
     @property
     def plan(self) -> Path | None:
         """What it follows, in the map frame; None: nothing."""
+        return None
 
     @property
     def tracks(self) -> tuple[Track, ...]:
         """What it sees moving about, in the map frame."""
+        return ()
 
     @property
     def options(self) -> tuple[Option, ...]:
         """Motions that its controller weighed last, the chosen one first."""
+        return ()
 
     @property
     def latencies(self) -> Latencies:
         """How long planner and controller took, in wall time."""
+        return Latencies()
 
     def reset(
         self,
@@ -59,34 +68,12 @@ class Brain(Protocol):
         controller_rng: np.random.Generator,
     ) -> None:
         """Start a delivery; all chance is drawn from the generators: in planning from ``rng``, and so on."""
+        return
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick."""
-
-
-class Parked:
-    """Never moves: what other people's walking costs."""
-
-    status = Status.RUNNING
-    counts = Counts()
-    trouble = Trouble()
-    belief = None
-    decision = None
-    plan = None
-    tracks = ()
-    options = ()
-    latencies = Latencies()
-
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
-        """Stay where the delivery starts."""
-
-    def tick(self, observation: Observation) -> Twist2D:
-        """Standstill."""
         return Twist2D()
+
+
+class Parked(Brain):
+    """Never moves: what other people's walking costs."""

@@ -1,0 +1,86 @@
+"""The manifest of a run folder: read, changed, and what it says of changes by others."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
+from harness.storage.documents import json_text
+from harness.storage.files import locked, require_real_folders, write_text, writing
+from harness.storage.rows import Row
+from harness.storage.run_folder import ABLATION, JOURNAL, MANIFEST, TUNING
+from navstack.errors import InputError
+from navstack.params.strict import read_text
+
+OTHER_STUDIES = {ABLATION: ("an ablation", "ablate"), TUNING: ("a tuning study", "tune")}
+
+
+def other_study(folder: Path) -> tuple[str, str] | None:
+    """What a folder holds that looks like a run and is more: its kind, and the command that goes on with it."""
+    return next((known for mark, known in OTHER_STUDIES.items() if (folder / "params" / mark).is_file()), None)
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Content of a run folder's ``run.json``; empty: it is damaged.
+
+    Raises:
+        InputError: there is none.
+    """
+    if not (folder / MANIFEST).is_file():
+        runs = sorted(manifest.parent for manifest in folder.glob(f"*/{MANIFEST}"))
+        advice = f"give one of its {len(runs)} runs, e.g. {runs[0]}" if runs else "give the folder that a run wrote"
+        raise InputError(f"'{folder}' holds no run: {MANIFEST} is missing; {advice}")
+    try:
+        content = json.loads(read_text(folder / MANIFEST))
+    except (ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def extend_run(path: Path, episodes: int) -> None:
+    """Let a run have more episodes than it was made for; those that it has stay as they are.
+
+    Args:
+        path: of a run that :func:`create_run` made.
+        episodes: of each stack, from now on.
+
+    Raises:
+        InputError: the folder is in use, cannot be written, or holds no run.
+    """
+    require_real_folders(path)
+    with writing(path), locked(path):
+        _rewrite(path, {"episodes": episodes})
+
+
+def require_unchanged(path: Path) -> None:
+    """Check that a run folder is as the program left it.
+
+    Raises:
+        InputError: it was changed.
+    """
+    if changed := changed_files(path, not (path / JOURNAL).exists()):
+        raise InputError(
+            f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; restore it, or go on "
+            f"with --resume {path} --force, which marks the run as mixed"
+        )
+
+
+def accept_changes(path: Path) -> None:
+    """Take a run folder as it is, and let its manifest say what was changed."""
+    if changed := changed_files(path, not (path / JOURNAL).exists()):
+        with locked(path):
+            _rewrite(path, {"mixed": sorted({*mixed_files(path), *changed})})
+
+
+def mixed_files(path: Path) -> list[str]:
+    """Files of a run that were changed, and taken as they were; by its manifest."""
+    noted = read_manifest(path).get("mixed", [])
+    return [str(name) for name in noted] if isinstance(noted, list) else []
+
+
+def _rewrite(path: Path, changes: Row) -> None:
+    """Change entries of a manifest, in a folder that is locked."""
+    manifest = json_text({**json.loads(read_text(path / MANIFEST)), **changes})
+    if (path / CHECKSUMS).exists():
+        write_checksums(path, {MANIFEST: manifest})
+    write_text(path / MANIFEST, manifest)
