@@ -19,7 +19,7 @@ from options import parsed
 
 from harness.episode.factory import Parts, rules_of
 from harness.execution.workers import Workers
-from harness.task.study import EpisodeTask, make_study
+from harness.task.study import EpisodeTask, make_study, of_brain
 from navstack.localization.gps import DEGRADED_AFTER, GpsLocalizer
 from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.localizer import Localizer
@@ -50,9 +50,7 @@ def drive(task: EpisodeTask) -> Iterator[tuple[Observation, Pose2D]]:
     world = Parts(task).world()
     brain = Parts(task).brain(world)
     observation = world.reset(mission, generators)
-    brain.reset(
-        mission.goal, Belief(mission.start), generators["planner"], generators["localizer"], generators["controller"]
-    )
+    brain.reset(mission.goal, Belief(mission.start), of_brain(generators))
     while rules.judge(world.truth, mission.goal) is None:
         command = brain.tick(observation)
         yield dataclasses.replace(observation, scan=None), world.truth.pose

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from navstack.behavior_tree import NavigateToPose
 from navstack.clock import Clock
 from navstack.control.decision import Alternative, DecisionRecord, Option
@@ -18,7 +16,19 @@ from navstack.navigation_status import Counts, Status, Trouble
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
-from navstack.types import Belief, Health, LaserScan, Observation, Odometry, Path, Pose2D, RobotState, Track, Twist2D
+from navstack.types import (
+    Belief,
+    Generators,
+    Health,
+    LaserScan,
+    Observation,
+    Odometry,
+    Path,
+    Pose2D,
+    RobotState,
+    Track,
+    Twist2D,
+)
 
 _KEPT = 64  # states of late, at 60 Hz a second of them
 LOST_PATIENCE = 60.0  # [s] that a lost robot stands before it gives up; assumed: outages of satellites are shorter
@@ -96,24 +106,13 @@ class Navigator:
         self._clocks = (*map_clocks, self._control_clock, self._behavior_clock, self._smoother_clock)
         self.belief = Belief(Pose2D())
 
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
-        """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left.
-
-        All chance in planning is drawn from ``rng``, that in localization from ``localizer_rng``, that in control from
-        ``controller_rng``.
-        """
+    def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
+        """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left."""
         self.belief = initial_belief
-        self._localizer.reset(initial_belief, localizer_rng)
+        self._localizer.reset(initial_belief, generators.localizer)
         self._local_costmap.reset()
         self._global_costmap.reset()
-        self._tree.reset(goal, rng, controller_rng)
+        self._tree.reset(goal, generators.planner, generators.controller)
         self._smoother.reset()
         self._monitor.reset()
         if self._tracker is not None:

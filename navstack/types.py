@@ -7,6 +7,7 @@ from the x axis. Frames: ``map`` (fixed, x east, y north), ``odom`` (fixed at po
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,14 @@ Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 ByteArray = npt.NDArray[np.uint8]
+
+
+class Generators(NamedTuple):
+    """What a brain draws its chance from: one generator for each consumer."""
+
+    planner: np.random.Generator
+    localizer: np.random.Generator
+    controller: np.random.Generator
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,11 @@ import copy
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from harness.task.brain import Brain
 from navstack.control.decision import Alternative
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
-from navstack.types import Belief, Observation, Pose2D, Twist2D
+from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +72,10 @@ class HandOver(_Led):
         self._second, self._moment = second, moment
         self.take_over: TakeOver | None = None  # None: not yet
 
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
+    def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
         """Start both; the second draws its chance from copies of the generators."""
-        copies = [copy.deepcopy(generator) for generator in (rng, localizer_rng, controller_rng)]
-        self._second.reset(goal, initial_belief, *copies)
-        self._driving.reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+        self._second.reset(goal, initial_belief, copy.deepcopy(generators))
+        self._driving.reset(goal, initial_belief, generators)
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command of whoever drives."""

@@ -1,7 +1,5 @@
 """What drives a delivery where a policy does."""
 
-import numpy as np
-
 from harness.policy.interface import PolicyObservation
 from harness.policy.process import PolicyProcess
 from harness.policy.senses import Senses
@@ -10,7 +8,7 @@ from harness.task.brain import Brain
 from navstack.clock import Clock
 from navstack.navigation_status import Counts
 from navstack.stopwatch import Latencies, Stopwatch
-from navstack.types import Belief, FloatArray, Observation, Path, Pose2D, Twist2D
+from navstack.types import Belief, FloatArray, Generators, Observation, Path, Pose2D, Twist2D
 
 
 class SteeredBrain(Brain):
@@ -41,16 +39,9 @@ class SteeredBrain(Brain):
         """One plan, at the start."""
         return Counts(plans=1)
 
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
+    def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
         """Start a delivery, standing."""
-        self._senses.reset(goal, initial_belief, rng, localizer_rng)
+        self._senses.reset(goal, initial_belief, generators)
         self._clock.reset()
         self.command = Twist2D()
 
@@ -91,24 +82,17 @@ class PolicyBrain(SteeredBrain):
         """How long the policy took to answer, in wall time."""
         return Latencies(controller=self._watch.durations)
 
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
+    def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
         """Start a delivery.
 
         Raises:
             PolicyError: the policy fails.
         """
-        super().reset(goal, initial_belief, rng, localizer_rng, controller_rng)
+        super().reset(goal, initial_belief, generators)
         self._watch.clear()
         self._follower.clear()
         self._follows = False
-        self._policy.reset(int(controller_rng.integers(2**63)))
+        self._policy.reset(int(generators.controller.integers(2**63)))
 
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick.

@@ -8,7 +8,7 @@ import numpy as np
 from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, Image, PolicyObservation
 from navstack.geometry import relative_to
 from navstack.localization.localizer import Localizer
-from navstack.types import Belief, FloatArray, LaserScan, Observation, Odometry, Path, Pose2D, Twist2D
+from navstack.types import Belief, FloatArray, Generators, LaserScan, Observation, Odometry, Path, Pose2D, Twist2D
 
 AHEAD = 10.0  # [m] of the route that is searched for the robot's place on it
 ASTRAY = 5.0  # [m] off that stretch from which all of the route is searched
@@ -63,13 +63,11 @@ class Senses:
         """
         self._localizer, self._make_route, self._people, self._look = localizer, make_route, people, look
 
-    def reset(
-        self, goal: Pose2D, belief: Belief, route_rng: np.random.Generator, localizer_rng: np.random.Generator
-    ) -> None:
+    def reset(self, goal: Pose2D, belief: Belief, generators: Generators) -> None:
         """Start a delivery."""
-        self._localizer.reset(belief, localizer_rng)
+        self._localizer.reset(belief, generators.localizer)
         self.belief, self.stamp = belief, 0.0
-        self.plan = self._make_route(belief.pose, goal, route_rng)
+        self.plan = self._make_route(belief.pose, goal, generators.planner)
         self._goal, self._route = goal, Route(self.plan)
         self.odometry = Odometry(0.0, Pose2D(), Twist2D())
         self._scan = _NO_SCAN

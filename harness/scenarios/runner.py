@@ -17,7 +17,7 @@ from harness.scenarios.scenario import Scenario, load_scenario
 from harness.storage.shipped import resolve, shipped
 from harness.task.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import load_stack
-from harness.task.study import make_generators
+from harness.task.study import make_generators, of_brain
 from harness.world.outcome import ARRIVALS, Rules
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
@@ -108,9 +108,7 @@ def _deliver(
     check_apart(scenario.start, scenario.goal, rules.arrival_radius)
     generators = make_generators(scenario.seed, 0)
     observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
-    navigator.reset(
-        scenario.goal, Belief(scenario.start), generators["planner"], generators["localizer"], generators["controller"]
-    )
+    navigator.reset(scenario.goal, Belief(scenario.start), of_brain(generators))
     body = Body(robot.center, robot.half_size, radius)
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over

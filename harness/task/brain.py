@@ -2,13 +2,11 @@
 
 from typing import Protocol
 
-import numpy as np
-
 from navstack.control.decision import Option
 from navstack.navigation_status import Counts, Status, Trouble
 from navstack.navigator import TickRecord
 from navstack.stopwatch import Latencies
-from navstack.types import Belief, Observation, Path, Pose2D, Track, Twist2D
+from navstack.types import Belief, Generators, Observation, Path, Pose2D, Track, Twist2D
 
 
 class Brain(Protocol):
@@ -59,15 +57,8 @@ class Brain(Protocol):
         """How long planner and controller took, in wall time."""
         return Latencies()
 
-    def reset(
-        self,
-        goal: Pose2D,
-        initial_belief: Belief,
-        rng: np.random.Generator,
-        localizer_rng: np.random.Generator,
-        controller_rng: np.random.Generator,
-    ) -> None:
-        """Start a delivery; all chance is drawn from the generators: in planning from ``rng``, and so on."""
+    def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
+        """Start a delivery; all chance is drawn from the generators."""
         return
 
     def tick(self, observation: Observation) -> Twist2D:

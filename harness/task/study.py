@@ -1,7 +1,7 @@
 """What is to be driven: stacks, map, seeds; checked before anything starts."""
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from harness.task.mission import SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
 from navstack.errors import InputError, UnknownNameError
-from navstack.types import Pose2D
+from navstack.types import Generators, Pose2D
 
 RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
 RECORDS = ("events", "decisions", "full")
@@ -31,6 +31,11 @@ def make_generators(seed: int, episode: int) -> dict[str, np.random.Generator]:
     """One generator per consumer of randomness."""
     children = np.random.SeedSequence(seed, spawn_key=(episode,)).spawn(len(CONSUMERS))
     return {name: np.random.default_rng(child) for name, child in zip(CONSUMERS, children, strict=True)}
+
+
+def of_brain(generators: Mapping[str, np.random.Generator]) -> Generators:
+    """Those of a delivery's generators that its brain draws from."""
+    return Generators(*(generators[name] for name in Generators._fields))
 
 
 @dataclass(frozen=True, slots=True)

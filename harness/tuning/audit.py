@@ -11,11 +11,10 @@ from harness.economics.prices import Prices
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, pushing, timeouts
-from harness.tuning.audit_compute import computing
-from harness.tuning.audit_edges import edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEAST_PAIRS, LEVEL, Check, Evidence
 from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
 from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit_search import computing, edges
 from harness.tuning.result import StudyResult
 
 OF_PARAMETERS = ("compute", "edge")  # checks that look at the search, not at deliveries

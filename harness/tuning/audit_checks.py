@@ -178,7 +178,7 @@ def _mass(pairs: Pairs, threshold: float) -> list[Evidence]:
         return []
     every = [side.touches(of_people=True) for side in pairs.sides]
     soft = [float(each.impulses[each.steps < threshold].sum() / (each.impulses.sum() or 1.0)) for each in every]
-    return [Evidence.unsampled("impulse exchanged with people below the threshold", SHARE, *soft, pairs.n)]
+    return [Evidence.unsampled("impulse exchanged with people below the threshold", SHARE, soft[0], soft[1], pairs.n)]
 
 
 def _mean_where(values: FloatArray, chosen: FloatArray) -> float | None:

@@ -14,7 +14,7 @@ from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.params.nav2_file.file import load_nav2
-from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
+from navstack.types import Belief, Generators, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 TICK = 1.0 / 60.0  # [s]
 SCAN_PERIOD = 6  # [ticks]
@@ -91,7 +91,7 @@ def _drive(
     solid: Solids | np.ndarray | None = None,
     goes_on: bool = False,  # after arrival
 ) -> Drive:
-    navigator.reset(goal, Belief(start), *(np.random.default_rng(seed) for seed in range(3)))
+    navigator.reset(goal, Belief(start), Generators(*(np.random.default_rng(seed) for seed in range(3))))
     pose, twist = start, Twist2D()
     result = Drive(start, seconds)
     for k in range(round(seconds / TICK)):

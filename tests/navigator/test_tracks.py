@@ -7,7 +7,7 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.costmap.occupancy_grid import OccupancyGrid
-from navstack.types import Belief, LaserScan, Observation, Odometry, Pose2D, Twist2D
+from navstack.types import Belief, Generators, LaserScan, Observation, Odometry, Pose2D, Twist2D
 
 START, GOAL = Pose2D(3.0, 2.0), Pose2D(13.0, 2.0)
 
@@ -53,7 +53,7 @@ def test_the_controller_is_told_of_them(room, make, drive, monkeypatch) -> None:
 def test_a_late_scan_counts_from_where_it_was_taken(room, make) -> None:
     """The robot turns; its scan of a post arrives 0.2 s late."""
     navigator, localizer = make(room())
-    navigator.reset(GOAL, Belief(START), *(np.random.default_rng(seed) for seed in range(3)))
+    navigator.reset(GOAL, Belief(START), Generators(*(np.random.default_rng(seed) for seed in range(3))))
     ranges = np.full(360, math.inf)
     ranges[180] = 2.0  # straight ahead
     for k in range(31):

@@ -13,9 +13,9 @@ from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
-from harness.tuning.audit_edges import _p_near, edges
 from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
 from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit_search import _p_near, edges
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
 from harness.tuning.space import Parameter, Space

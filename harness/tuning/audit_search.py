@@ -1,7 +1,8 @@
-"""The auditor's look at the search space: a tuned value at the edge of its range may have its best beyond.
+"""The auditor's checks on the search: what a tuned file computes, and values at the edge of their range.
 
-An alarm needs a trend that goes on to the edge; a value that lies there without one, by chance or because it does not
-matter, is named to be looked at.
+Latency costs nothing in simulation, and a tuned value at an edge may have its best beyond. There an alarm needs a
+trend that goes on to the edge; a value that lies there without one, by chance or because it does not matter, is named
+to be looked at.
 """
 
 import math
@@ -14,6 +15,13 @@ from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.result import StudyResult, TrialTable, least_squares, trial_table
 from harness.tuning.space import Parameter
 
+MOST = 2.0  # times the original's computing
+MULTIPLIES = frozenset(  # parameters that the controller's work per second is proportional to
+    (
+        *("controller_frequency", "vx_samples", "vy_samples", "vtheta_samples", "sim_time"),
+        *("batch_size", "time_steps", "iteration_count"),
+    )
+)
 SPARE = 10  # trials beyond two for each other parameter of the response surface, at least
 NEAR = 0.1  # of a range (in its logarithm where it is so) that is near its edge
 AT_END = 0.03  # of a range: a value so near to its end is for the reader to look at, trend or not
@@ -36,6 +44,25 @@ class Edge:
         """Both by Fisher's method (1932): near for no reason, and no rise either."""
         product = self.p_near * self.p_trend
         return 0.0 if product == 0.0 else product * (1.0 - math.log(product))
+
+
+def computing(study: StudyResult) -> Check:
+    """How much more the tuned file computes per second than the original, by its parameters."""
+    tuned, original = study.incumbent.values, study.original.values
+    factors = {}
+    for parameter in study.space.parameters:
+        for path in parameter.paths:
+            before, after = original.get(path, parameter.original), tuned.get(path)
+            if path.rpartition(".")[2] in MULTIPLIES and _is_amount(before) and _is_amount(after):
+                factors[path] = float(after) / float(before)  # type: ignore[arg-type]
+    times = math.prod(factors.values())
+    return Check(
+        "compute",
+        times > MOST,
+        f"the controller computes {times:.2g} times as much per second by its parameters",
+        (Evidence.unsampled("computing per second", "times", 1.0, times, 1),),
+        is_examined=bool(factors),
+    )
 
 
 def edges(study: StudyResult) -> Check:
@@ -127,3 +154,7 @@ def _evidence(edge: Edge) -> Evidence:
     original = edge.parameter.original
     number = float(original) if isinstance(original, int | float) else None
     return Evidence.unsampled(edge.parameter.name, edge.parameter.unit, number, edge.value, 1, edge.p)
+
+
+def _is_amount(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and value > 0
