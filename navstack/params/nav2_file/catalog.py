@@ -1,16 +1,15 @@
 """Nav2's schema joined with what this program reads of it."""
 
 import dataclasses
-import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
-from navstack.params.nav2_file import bindings
-from navstack.params.registry import nodes
-from navstack.params.registry.block import OPEN, Block, parameter_of
+from navstack.params.registry import bindings, nodes
+from navstack.params.registry.bindings import nested_params, parameter_of
+from navstack.params.registry.block import OPEN, Block
 from navstack.params.registry.entry import Entry, Params
 
 
@@ -110,10 +109,3 @@ def field_names(params: Params | None) -> frozenset[str]:
         if params is not None
         else frozenset()
     )
-
-
-def nested_params(params: Params) -> dict[str, Params]:
-    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
-    hints = typing.get_type_hints(params)
-    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
-    return {**nested, **bindings.NAMED_SECTIONS.get(params, {})}

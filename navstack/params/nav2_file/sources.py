@@ -7,7 +7,7 @@ from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, names_in
 from navstack.params.nav2_file.nodes import COSTMAPS
 from navstack.params.nav2_file.ros_yaml import Entry, Value
-from navstack.params.registry.costmaps import COSTMAP
+from navstack.params.registry.nodes import DEFAULT_LAYERS
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a whole
 
@@ -36,12 +36,11 @@ def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice
 
 def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[_Source]:
     """The sources of the enabled obstacle layers of both costmaps; topics without a leading slash."""
-    defaults = COSTMAP.plugins["plugins"].defaults
     for node in COSTMAPS:
         entries = parameters.get(node, {})
-        layers = names_in(_value(entries, "plugins", list(defaults)))
+        layers = names_in(_value(entries, "plugins", list(DEFAULT_LAYERS)))
         for layer in layers:
-            kind = plugin_type(_value(entries, f"{layer}.plugin", defaults.get(layer, "")))
+            kind = plugin_type(_value(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
             if kind == OBSTACLE_LAYER and _value(entries, f"{layer}.enabled", True):
                 for name in names_in(_value(entries, f"{layer}.observation_sources", "")):
                     yield _source(node, entries, layer, name)

@@ -14,7 +14,7 @@ from navstack.params.costmap import CHOICES, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import Entry, Value, is_placeholder
-from navstack.params.registry.block import parameter_of
+from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
 
 T = TypeVar("T")
