@@ -4,7 +4,7 @@ Each critic has its own dataclass; :class:`MppiParams` holds them under the crit
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from navstack.errors import ParameterError, did_you_mean
@@ -25,11 +25,6 @@ from navstack.params.mppi_critics import (
     VelocityDeadbandParams,
 )
 
-CRITICS = (
-    *("ConstraintCritic", "CostCritic", "GoalAngleCritic", "GoalCritic", "ObstaclesCritic", "PathAlignCritic"),
-    *("PathAngleCritic", "PathFollowCritic", "PreferForwardCritic", "TwirlingCritic", "VelocityDeadbandCritic"),
-    "ExpectedContactCritic",
-)
 OMNI = "Omni"  # drives sideways
 MOTION_MODELS = ("DiffDrive", "Ackermann", OMNI)
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
@@ -137,3 +132,6 @@ class MppiParams:
                 raise ParameterError(f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}")
             if name in self.critics[:i]:
                 raise ParameterError(f"critics: '{name}' stands there twice; name it once and raise its cost_weight")
+
+
+CRITICS = tuple(each.name for each in fields(MppiParams) if each.name.endswith("Critic"))
