@@ -14,9 +14,9 @@ OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a w
 def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
     """Point clouds, and scans of other topics than the first one's; topics without a leading slash."""
     first, notices = "", []
-    for node, source in _sources(parameters):
-        entries = parameters[node]
-        topic = str(value_of(entries, f"{source}.topic", source.rpartition(".")[2])).lstrip("/")
+    for node, layer, name in _sources(parameters):
+        entries, source = parameters[node], f"{layer}.{name}"
+        topic = str(value_of(entries, f"{source}.topic", name)).lstrip("/")
         if value_of(entries, f"{source}.data_type", "LaserScan") == "PointCloud2":
             message = "a PointCloud2 runs on the robot's planar scan"
         elif not first or topic == first:
@@ -29,11 +29,11 @@ def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice
     return notices
 
 
-def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[tuple[str, str]]:
-    """Costmap and dotted name of each source of an enabled obstacle layer."""
+def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[tuple[str, str, str]]:
+    """Costmap, layer and name of each source of an enabled obstacle layer."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
         for layer in names_of(entries, "plugins", DEFAULT_LAYERS):
             kind = plugin_type(value_of(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
             if kind == OBSTACLE_LAYER and value_of(entries, f"{layer}.enabled", True):
-                yield from ((node, f"{layer}.{name}") for name in names_of(entries, f"{layer}.observation_sources"))
+                yield from ((node, layer, name) for name in names_of(entries, f"{layer}.observation_sources"))
