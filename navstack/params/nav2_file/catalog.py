@@ -1,6 +1,5 @@
 """Nav2's schema joined with what this program reads of it."""
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
 from navstack.params.registry import bindings, nodes
-from navstack.params.registry.bindings import nested_params, parameter_of
+from navstack.params.registry.bindings import nested_params
 from navstack.params.registry.block import OPEN, Block
 from navstack.params.registry.entry import Entry, Params
 
@@ -100,12 +99,3 @@ def node_params(name: str) -> Params | None:
 def node_names() -> Iterable[str]:
     """The nodes a Nav2 file may hold."""
     return [*nodes.NODES, *nodes.NODE_ALIASES, *nodes.FOREIGN_NODES]
-
-
-def field_names(params: Params | None) -> frozenset[str]:
-    """The parameters that a dataclass reads."""
-    return (
-        frozenset(parameter_of(field.name) for field in dataclasses.fields(params))
-        if params is not None
-        else frozenset()
-    )

@@ -72,6 +72,11 @@ def parameter_of(field: str) -> str:
     return field.rstrip("_")
 
 
+def field_names(params: Params) -> frozenset[str]:
+    """The parameters and namespaces that the fields of a dataclass hold."""
+    return frozenset(parameter_of(each.name) for each in dataclasses.fields(params))
+
+
 def parameters(params: Params) -> frozenset[str]:
     """The parameters that the fields of a dataclass hold, without those that are namespaces."""
     return frozenset(

@@ -1,5 +1,7 @@
 """Goal checkers, progress checkers and behaviors that run here."""
 
+from collections.abc import Mapping
+
 from navstack.params.behaviors import DriveParams
 from navstack.params.checkers import (
     PoseProgressCheckerParams,
@@ -8,33 +10,31 @@ from navstack.params.checkers import (
     SimpleProgressCheckerParams,
     StoppedGoalCheckerParams,
 )
-from navstack.params.registry.entry import Entry
+from navstack.params.registry.entry import Entry, Family, Params
 from navstack.params.registry.nav2 import family
 
-_GOAL_CHECKERS = {
-    "SimpleGoalChecker": SimpleGoalCheckerParams,
-    "StoppedGoalChecker": StoppedGoalCheckerParams,
-    "PositionGoalChecker": PositionGoalCheckerParams,
-    "SymmetricGoalChecker": SimpleGoalCheckerParams,
-}
-GOAL_CHECKERS = family(
-    "goal_checkers",
+
+def _checkers(kind: str, params: Mapping[str, Params]) -> Family:
+    """The goal or progress checkers, by class; their module is named after the kind."""
+    here = {
+        f"nav2_controller::{name}": Entry(make=f"navstack.control.{kind}:{name}", params=each)
+        for name, each in params.items()
+    }
+    return family(f"{kind}s", here)
+
+
+GOAL_CHECKERS = _checkers(
+    "goal_checker",
     {
-        f"nav2_controller::{name}": Entry(make=f"navstack.control.goal_checker:{name}", params=params)
-        for name, params in _GOAL_CHECKERS.items()
+        "SimpleGoalChecker": SimpleGoalCheckerParams,
+        "StoppedGoalChecker": StoppedGoalCheckerParams,
+        "PositionGoalChecker": PositionGoalCheckerParams,
+        "SymmetricGoalChecker": SimpleGoalCheckerParams,
     },
 )
-
-_PROGRESS_CHECKERS = {
-    "SimpleProgressChecker": SimpleProgressCheckerParams,
-    "PoseProgressChecker": PoseProgressCheckerParams,
-}
-PROGRESS_CHECKERS = family(
-    "progress_checkers",
-    {
-        f"nav2_controller::{name}": Entry(make=f"navstack.control.progress_checker:{name}", params=params)
-        for name, params in _PROGRESS_CHECKERS.items()
-    },
+PROGRESS_CHECKERS = _checkers(
+    "progress_checker",
+    {"SimpleProgressChecker": SimpleProgressCheckerParams, "PoseProgressChecker": PoseProgressCheckerParams},
 )
 
 BEHAVIORS = family(
