@@ -60,7 +60,8 @@ def check(params: Any, whose: str = "", *, finite: bool = False) -> None:
 
 
 @cache
-def _checked_fields(kind: type[Any]) -> tuple[tuple[str, Allowed | None], ...]:
+def _checked_fields(kind: Any) -> tuple[tuple[str, Allowed | None], ...]:
+    """Name of each field of a dataclass, and what it allows beside its type."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple((name, next(iter(getattr(hint, "__metadata__", ())), None)) for name, hint in hints.items())
 
