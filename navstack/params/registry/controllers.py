@@ -37,7 +37,7 @@ DWB_CRITICS = family(
     },
 )
 
-_MPPI_CRITICS = {  # class -> its module, and what it needs
+_MPPI_CRITICS: dict[str, tuple[str, tuple[str, ...]]] = {  # class -> its module, and what it needs
     "ConstraintCritic": ("motion_critics", ()),
     "GoalCritic": ("path_critics", ()),
     "GoalAngleCritic": ("path_critics", ()),
