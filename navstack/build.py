@@ -20,7 +20,6 @@ from navstack.params.collision_monitor import CollisionMonitorParams
 from navstack.params.costmap import robot_footprint
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.extensions import algorithms, localizers
-from navstack.params.nav2_file.bindings import NODES
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import (
     read_behavior_server,
@@ -36,6 +35,7 @@ from navstack.params.nav2_file.views import (
     read_progress_checker,
     read_velocity_smoother,
 )
+from navstack.params.registry.bindings import NODES
 from navstack.params.registry.tasks import BEHAVIORS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from navstack.params.tracker import TrackerParams
 from navstack.planning.cost_to_go import cost_to_go

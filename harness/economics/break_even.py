@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import erfcx, ndtr
 
 from harness.economics.prices import Prices
 from navstack.types import FloatArray
-
-FAR = 20.0  # standard deviations from which the series is exact to 1e-7
 
 
 def break_even_runs(capex_usd: float, contribution_margin: float | None) -> float | None:
@@ -45,25 +44,18 @@ def break_even_probability(runs: float, capex_usd: float, means: FloatArray, dev
     """
     spread = np.where(deviations > 0.0, deviations, 1.0) * np.sqrt(runs)
     above, below = (means * runs - capex_usd) / spread, (means * runs + capex_usd) / spread
-    by_then = 1.0 - _normal_tail(above)
+    by_then = ndtr(above)
     # exp(2 mean capex / variance) times the tail beyond ``below``; what overflows in it cancels where that is positive
     earlier = np.exp(0.5 * np.minimum(below, 0.0) ** 2 - 0.5 * above**2) * _scaled_tail(below)
     certain = means * runs >= capex_usd  # without any spread
     return float(np.where(deviations > 0.0, np.minimum(by_then + earlier, 1.0), certain).mean())
 
 
-def _normal_tail(z: FloatArray) -> FloatArray:
-    """Probability that a standard normal number is above each ``z``, shape of ``z``."""
-    tail: FloatArray = 0.5 * np.array([math.erfc(number) for number in z / math.sqrt(2.0)])
-    return tail
-
-
 def _scaled_tail(z: FloatArray) -> FloatArray:
-    """The same times exp(z^2 / 2) where ``z`` is positive; far out by its asymptotic series (Abramowitz 26.2.12)."""
-    near = np.minimum(z, FAR)
-    far = np.maximum(z, FAR)
-    series = (1.0 - 1.0 / far**2 + 3.0 / far**4) / (far * math.sqrt(2.0 * math.pi))
-    return np.where(z > FAR, series, np.exp(0.5 * np.maximum(near, 0.0) ** 2) * _normal_tail(near))
+    """Probability that a standard normal number is above each ``z``, times exp(z^2 / 2) where that is positive."""
+    positive = np.maximum(z, 0.0)
+    tail: FloatArray = np.where(z > 0.0, 0.5 * erfcx(positive / math.sqrt(2.0)), ndtr(-z))
+    return tail
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,32 +1,30 @@
 """Parameters of AMCL with GPS: what fixes count beside scans. AMCL's own stand in its node; Nav2 has none like this."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import Positive, PositiveInt, check, require
 
 
 @dataclass(frozen=True, slots=True)
 class AmclGpsParams:
     """Node ``amcl_gps``, this program's own."""
 
-    position_std: float = 2.0  # [m] per axis of a fix that states none; stand-alone receivers' data sheets: 2.5 m CEP
-    position_std_floor: float = 0.5  # [m] per axis below which no fix is believed, whatever the receiver reports:
+    position_std: Positive = 2.0  # [m] per axis of a fix that states none; stand-alone receivers' data sheets: 2.5 m
+    # CEP
+    position_std_floor: Positive = 0.5  # [m] per axis below which no fix is believed, whatever the receiver reports:
     # multipath of the code (Joerger & Pervan 2020: that of a satellite at the zenith)
-    correlation_time: float = 10.0  # [s] of a fix's error, same source (10 to 900 s): fixes within it tell little anew
-    degrees_of_freedom: float = 4.0  # [-] of the t-distribution of a fix's error, whose heavy tails make it robust
+    correlation_time: Positive = 10.0  # [s] of a fix's error, same source (10 to 900 s): fixes within it tell little
+    # anew
+    degrees_of_freedom: Positive = 4.0  # [-] of the t-distribution of a fix's error, whose heavy tails make it robust
     # (Lange, Little & Taylor 1989, J. Am. Stat. Assoc.); assumed
-    rejection_threshold: float = 3.717  # [-] Mahalanobis distance beyond which a fix and the belief disagree; 1 of 1000
-    # right fixes is farther off (chi-square, 2)
-    patience: int = 3  # fixes in a row that disagree, after which particles are drawn about the fix
-    recovery_share: float = 0.02  # [-] of the particles that are drawn then, each time
-    recovery_candidates: int = 2000  # poses about the fix of which a scan picks these particles
-    heading_std_floor: float = 0.1  # [rad] of half of these poses about the inertial unit's heading; the rest have any
+    rejection_threshold: Positive = 3.717  # [-] Mahalanobis distance beyond which a fix and the belief disagree; 1 of
+    # 1000 right fixes is farther off (chi-square, 2)
+    patience: PositiveInt = 3  # fixes in a row that disagree, after which particles are drawn about the fix
+    recovery_share: Positive = 0.02  # [-] of the particles that are drawn then, each time
+    recovery_candidates: PositiveInt = 2000  # poses about the fix of which a scan picks these particles
+    heading_std_floor: Positive = 0.1  # [rad] of half of these poses about the inertial unit's heading; the rest have
+    # any
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"amcl_gps: {field.name} {value} must be a number, more than 0")
-        if self.recovery_share > 1.0:
-            raise ParameterError(f"amcl_gps: recovery_share {self.recovery_share} must be at most 1")
+        check(self, "amcl_gps", finite=True)
+        require(self, "recovery_share", self.recovery_share <= 1.0, "at most 1", "amcl_gps")

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
+from navstack.params.checks import NotNegative, Positive, check, one_of, require
 from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.types import FloatArray
 
@@ -63,8 +65,8 @@ class VelocityPolygonParams:
 class PolygonParams:
     """One of the ``polygons``: a zone about the robot, and what obstacles in it do."""
 
-    type: str = ""  # one of SHAPES
-    action_type: str = ""  # one of ACTIONS
+    type: Annotated[str, one_of(SHAPES)] = ""  # one of SHAPES
+    action_type: Annotated[str, one_of(ACTIONS)] = ""  # one of ACTIONS
     enabled: bool = True
     points: str | None = None  # "[[x, y], ...]" in [m], base frame; absent: the footprint of the local costmap
     polygon_sub_topic: str | None = None  # may be that footprint's; no other polygon is published here
@@ -75,12 +77,12 @@ class PolygonParams:
     sources_names: tuple[str, ...] = field(default_factory=tuple)  # observation sources that count; none: all
     min_points: int = 4  # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
     max_points: int | None = None  # older name: one point less than min_points
-    slowdown_ratio: float = 0.5  # [-] of the velocity that slowdown leaves
-    linear_limit: float = 0.5  # [m/s] that limit leaves
-    angular_limit: float = 0.5  # [rad/s]
+    slowdown_ratio: NotNegative = 0.5  # [-] of the velocity that slowdown leaves
+    linear_limit: NotNegative = 0.5  # [m/s] that limit leaves
+    angular_limit: NotNegative = 0.5  # [rad/s]
     limit_keeps_curvature: bool = False  # limit slows all axes alike, as Nav2 main does; False: each for itself
-    time_before_collision: float = 2.0  # [s] that approach looks ahead and keeps
-    simulation_time_step: float = 0.1  # [s] between the places it looks at
+    time_before_collision: Positive = 2.0  # [s] that approach looks ahead and keeps
+    simulation_time_step: Positive = 0.1  # [s] between the places it looks at
 
     def __post_init__(self) -> None:
         if not self.type:
@@ -88,16 +90,11 @@ class PolygonParams:
                 f"type is missing, and without it Nav2's collision monitor does not start; give one of "
                 f"{', '.join(SHAPES)}, or take the zone from polygons"
             )
-        self._require("type", self.type in SHAPES, f"one of {', '.join(SHAPES)}")
-        self._require("action_type", self.action_type in ACTIONS, f"one of {', '.join(ACTIONS)}")
-        for name in ("time_before_collision", "simulation_time_step"):
-            self._require(name, getattr(self, name) > 0.0, "more than 0")
-        for name in ("slowdown_ratio", "linear_limit", "angular_limit"):
-            self._require(name, getattr(self, name) >= 0.0, "0 or more")
+        check(self)
         if self.type == "circle":
-            self._require("radius", self.radius is not None and self.radius > 0.0, "more than 0 for a circle")
+            require(self, "radius", self.radius is not None and self.radius > 0.0, "more than 0 for a circle")
         if self.type == "velocity_polygon":
-            self._require("velocity_polygons", len(self.velocity_polygons) > 0, "the names of one polygon or more")
+            require(self, "velocity_polygons", len(self.velocity_polygons) > 0, "the names of one polygon or more")
         if self.type == "polygon":
             self._check_polygon()
 
@@ -116,24 +113,19 @@ class PolygonParams:
             parse_polygon(self.points)
         elif self.action_type != "approach":
             is_footprint = self.polygon_sub_topic is not None and "footprint" in self.polygon_sub_topic
-            self._require("polygon_sub_topic", is_footprint, "a footprint's topic where 'points' are absent")
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise ParameterError(f"{name} '{getattr(self, name)}' must be {allowed}")
+            require(self, "polygon_sub_topic", is_footprint, "a footprint's topic where 'points' are absent")
 
 
 @dataclass(frozen=True, slots=True)
 class MonitorSourceParams:
     """One of the ``observation_sources``. A ``scan`` or ``pointcloud`` reads the robot's one scan; others are unfed."""
 
-    type: str = "scan"
+    type: Annotated[str, one_of(SCAN_SOURCES + OTHER_SOURCES)] = "scan"
     enabled: bool = True
     source_timeout: float | None = None  # [s] absent: the monitor's own
 
     def __post_init__(self) -> None:
-        if self.type not in SCAN_SOURCES + OTHER_SOURCES:
-            raise ParameterError(f"type '{self.type}' must be one of {', '.join(SCAN_SOURCES + OTHER_SOURCES)}")
+        check(self)
 
     @property
     def reads_scan(self) -> bool:

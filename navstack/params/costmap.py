@@ -12,6 +12,7 @@ import numpy as np
 
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
+from navstack.params.checks import NotNegative, NotNegativeInt, Positive, check
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.nav2_file.vertices import parse_vertices
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
@@ -39,19 +40,16 @@ class ObservationSourceParams:
 
     marking: bool = True
     clearing: bool = False
-    obstacle_max_range: float = 2.5  # [m] farther returns do not mark
-    obstacle_min_range: float = 0.0  # [m] nearer returns do not mark
-    raytrace_max_range: float = 3.0  # [m] beams clear up to here
-    raytrace_min_range: float = 0.0  # [m] beams clear from here
+    obstacle_max_range: NotNegative = 2.5  # [m] farther returns do not mark
+    obstacle_min_range: NotNegative = 0.0  # [m] nearer returns do not mark
+    raytrace_max_range: NotNegative = 3.0  # [m] beams clear up to here
+    raytrace_min_range: NotNegative = 0.0  # [m] beams clear from here
     inf_is_valid: bool = False  # a beam without return clears (as if it ended at range_max); False: it says nothing
-    observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
-    expected_update_rate: float = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
+    observation_persistence: NotNegative = 0.0  # [s] scans are applied again for so long; 0: the newest only
+    expected_update_rate: NotNegative = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
 
     def __post_init__(self) -> None:
-        for name in ("obstacle_max_range", "obstacle_min_range", "raytrace_max_range", "raytrace_min_range"):
-            _require_not_negative(f"observation source: {name}", getattr(self, name))
-        _require_not_negative("observation source: observation_persistence", self.observation_persistence)
-        _require_not_negative("observation source: expected_update_rate", self.expected_update_rate)
+        check(self, "observation source")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +78,15 @@ class InflationLayerParams:
     """``inflation_layer.cpp``."""
 
     enabled: bool = True
-    inflation_radius: float = 0.55  # [m]
-    cost_scaling_factor: float = 10.0  # [1/m] how fast the cost falls beyond the inscribed radius
+    inflation_radius: NotNegative = 0.55  # [m]
+    cost_scaling_factor: NotNegative = 10.0  # [1/m] how fast the cost falls beyond the inscribed radius
     inflate_unknown: bool = False  # unknown cells take any cost > 0; False: only 253 and more
     inflate_around_unknown: bool = False  # unknown cells inflate as obstacles do
-    distance_steps: int = 0  # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0: exact
+    distance_steps: NotNegativeInt = 0  # [1/cell] Nav2 main rounds distances to so many steps per cell (100 there); 0:
+    # exact
 
     def __post_init__(self) -> None:
-        _require_not_negative("inflation_radius", self.inflation_radius)
-        _require_not_negative("cost_scaling_factor", self.cost_scaling_factor)
-        _require_not_negative("distance_steps", self.distance_steps)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,13 +124,13 @@ def _default_layers() -> dict[str, LayerParams]:
 class CostmapParams:
     """``local_costmap`` or ``global_costmap`` (``costmap_2d_ros.cpp``)."""
 
-    width: float = 5.0  # [m] of a costmap without a static layer, and of every rolling one
-    height: float = 5.0  # [m]
-    resolution: float = 0.1  # [m/cell]; a fixed costmap with a static layer takes the map's
+    width: Positive = 5.0  # [m] of a costmap without a static layer, and of every rolling one
+    height: Positive = 5.0  # [m]
+    resolution: Positive = 0.1  # [m/cell]; a fixed costmap with a static layer takes the map's
     origin_x: float = 0.0  # [m] of the lower left corner while nothing else sets it
     origin_y: float = 0.0  # [m]
     rolling_window: bool = False  # the costmap moves with the robot
-    update_frequency: float = 5.0  # [Hz]
+    update_frequency: Positive = 5.0  # [Hz]
     footprint: str = "[]"  # "[[x, y], ...]" in [m]; "[]": a circle of robot_radius
     robot_radius: float = 0.1  # [m]
     footprint_padding: float = 0.01  # [m] added to each vertex
@@ -148,8 +145,7 @@ class CostmapParams:
     layers: Mapping[str, LayerParams] = field(default_factory=_default_layers)
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "resolution", "update_frequency"):
-            _require_positive(name, getattr(self, name))
+        check(self)
         for name in (*self.plugins, *self.filters):
             if name not in self.layers:
                 raise ParameterError(f"costmap plugin '{name}' is not described; described: {', '.join(self.layers)}")
@@ -188,13 +184,3 @@ def _take_choice(params: object, name: str) -> None:
     known, usual = CHOICES[name]
     if getattr(params, name) not in known:
         object.__setattr__(params, name, usual)
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not value > 0.0:
-        raise ParameterError(f"costmap {name} {value} is not positive")
-
-
-def _require_not_negative(name: str, value: float) -> None:
-    if not value >= 0.0:
-        raise ParameterError(f"{name} {value} is negative; 0 or more is allowed")

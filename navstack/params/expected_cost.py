@@ -1,19 +1,11 @@
 """Parameters of the controller that minimises expected dollars (this project's own plugin)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.params.checks import check_signs, require
+from navstack.params.checks import NotNegative, Positive, check, require, within
 
 _WHOSE = "expected-cost controller"
-_POSITIVE = """
-    max_speed max_acceleration max_deceleration max_yaw_rate max_yaw_acceleration max_lateral_acceleration step cell
-    turn_gain caution_time squeeze_width lateness_std time_limit replan_length_ratio clearance_period speed_std
-    unsure_std impatience_time
-"""
-_NOT_NEGATIVE = """
-    max_reverse_speed second_usd late_usd touch_usd squeeze_usd wall_usd inside_usd shake_usd alarm_usd switch_usd
-    switch_share position_std drift_std standing_std turning_std wall_std counted_speed range corridor
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,59 +26,59 @@ class ExpectedCostParams:
     controller for a simulated study hands it the prices of that study instead.
     """
 
-    max_speed: float = 2.0  # [m/s] a runner's pace
-    max_reverse_speed: float = 2.0  # [m/s] 0: it never reverses
-    max_acceleration: float = 1.8  # [m/s2] speeding up
-    max_deceleration: float = 2.5  # [m/s2] slowing down: Nav2's velocity smoother passes no more
-    max_yaw_rate: float = 1.8  # [rad/s]
-    max_yaw_acceleration: float = 3.2  # [rad/s2] what Nav2's velocity smoother passes
-    max_lateral_acceleration: float = 1.5  # [m/s2] speed times yaw rate
+    max_speed: Positive = 2.0  # [m/s] a runner's pace
+    max_reverse_speed: NotNegative = 2.0  # [m/s] 0: it never reverses
+    max_acceleration: Positive = 1.8  # [m/s2] speeding up
+    max_deceleration: Positive = 2.5  # [m/s2] slowing down: Nav2's velocity smoother passes no more
+    max_yaw_rate: Positive = 1.8  # [rad/s]
+    max_yaw_acceleration: Positive = 3.2  # [rad/s2] what Nav2's velocity smoother passes
+    max_lateral_acceleration: Positive = 1.5  # [m/s2] speed times yaw rate
 
-    steps: int = 36  # of a motion
-    step: float = 0.12  # [s]
-    cell: float = 0.2  # [m] of the cost-to-go field
-    turn_gain: float = 2.5  # [1/s] yaw rate wanted per angle off the field's descent
-    max_tracks: int = 8  # people that are looked at, the nearest
-    range: float = 12.0  # [m] up to which they are looked at
-    replan_length_ratio: float = 1.3  # plan over field's way from which on the field is made anew
-    corridor: float = 0.0  # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
-    clearance_period: float = 0.2  # [s] between two looks at the local costmap
+    steps: Annotated[int, within(2, 200)] = 36  # of a motion
+    step: Positive = 0.12  # [s]
+    cell: Positive = 0.2  # [m] of the cost-to-go field
+    turn_gain: Positive = 2.5  # [1/s] yaw rate wanted per angle off the field's descent
+    max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
+    range: NotNegative = 12.0  # [m] up to which they are looked at
+    replan_length_ratio: Positive = 1.3  # plan over field's way from which on the field is made anew
+    corridor: NotNegative = 0.0  # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
+    clearance_period: Positive = 0.2  # [s] between two looks at the local costmap
     evades_at_rest: bool = True  # gives way also while it stands, after arrival, and where Nav2 would recover
 
     contact_usd: tuple[float, ...] = (31.3, 31.3, 37.0, 44.1, 52.9, 64.1)  # [USD] of a counted contact at a closing
     # speed of 0, 1, .. m/s: injury curves of Wang 2022 times NHTSA's costs; slower than counted, as at counted_speed
-    counted_speed: float = 1.0  # [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
-    speed_std: float = 0.2  # [m/s] of the predicted closing speed
-    touch_usd: float = 15.0  # [USD] what follows a touch of any kind: spilt food, a push into something
-    squeeze_usd: float = 40.0  # [USD] what a touch costs more between a person and a wall
-    squeeze_width: float = 0.6  # [m] to the wall at which that begins
-    wall_usd: float = 60.0  # [USD] of hitting property or leaving the walkable ground
-    inside_usd: float = 30.0  # [USD/(m s)] being in somebody's or something's place: what shows the way out
-    shake_usd: float = 0.03  # [USD s3/m2] of acceleration, forward and to the side: what it spills
-    second_usd: float = 0.15  # [USD/s] of delay: as long as it is under way, people run into the robot
-    impatience_time: float = 20.0  # [s] without progress that double the price of a second
-    late_usd: float = 6.98  # [USD] of being late: the fee not earned, and paid back
-    time_limit: float = 241.0  # [s] after which the delivery is late
-    lateness_std: float = 20.0  # [s] of the time that the rest of the way takes
-    caution_time: float = 6.0  # [s] over which what may happen falls to 1/e: the robot decides anew until then
-    alarm_usd: float = 0.03  # [USD] of risk from which on all motions are compared, not the few of an empty street
+    counted_speed: NotNegative = 1.0  # [m/s] closing speed from which on a contact counts: 50 N s over 50 kg
+    speed_std: Positive = 0.2  # [m/s] of the predicted closing speed
+    touch_usd: NotNegative = 15.0  # [USD] what follows a touch of any kind: spilt food, a push into something
+    squeeze_usd: NotNegative = 40.0  # [USD] what a touch costs more between a person and a wall
+    squeeze_width: Positive = 0.6  # [m] to the wall at which that begins
+    wall_usd: NotNegative = 60.0  # [USD] of hitting property or leaving the walkable ground
+    inside_usd: NotNegative = 30.0  # [USD/(m s)] being in somebody's or something's place: what shows the way out
+    shake_usd: NotNegative = 0.03  # [USD s3/m2] of acceleration, forward and to the side: what it spills
+    second_usd: NotNegative = 0.15  # [USD/s] of delay: as long as it is under way, people run into the robot
+    impatience_time: Positive = 20.0  # [s] without progress that double the price of a second
+    late_usd: NotNegative = 6.98  # [USD] of being late: the fee not earned, and paid back
+    time_limit: Positive = 241.0  # [s] after which the delivery is late
+    lateness_std: Positive = 20.0  # [s] of the time that the rest of the way takes
+    caution_time: Positive = 6.0  # [s] over which what may happen falls to 1/e: the robot decides anew until then
+    alarm_usd: NotNegative = 0.03  # [USD] of risk from which on all motions are compared, not the few of an empty
+    # street
 
-    switch_usd: float = 0.03  # [USD] by which another motion must be cheaper than the one under way ..
-    switch_share: float = 0.3  # .. and by this share of what people and walls make of that one's cost
+    switch_usd: NotNegative = 0.03  # [USD] by which another motion must be cheaper than the one under way ..
+    switch_share: NotNegative = 0.3  # .. and by this share of what people and walls make of that one's cost
 
-    position_std: float = 0.1  # [m] of a person's predicted place, beside the track's covariance
-    drift_std: float = 0.1  # [m/s] by which that grows
-    standing_std: float = 0.3  # [m/s] the same of who stands: they may set out
+    position_std: NotNegative = 0.1  # [m] of a person's predicted place, beside the track's covariance
+    drift_std: NotNegative = 0.1  # [m/s] by which that grows
+    standing_std: NotNegative = 0.3  # [m/s] the same of who stands: they may set out
     standing_speed: float = 0.3  # [m/s] up to which a person stands
-    turning_std: float = 0.6  # [m/s] the same from where somebody reaches the edge of the walkable ground and turns
-    corner_weight: float = 0.3  # of each of the two turns that are expected round a convex corner; 0: none
-    unsure_std: float = 0.3  # [m] of the believed place at which the robot drives half as fast
-    wall_std: float = 0.03  # [m] of the distance to what does not move
+    turning_std: NotNegative = 0.6  # [m/s] the same from where somebody reaches the edge of the walkable ground and
+    # turns
+    corner_weight: Annotated[float, within(0.0, 0.5)] = 0.3  # of each of the two turns that are expected round a convex
+    # corner; 0: none
+    unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast
+    wall_std: NotNegative = 0.03  # [m] of the distance to what does not move
 
     def __post_init__(self) -> None:
-        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
-        require(self, "steps", 2 <= self.steps <= 200, "2 to 200", _WHOSE)
-        require(self, "max_tracks", 1 <= self.max_tracks <= 50, "1 to 50", _WHOSE)
-        require(self, "corner_weight", 0.0 <= self.corner_weight <= 0.5, "0 to 0.5", _WHOSE)
+        check(self, _WHOSE)
         require(self, "contact_usd", len(self.contact_usd) >= 2, "a list of two prices or more", _WHOSE)
         require(self, "contact_usd", min(self.contact_usd) >= 0.0, "0 or more each", _WHOSE)

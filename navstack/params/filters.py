@@ -4,8 +4,9 @@ A filter's ``filter_info_topic`` names a costmap_filter_info_server; its ``mask_
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.errors import ParameterError
+from navstack.params.checks import check, within
 
 KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2  # values of a filter info's type (filter_values.hpp)
 MAX_NON_OBSTACLE = 252  # highest cost at which the robot's centre may be
@@ -18,11 +19,10 @@ class KeepoutFilterParams:
     enabled: bool = True
     filter_info_topic: str = ""  # of the costmap_filter_info_server that tells where the mask is
     override_lethal_cost: bool = False  # a robot inside a lethal zone sees the mask at a cost that lets it drive out
-    lethal_override_cost: int = MAX_NON_OBSTACLE  # that cost
+    lethal_override_cost: Annotated[int, within(0, MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE  # that cost
 
     def __post_init__(self) -> None:
-        if not 0 <= self.lethal_override_cost <= MAX_NON_OBSTACLE:
-            raise ParameterError(f"lethal_override_cost {self.lethal_override_cost} is not 0 to {MAX_NON_OBSTACLE}")
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,11 @@
 """Parameters of the jerk-limited model predictive controller (this project's own plugin)."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from navstack.params.checks import check_signs, require
+from navstack.params.checks import NotNegative, Positive, check, require, within
 
 _WHOSE = "jerk-limited MPC"
-_POSITIVE = """
-    max_speed max_yaw_rate max_acceleration max_deceleration max_yaw_acceleration max_jerk max_yaw_jerk
-    max_lateral_acceleration step inflation_cost_scaling_factor
-"""
-_NOT_NEGATIVE = """
-    obstacle_margin person_margin uncertainty_gain max_uncertainty max_lag passing_bias turn_threshold
-    velocity_mismatch contour_weight lag_weight heading_weight speed_weight yaw_acceleration_weight lateral_weight
-    obstacle_weight person_weight jerk_weight yaw_jerk_weight
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,48 +18,46 @@ class MpcParams:
     uncomfortable (de Winkel et al., Applied Ergonomics 2023): the jerk limit is the standard's, acceleration lower.
     """
 
-    max_speed: float = 2.0  # [m/s] a runner's pace, as for regulated pure pursuit
-    max_yaw_rate: float = 1.2  # [rad/s] as for DWB
-    max_acceleration: float = 1.5  # [m/s2] speeding up
-    max_deceleration: float = 2.5  # [m/s2] slowing down: Nav2's velocity smoother passes no more
-    max_yaw_acceleration: float = 2.5  # [rad/s2] as for DWB's turns
-    max_jerk: float = 5.0  # [m/s3]
-    max_yaw_jerk: float = 10.0  # [rad/s3] full yaw acceleration within 0.25 s
-    max_lateral_acceleration: float = 1.3  # [m/s2] speed times yaw rate
+    max_speed: Positive = 2.0  # [m/s] a runner's pace, as for regulated pure pursuit
+    max_yaw_rate: Positive = 1.2  # [rad/s] as for DWB
+    max_acceleration: Positive = 1.5  # [m/s2] speeding up
+    max_deceleration: Positive = 2.5  # [m/s2] slowing down: Nav2's velocity smoother passes no more
+    max_yaw_acceleration: Positive = 2.5  # [rad/s2] as for DWB's turns
+    max_jerk: Positive = 5.0  # [m/s3]
+    max_yaw_jerk: Positive = 10.0  # [rad/s3] full yaw acceleration within 0.25 s
+    max_lateral_acceleration: Positive = 1.3  # [m/s2] speed times yaw rate
 
     solver: str = "casadi"  # the only one: Gauss-Newton SQP with HPIPM
     generated_code: bool = True  # casadi: compile generated C where there is a compiler; False: CasADi's own machine
-    horizon: int = 30  # steps; the first lasts one control period, each of the others ``step``
-    step: float = 0.1  # [s]
-    max_tracks: int = 8  # people that are looked at, the nearest
-    footprint_circles: int = 3  # that cover the footprint
+    horizon: Annotated[int, within(2, 100)] = 30  # steps; the first lasts one control period, each of the others
+    # ``step``
+    step: Positive = 0.1  # [s]
+    max_tracks: Annotated[int, within(1, 50)] = 8  # people that are looked at, the nearest
+    footprint_circles: Annotated[int, within(1, 10)] = 3  # that cover the footprint
 
-    obstacle_margin: float = 0.25  # [m] to static obstacles that costs nothing
-    person_margin: float = 0.3  # [m] to people that costs nothing
-    uncertainty_gain: float = 1.0  # [-] standard deviations of the prediction by which people grow
-    max_uncertainty: float = 0.3  # [m] by which they grow at most
-    inflation_cost_scaling_factor: float = 3.0  # [1/m] that of the local inflation layer: turns costs into distances
-    passing_bias: float = (
-        0.1  # [m] people are thought to be this much farther where they cross to, or else farther left
-    )
-    max_lag: float = 2.0  # [m] by which the wanted progress may pull ahead of the predicted one
-    turn_threshold: float = 0.8  # [rad] off the path's direction from which on it turns on the spot
-    velocity_mismatch: float = 0.6  # [m/s] or [rad/s] between command and odometry from which on odometry is believed
+    obstacle_margin: NotNegative = 0.25  # [m] to static obstacles that costs nothing
+    person_margin: NotNegative = 0.3  # [m] to people that costs nothing
+    uncertainty_gain: NotNegative = 1.0  # [-] standard deviations of the prediction by which people grow
+    max_uncertainty: NotNegative = 0.3  # [m] by which they grow at most
+    inflation_cost_scaling_factor: Positive = 3.0  # [1/m] that of the local inflation layer: turns costs into distances
+    passing_bias: NotNegative = 0.1  # [m] by which people are thought to be farther where they cross to, else farther
+    # left
+    max_lag: NotNegative = 2.0  # [m] by which the wanted progress may pull ahead of the predicted one
+    turn_threshold: NotNegative = 0.8  # [rad] off the path's direction from which on it turns on the spot
+    velocity_mismatch: NotNegative = 0.6  # [m/s] or [rad/s] between command and odometry from which on odometry is
+    # believed
 
-    contour_weight: float = 1.0  # [1/m2] distance beside the path
-    lag_weight: float = 4.0  # [1/m2] behind the wanted progress
-    heading_weight: float = 1.0  # [1/rad2] off the path's direction
-    speed_weight: float = 0.5  # [s2/m2] off the wanted speed
-    yaw_acceleration_weight: float = 0.05  # [s4/rad2]
-    lateral_weight: float = 100.0  # [s4/m2] above the lateral limit; the output keeps it strictly
-    obstacle_weight: float = 200.0  # [1/m2] into the margin of static obstacles
-    person_weight: float = 100.0  # [1/m2] into the margin of people
-    jerk_weight: float = 0.01  # [s6/m2] off the jerk of the wanted progress
-    yaw_jerk_weight: float = 0.002  # [s6/rad2]
+    contour_weight: NotNegative = 1.0  # [1/m2] distance beside the path
+    lag_weight: NotNegative = 4.0  # [1/m2] behind the wanted progress
+    heading_weight: NotNegative = 1.0  # [1/rad2] off the path's direction
+    speed_weight: NotNegative = 0.5  # [s2/m2] off the wanted speed
+    yaw_acceleration_weight: NotNegative = 0.05  # [s4/rad2]
+    lateral_weight: NotNegative = 100.0  # [s4/m2] above the lateral limit; the output keeps it strictly
+    obstacle_weight: NotNegative = 200.0  # [1/m2] into the margin of static obstacles
+    person_weight: NotNegative = 100.0  # [1/m2] into the margin of people
+    jerk_weight: NotNegative = 0.01  # [s6/m2] off the jerk of the wanted progress
+    yaw_jerk_weight: NotNegative = 0.002  # [s6/rad2]
 
     def __post_init__(self) -> None:
-        check_signs(self, _POSITIVE, _NOT_NEGATIVE, _WHOSE)
+        check(self, _WHOSE)
         require(self, "solver", self.solver == "casadi", "casadi, the only solver; set it so, or leave it out", _WHOSE)
-        require(self, "horizon", 2 <= self.horizon <= 100, "2 to 100", _WHOSE)
-        require(self, "max_tracks", 1 <= self.max_tracks <= 50, "1 to 50", _WHOSE)
-        require(self, "footprint_circles", 1 <= self.footprint_circles <= 10, "1 to 10", _WHOSE)

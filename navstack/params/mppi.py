@@ -4,10 +4,11 @@ Each critic has its own dataclass; :class:`MppiParams` holds them under the crit
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Annotated
 
 from navstack.errors import ParameterError, did_you_mean
-from navstack.params.checks import check_ranges, require
+from navstack.params.checks import Allowed, check, one_of, require, within
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.expected_contact import MppiContactParams
 from navstack.params.mppi_critics import (
@@ -24,52 +25,25 @@ from navstack.params.mppi_critics import (
     VelocityDeadbandParams,
 )
 
-CRITICS = (
-    *("ConstraintCritic", "CostCritic", "GoalAngleCritic", "GoalCritic", "ObstaclesCritic", "PathAlignCritic"),
-    *("PathAngleCritic", "PathFollowCritic", "PreferForwardCritic", "TwirlingCritic", "VelocityDeadbandCritic"),
-    "ExpectedContactCritic",
-)
 OMNI = "Omni"  # drives sideways
 MOTION_MODELS = ("DiffDrive", "Ackermann", OMNI)
 MOST_POSES = 4_000_000  # of all trajectories in a cycle; Nav2's defaults make 56,000
 
 # Least and most of each parameter, far beyond any sensible value: outside, float32 costs over- or underflow, the robot
 # cannot move or brake, or a cycle does not end.
-_ACCELERATIONS = (1e-3, 1e3)
-_RANGES = {
-    "batch_size": (1, MOST_POSES),
-    "time_steps": (2, MOST_POSES),
-    "model_dt": (1e-3, 1.0),
-    "iteration_count": (1, 1000),
-    "vx_std": (1e-3, 1e3),
-    "vy_std": (0.0, 1e3),
-    "wz_std": (1e-3, 1e3),
-    "vx_max": (1e-3, 100.0),
-    "vx_min": (-100.0, 100.0),
-    "vy_max": (0.0, 100.0),
-    "wz_max": (1e-3, 100.0),
-    "ax_max": _ACCELERATIONS,
-    "ay_max": _ACCELERATIONS,
-    "az_max": _ACCELERATIONS,
-    "temperature": (1e-6, 1e6),
-    "gamma": (0.0, 1e3),
-    "retry_attempt_limit": (0, 100),
-    "reset_period": (0.0, 1e6),
-    "prune_distance": (0.01, 1e4),
-    "max_robot_pose_search_dist": (-1e6, 1e6),
-    "inversion_xy_tolerance": (0.0, 1e4),
-    "inversion_yaw_tolerance": (0.0, 1e4),
-}
+LEAST_STD = 1e-3  # of noise that makes samples differ
+Acceleration = Annotated[float, within(1e-3, 1e3)]
+Braking = Annotated[float, Allowed("0.001 to 1000, either sign", lambda value: 1e-3 <= abs(value) <= 1e3)]
 
 
 @dataclass(frozen=True, slots=True)
 class AckermannParams:
     """``AckermannConstraints``."""
 
-    min_turning_r: float = 0.2  # [m] least radius of a curve
+    min_turning_r: Annotated[float, within(0.0, 1e4)] = 0.2  # [m] least radius of a curve
 
     def __post_init__(self) -> None:
-        check_ranges(self, {"min_turning_r": (0.0, 1e4)})
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,35 +66,38 @@ class MppiParams:
     """``nav2_mppi_controller::MPPIController`` (``optimizer.cpp``, ``path_handler.cpp``, ``controller.cpp``)."""
 
     critics: tuple[str, ...] = ()  # at least one; with none, as Nav2 allows, nothing is preferred to anything
-    motion_model: str = "DiffDrive"  # or Ackermann, Omni
-    batch_size: int = 1000  # trajectories compared
-    time_steps: int = 56  # poses of a trajectory
-    model_dt: float = 0.05  # [s] between poses; not less than a control period
-    iteration_count: int = 1  # updates of the sequence per cycle
-    vx_std: float = 0.2  # [m/s] of the noise
-    vy_std: float = 0.2  # [m/s] of a robot that drives sideways
-    wz_std: float = 0.4  # [rad/s] of the noise
-    vx_max: float = 0.5  # [m/s]
-    vx_min: float = -0.35  # [m/s] negative: it may drive backwards
-    vy_max: float = 0.5  # [m/s] of a robot that drives sideways; ConstraintCritic adds it for every robot
-    wz_max: float = 1.9  # [rad/s]
-    ax_max: float = 3.0  # [m/s2] speeding up
-    ax_min: float = -3.0  # [m/s2] slowing down; a positive value is taken as a negative one
-    ay_max: float = 3.0  # [m/s2] to the left
-    ay_min: float = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
-    az_max: float = 3.5  # [rad/s2]
-    temperature: float = 0.3  # [-] small: the cheapest trajectory alone counts; large: all count alike
-    gamma: float = 0.015  # [-] how much a sample's distance from the last sequence costs
-    retry_attempt_limit: int = 1  # more attempts with a forgotten sequence and new noise where all trajectories collide
+    motion_model: Annotated[str, one_of(MOTION_MODELS)] = "DiffDrive"  # or Ackermann, Omni
+    batch_size: Annotated[int, within(1, MOST_POSES)] = 1000  # trajectories compared
+    time_steps: Annotated[int, within(2, MOST_POSES)] = 56  # poses of a trajectory
+    model_dt: Annotated[float, within(1e-3, 1.0)] = 0.05  # [s] between poses; not less than a control period
+    iteration_count: Annotated[int, within(1, 1000)] = 1  # updates of the sequence per cycle
+    vx_std: Annotated[float, within(LEAST_STD, 1e3)] = 0.2  # [m/s] of the noise
+    vy_std: Annotated[float, within(0.0, 1e3)] = 0.2  # [m/s] of a robot that drives sideways
+    wz_std: Annotated[float, within(LEAST_STD, 1e3)] = 0.4  # [rad/s] of the noise
+    vx_max: Annotated[float, within(1e-3, 100.0)] = 0.5  # [m/s]
+    vx_min: Annotated[float, within(-100.0, 100.0)] = -0.35  # [m/s] negative: it may drive backwards
+    vy_max: Annotated[float, within(0.0, 100.0)] = 0.5  # [m/s] of a robot that drives sideways; ConstraintCritic adds
+    # it for every robot
+    wz_max: Annotated[float, within(1e-3, 100.0)] = 1.9  # [rad/s]
+    ax_max: Acceleration = 3.0  # [m/s2] speeding up
+    ax_min: Braking = -3.0  # [m/s2] slowing down; a positive value is taken as a negative one
+    ay_max: Acceleration = 3.0  # [m/s2] to the left
+    ay_min: Braking = -3.0  # [m/s2] to the right; a positive value is taken as a negative one
+    az_max: Acceleration = 3.5  # [rad/s2]
+    temperature: Annotated[float, within(1e-6, 1e6)] = 0.3  # [-] small: the cheapest trajectory alone counts; large:
+    # all count alike
+    gamma: Annotated[float, within(0.0, 1e3)] = 0.015  # [-] how much a sample's distance from the last sequence costs
+    retry_attempt_limit: Annotated[int, within(0, 100)] = 1  # more attempts with a forgotten sequence and new noise
+    # where all trajectories collide
     regenerate_noises: bool = False  # new noise for every update; False: the same from reset to reset
-    reset_period: float = 1.0  # [s] without a cycle, after which the sequence is forgotten
+    reset_period: Annotated[float, within(0.0, 1e6)] = 1.0  # [s] without a cycle, after which the sequence is forgotten
 
-    prune_distance: float = 1.5  # [m] of the path ahead that the critics see
-    max_robot_pose_search_dist: float | None = None  # [m] along the path in which the robot is looked for
-    # (absent: half the local costmap's longer side)
+    prune_distance: Annotated[float, within(0.01, 1e4)] = 1.5  # [m] of the path ahead that the critics see
+    max_robot_pose_search_dist: Annotated[float | None, within(-1e6, 1e6)] = None  # [m] along the path in which the
+    # robot is looked for (absent: half the local costmap's longer side)
     enforce_path_inversion: bool = False  # show the critics the path up to its next cusp only
-    inversion_xy_tolerance: float = 0.2  # [m] to the cusp, within which it is passed
-    inversion_yaw_tolerance: float = 0.4  # [rad]
+    inversion_xy_tolerance: Annotated[float, within(0.0, 1e4)] = 0.2  # [m] to the cusp, within which it is passed
+    inversion_yaw_tolerance: Annotated[float, within(0.0, 1e4)] = 0.4  # [rad]
 
     AckermannConstraints: AckermannParams = field(default_factory=AckermannParams)
     ConstraintCritic: ConstraintParams = field(default_factory=ConstraintParams)
@@ -138,14 +115,10 @@ class MppiParams:
     local_costs: LocalCosts = field(default_factory=LocalCosts)  # read from the local costmap's section
 
     def __post_init__(self) -> None:
-        check_ranges(self, _RANGES)
-        least, most = _ACCELERATIONS
-        for name in ("ax_min", "ay_min"):
-            require(self, name, least <= abs(getattr(self, name)) <= most, f"{least:g} to {most:g}, either sign")
-        least, _ = _RANGES["vx_std"]
-        require(self, "vy_std", self.motion_model != OMNI or self.vy_std >= least, f"{least:g} or more with {OMNI}")
+        check(self)
+        varies = self.motion_model != OMNI or self.vy_std >= LEAST_STD
+        require(self, "vy_std", varies, f"{LEAST_STD:g} or more with {OMNI}")
         require(self, "vx_max", self.vx_max > self.vx_min, f"more than vx_min ({self.vx_min})")
-        require(self, "motion_model", self.motion_model in MOTION_MODELS, f"one of {', '.join(MOTION_MODELS)}")
         poses = self.batch_size * self.time_steps * self.iteration_count
         if poses > MOST_POSES:
             raise ParameterError(
@@ -159,3 +132,6 @@ class MppiParams:
                 raise ParameterError(f"critics: '{name}' is not available here{did_you_mean(name, CRITICS)}")
             if name in self.critics[:i]:
                 raise ParameterError(f"critics: '{name}' stands there twice; name it once and raise its cost_weight")
+
+
+CRITICS = tuple(each.name for each in fields(MppiParams) if each.name.endswith("Critic"))

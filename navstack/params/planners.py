@@ -1,8 +1,10 @@
 """Parameters of the global planners, under Nav2's names where Nav2 has them."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from navstack.errors import ParameterError, UnknownNameError
+from navstack.params.checks import NotNegative, NotNegativeInt, Positive, PositiveInt, check, within
 
 OMPL_ALGORITHMS = ("BITstar", "FMT", "InformedRRTstar", "PRMstar", "RRTConnect", "RRTstar")
 STATE_SPACES = ("R2", "SE2")
@@ -13,27 +15,26 @@ SE2_ALGORITHMS = ("RRTConnect", "RRTstar")  # the others take it that a way back
 class NavfnParams:
     """nav2_navfn_planner::NavfnPlanner; the defaults are Nav2's."""
 
-    tolerance: float = 0.5  # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
+    tolerance: NotNegative = 0.5  # [m] an unreachable goal may be replaced by a reachable point this near (per axis)
     use_astar: bool = False  # A* explores less and is not optimal; False: Dijkstra
     allow_unknown: bool = True  # plan through unknown cells, at the highest cost
     use_final_approach_orientation: bool = False  # the last pose looks along the path instead of along the goal
 
     def __post_init__(self) -> None:
-        _require_not_negative("tolerance", self.tolerance)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
 class IncrementalNavfnParams:
     """navstack::IncrementalNavfn: NavFn's field, kept between plans to the same goal."""
 
-    tolerance: float = 0.5  # [m] as in NavfnParams
+    tolerance: NotNegative = 0.5  # [m] as in NavfnParams
     allow_unknown: bool = True  # as in NavfnParams
     use_final_approach_orientation: bool = False  # as in NavfnParams
-    change_radius: float = 20.0  # [m] about the robot, per axis, where the costmap may change between two plans
+    change_radius: NotNegative = 20.0  # [m] about the robot, per axis, where the costmap may change between two plans
 
     def __post_init__(self) -> None:
-        _require_not_negative("tolerance", self.tolerance)
-        _require_not_negative("change_radius", self.change_radius)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +42,17 @@ class ThetaStarParams:
     """nav2_theta_star_planner::ThetaStarPlanner; the defaults are Nav2's."""
 
     how_many_corners: int = 8  # neighbours of a cell: 4 or 8
-    w_euc_cost: float = 1.0  # weight of a way's length [cells]
-    w_traversal_cost: float = 2.0  # weight of the costs on it
-    w_heuristic_cost: float = 1.0  # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the lesser
+    w_euc_cost: NotNegative = 1.0  # weight of a way's length [cells]
+    w_traversal_cost: NotNegative = 2.0  # weight of the costs on it
+    w_heuristic_cost: NotNegative = 1.0  # weight of the straight way to the goal; Nav2 takes w_euc_cost or 1, the
+    # lesser
     allow_unknown: bool = True  # plan through unknown cells, at a cost of 253
     use_final_approach_orientation: bool = False  # as in NavfnParams
 
     def __post_init__(self) -> None:
         if self.how_many_corners not in (4, 8):
             object.__setattr__(self, "how_many_corners", 8)
-        for name in ("w_euc_cost", "w_traversal_cost", "w_heuristic_cost"):
-            _require_not_negative(name, getattr(self, name))
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,31 +60,31 @@ class OmplParams:
     """navstack::OmplPlanner: a sampling-based planner of the Open Motion Planning Library."""
 
     algorithm: str = "BITstar"  # one of OMPL_ALGORITHMS
-    max_iterations: int = 20000  # checks of the termination condition; a count, not a time, keeps plans repeatable
-    max_planning_time: float = 0.0  # [s] of wall time that ends a search; 0: none. Plans depend on the machine then
-    patience: int = 1000  # iterations in which the best path gets no 0.1 % better, after which a search ends; 0: never
+    max_iterations: PositiveInt = 20000  # checks of the termination condition; a count, not a time, keeps plans
+    # repeatable
+    max_planning_time: NotNegative = 0.0  # [s] of wall time that ends a search; 0: none. Plans depend on the machine
+    # then
+    patience: NotNegativeInt = 1000  # iterations in which the best path gets no 0.1 % better, after which a search
+    # ends; 0: never
     state_space: str = "R2"  # R2: points, turning on the spot; SE2: poses on Dubins curves, see SE2_ALGORITHMS
-    minimum_turning_radius: float = 0.5  # [m] of those curves
-    tolerance: float = 0.5  # [m] an occupied start or goal is replaced by the nearest free cell this near
+    minimum_turning_radius: Positive = 0.5  # [m] of those curves
+    tolerance: NotNegative = 0.5  # [m] an occupied start or goal is replaced by the nearest free cell this near
     allow_unknown: bool = True  # plan through unknown cells
-    max_allowed_cost: int = 252  # highest costmap cost the path may touch; 253 and above are contact
-    cost_weight: float = 1.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along walls
-    range: float = 30.0  # [m] longest extension of the tree in one step
+    max_allowed_cost: Annotated[int, within(0, 252)] = 252  # highest costmap cost the path may touch; 253 and above are
+    # contact
+    cost_weight: NotNegative = 1.0  # length of a path counts 1 + cost_weight * cost / 252; 0: shortest path, along
+    # walls
+    range: Positive = 30.0  # [m] longest extension of the tree in one step
     simplify: bool = True  # take short cuts along the path found (R2)
     keep_valid_path: bool = True  # go on along the last path to the same goal while it is free, near and the cheapest
-    fruitless_searches: int = 5  # in a row that find nothing cheaper, after which a kept path is taken without a search
+    fruitless_searches: NotNegativeInt = 5  # in a row that find nothing cheaper, after which a kept path is taken
+    # without a search
     smooth: bool = True  # round the corners of the path, where there is room (R2)
 
     def __post_init__(self) -> None:
-        _require_not_negative("tolerance", self.tolerance)
-        _require_not_negative("cost_weight", self.cost_weight)
-        _require_not_negative("max_planning_time", self.max_planning_time)
+        check(self)
         if self.algorithm not in OMPL_ALGORITHMS:
             raise UnknownNameError("OMPL algorithm", self.algorithm, OMPL_ALGORITHMS)
-        _require_not_negative("patience", self.patience)
-        _require_not_negative("fruitless_searches", self.fruitless_searches)
-        if self.max_iterations < 1:
-            raise ParameterError(f"max_iterations {self.max_iterations} is not at least 1")
         if self.state_space not in STATE_SPACES:
             raise UnknownNameError("state space", self.state_space, STATE_SPACES)
         if self.state_space == "SE2" and self.algorithm not in SE2_ALGORITHMS:
@@ -91,13 +92,3 @@ class OmplParams:
                 f"{self.algorithm} cannot plan in SE2, where a way back is not as long as the way there; take "
                 f"{' or '.join(SE2_ALGORITHMS)}, or R2"
             )
-        for name in ("range", "minimum_turning_radius"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name} {getattr(self, name)} m is not positive")
-        if not 0 <= self.max_allowed_cost <= 252:
-            raise ParameterError(f"max_allowed_cost {self.max_allowed_cost} is not within 0..252")
-
-
-def _require_not_negative(name: str, value: float) -> None:
-    if not value >= 0.0:
-        raise ParameterError(f"{name} {value} is negative; give 0 or more")

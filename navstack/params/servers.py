@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import Positive, check
 
 
 @dataclass(frozen=True, slots=True)
 class ControllerServerParams:
     """``controller_server``, without its plug-ins."""
 
-    controller_frequency: float = 20.0  # [Hz]
+    controller_frequency: Positive = 20.0  # [Hz]
     min_x_velocity_threshold: float = 0.0001  # [m/s] slower measured velocities count as zero
     min_y_velocity_threshold: float = 0.0001  # [m/s]
     min_theta_velocity_threshold: float = 0.0001  # [rad/s]
@@ -19,7 +19,7 @@ class ControllerServerParams:
     progress_checker_plugins: tuple[str, ...] = ("progress_checker",)
 
     def __post_init__(self) -> None:
-        _require_positive("controller_frequency", self.controller_frequency)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +34,3 @@ class BtNavigatorParams:
     """``bt_navigator``: the files of its trees. Nav2's default tree is built in; no other is read."""
 
     default_nav_to_pose_bt_xml: str = ""  # empty: navigate_to_pose_w_replanning_and_recovery.xml
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not value > 0.0:
-        raise ParameterError(f"{name} {value} is not positive")

@@ -4,10 +4,10 @@
 on the machine. On the grid a million iterations take a fifth of a second, and ``max_iterations`` alone counts.
 """
 
-import math
 from dataclasses import asdict, dataclass, field
 
-from navstack.errors import ParameterError, UnknownNameError
+from navstack.errors import UnknownNameError
+from navstack.params.checks import NotNegative, Positive, PositiveInt, check
 from navstack.params.smoothers import SimpleSmootherParams
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
@@ -38,10 +38,10 @@ class SmacSmootherParams:
 class Smac2DParams:
     """nav2_smac_planner::SmacPlanner2D."""
 
-    tolerance: float = 0.125  # [m] of a goal that cannot be reached itself
+    tolerance: NotNegative = 0.125  # [m] of a goal that cannot be reached itself
     downsample_costmap: bool = False
-    downsampling_factor: int = 1
-    cost_travel_multiplier: float = 1.0  # a step costs 1 + this * cost / 252 times its length
+    downsampling_factor: PositiveInt = 1
+    cost_travel_multiplier: NotNegative = 1.0  # a step costs 1 + this * cost / 252 times its length
     allow_unknown: bool = True
     max_iterations: int = 1_000_000  # 0 or less: no limit
     max_on_approach_iterations: int = 1000  # after a cell within the tolerance was found; 0 or less: no limit
@@ -57,12 +57,12 @@ class Smac2DParams:
 class SmacHybridParams:
     """nav2_smac_planner::SmacPlannerHybrid."""
 
-    tolerance: float = 0.25  # [m]
+    tolerance: NotNegative = 0.25  # [m]
     downsample_costmap: bool = False
-    downsampling_factor: int = 1
-    angle_quantization_bins: int = 72
+    downsampling_factor: PositiveInt = 1
+    angle_quantization_bins: PositiveInt = 72
     motion_model_for_search: str = DUBIN
-    minimum_turning_radius: float = 0.4  # [m]
+    minimum_turning_radius: Positive = 0.4  # [m]
     allow_unknown: bool = True
     max_iterations: int = 1_000_000
     max_on_approach_iterations: int = 1000
@@ -70,9 +70,9 @@ class SmacHybridParams:
     reverse_penalty: float = 2.0
     change_penalty: float = 0.0
     non_straight_penalty: float = 1.2
-    cost_penalty: float = 2.0
+    cost_penalty: NotNegative = 2.0
     retrospective_penalty: float = 0.015
-    analytic_expansion_ratio: float = 3.5
+    analytic_expansion_ratio: Positive = 3.5
     analytic_expansion_max_length: float = 3.0  # [m]
     analytic_expansion_max_cost: float = 200.0
     lookup_table_size: float = 20.0  # [m] of the square about the goal in which Dubins' curves bound the way
@@ -84,10 +84,6 @@ class SmacHybridParams:
         _check(self)
         if self.motion_model_for_search not in MODELS:
             raise UnknownNameError("motion_model_for_search", self.motion_model_for_search, MODELS)
-        if self.angle_quantization_bins < 1:
-            raise ParameterError(f"angle_quantization_bins {self.angle_quantization_bins} is not at least 1")
-        if not self.minimum_turning_radius > 0.0:
-            raise ParameterError(f"minimum_turning_radius {self.minimum_turning_radius} m is not positive")
 
     @property
     def rotation_penalty(self) -> float:
@@ -99,7 +95,7 @@ class SmacHybridParams:
 class SmacLatticeParams:
     """nav2_smac_planner::SmacPlannerLattice."""
 
-    tolerance: float = 0.25  # [m]
+    tolerance: NotNegative = 0.25  # [m]
     lattice_filepath: str = ""  # Nav2's JSON file; empty or absent: a lattice of 0.5 m of turning radius is made
     allow_unknown: bool = True
     max_iterations: int = 1_000_000
@@ -108,10 +104,10 @@ class SmacLatticeParams:
     reverse_penalty: float = 2.0
     change_penalty: float = 0.05
     non_straight_penalty: float = 1.05
-    cost_penalty: float = 2.0
+    cost_penalty: NotNegative = 2.0
     rotation_penalty: float = 5.0
     retrospective_penalty: float = 0.015
-    analytic_expansion_ratio: float = 3.5
+    analytic_expansion_ratio: Positive = 3.5
     analytic_expansion_max_length: float = 3.0  # [m]
     analytic_expansion_max_cost: float = 200.0
     lookup_table_size: float = 20.0  # [m]
@@ -134,13 +130,4 @@ def _check(params: Smac2DParams | SmacHybridParams | SmacLatticeParams) -> None:
     for name in ("max_iterations", "max_on_approach_iterations"):
         if getattr(params, name) <= 0:
             object.__setattr__(params, name, UNLIMITED)
-    for name in ("tolerance", "cost_travel_multiplier", "cost_penalty"):
-        value = getattr(params, name, 0.0)
-        if not 0.0 <= value < math.inf:
-            raise ParameterError(f"{name} {value} is negative; give 0 or more")
-    ratio = getattr(params, "analytic_expansion_ratio", 1.0)
-    if not ratio > 0.0:
-        raise ParameterError(f"analytic_expansion_ratio {ratio} is not positive")
-    factor = getattr(params, "downsampling_factor", 1)
-    if factor < 1:
-        raise ParameterError(f"downsampling_factor {factor} is not at least 1")
+    check(params)

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from navstack.errors import ParameterError
+from navstack.params.checks import Allowed, Positive, check
 
 LINEAR, EXPONENTIAL = 0, 1  # values of decay_model; any other one keeps voxels for ever
 DEPTH_CAMERA, LIDAR_3D = 0, 1  # values of model_type
+SourceModel = Annotated[int, Allowed("0 (depth camera) or 1 (3D lidar)", (DEPTH_CAMERA, LIDAR_3D).__contains__)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,15 +23,14 @@ class SpatioTemporalSourceParams:
     max_z: float = 10.0  # [m] where it ends
     horizontal_fov_angle: float = 1.04  # [rad] of the frustum about the robot's heading
     decay_acceleration: float = 0.0  # [1/s^2] see navstack.costmap.spatio_temporal
-    model_type: int = DEPTH_CAMERA  # the frustum's ends are planes; LIDAR_3D: arcs
+    model_type: SourceModel = DEPTH_CAMERA  # the frustum's ends are planes; LIDAR_3D: arcs
     inf_is_valid: bool = False  # a beam without return counts as one that ended at range_max
     observation_persistence: float = 0.0  # [s] scans are applied again for so long; 0: the newest only
     expected_update_rate: float = 0.0  # [s] between scans; the costmap is not current when they stay away; 0: any
     clear_after_reading: bool = False  # a scan is applied once only
 
     def __post_init__(self) -> None:
-        if self.model_type not in (DEPTH_CAMERA, LIDAR_3D):
-            raise ParameterError(f"model_type {self.model_type} is not 0 (depth camera) or 1 (3D lidar)")
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class SpatioTemporalLayerParams:
     """``spatio_temporal_voxel_layer.cpp``."""
 
     enabled: bool = True
-    voxel_size: float = 0.05  # [m]
+    voxel_size: Positive = 0.05  # [m]
     voxel_decay: float = -1.0  # [s] how long a voxel stays; a negative one vanishes with the next update
     decay_model: int = LINEAR
     track_unknown_space: bool = False  # cells without voxels say nothing; False: they are free
@@ -47,8 +48,7 @@ class SpatioTemporalLayerParams:
     sources: Mapping[str, SpatioTemporalSourceParams] = field(default_factory=dict)  # by the names just above
 
     def __post_init__(self) -> None:
-        if not self.voxel_size > 0.0:
-            raise ParameterError(f"voxel_size {self.voxel_size} m is not positive")
+        check(self)
 
     @property
     def active_sources(self) -> tuple[SpatioTemporalSourceParams, ...]:

@@ -1,38 +1,33 @@
 """Parameters of the tracker of moving obstacles; Nav2 has none like it."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from navstack.errors import ParameterError
+from navstack.params.checks import NotNegative, Positive, PositiveInt, check
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerParams:
     """Node ``tracker``, this program's own."""
 
-    max_range: float = 12.0  # [m] beyond which returns are not looked at
-    background_margin: float = 0.2  # [m] of an obstacle on the map, along x and y: a return there is part of the map
-    cluster_gap: float = 0.25  # [m] between returns of neighbouring beams that belong together, beside what the
+    max_range: Positive = 12.0  # [m] beyond which returns are not looked at
+    background_margin: Positive = 0.2  # [m] of an obstacle on the map, along x and y: a return there is part of the map
+    cluster_gap: Positive = 0.25  # [m] between returns of neighbouring beams that belong together, beside what the
     # beams' spacing alone makes of a surface seen at a slant (Borges & Aldon 2004, J. Intell. Robot. Syst. 40)
-    min_points: int = 2  # returns of a cluster
-    max_width: float = 1.0  # [m] of a cluster; what is wider is no person
-    body_radius: float = 0.3  # [m] of a person: how far the centre is behind the nearest return
-    position_std: float = 0.05  # [m] of a body's measured centre that is wholly seen
-    occluded_std: float = 0.2  # [m] of one that something nearer hides in part
-    acceleration_std: float = 0.7  # [m/s2] white, of a body's motion
-    turning_acceleration_std: float = 0.0  # [m/s2] the same of a body that turns; 0: none does, one model is enough
-    straight_time: float = 8.0  # [s] between two turns of a body
-    turning_time: float = 0.7  # [s] of a turn
-    initial_speed_std: float = 1.0  # [m/s] along x and y of a body that is seen for the first time
-    gate: float = 13.8  # [-] squared Mahalanobis distance up to which a cluster can be a track's next place: 99.9 % of
-    # the chi-squared distribution of two degrees of freedom
-    min_hits: int = 3  # clusters until a track is told of
-    max_coasting: float = 0.8  # [s] without a cluster, after which a track ends
+    min_points: PositiveInt = 2  # returns of a cluster
+    max_width: Positive = 1.0  # [m] of a cluster; what is wider is no person
+    body_radius: Positive = 0.3  # [m] of a person: how far the centre is behind the nearest return
+    position_std: Positive = 0.05  # [m] of a body's measured centre that is wholly seen
+    occluded_std: Positive = 0.2  # [m] of one that something nearer hides in part
+    acceleration_std: Positive = 0.7  # [m/s2] white, of a body's motion
+    turning_acceleration_std: NotNegative = 0.0  # [m/s2] the same of a body that turns; 0: none does, one model is
+    # enough
+    straight_time: Positive = 8.0  # [s] between two turns of a body
+    turning_time: Positive = 0.7  # [s] of a turn
+    initial_speed_std: Positive = 1.0  # [m/s] along x and y of a body that is seen for the first time
+    gate: Positive = 13.8  # [-] squared Mahalanobis distance up to which a cluster can be a track's next place: 99.9 %
+    # of the chi-squared distribution of two degrees of freedom
+    min_hits: PositiveInt = 3  # clusters until a track is told of
+    max_coasting: Positive = 0.8  # [s] without a cluster, after which a track ends
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            may_be_zero = field.name == "turning_acceleration_std"
-            if not (math.isfinite(value) and (value > 0.0 or (may_be_zero and value == 0.0))):
-                least = "0 or more" if may_be_zero else "more than 0"
-                raise ParameterError(f"tracker: {field.name} {value} must be a number, {least}")
+        check(self, "tracker", finite=True)

@@ -144,10 +144,10 @@ def test_the_decision_tells_the_critics_dollars() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: ContactPrices(touch_usd=-1.0), "touch_usd -1.0 must be a number, 0 or more"),
-        (lambda: ContactPrices(speed_std=0.0), "speed_std and position_std must be more than 0"),
+        (lambda: ContactPrices(touch_usd=-1.0), "touch_usd -1.0 must be 0 or more"),
+        (lambda: ContactPrices(speed_std=0.0), "speed_std 0.0 must be more than 0"),
         (lambda: ContactPrices(contact_usd=(1.0,)), "must be two prices or more"),
-        (lambda: MppiContactParams(trajectory_point_step=0), "trajectory_point_step 0 must be 1 or more"),
+        (lambda: MppiContactParams(trajectory_point_step=0), "trajectory_point_step 0 must be more than 0"),
     ],
 )
 def test_prices_that_cannot_be_are_refused(make, message) -> None:

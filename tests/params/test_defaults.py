@@ -8,8 +8,7 @@ from ruamel.yaml import YAML
 
 from navstack.params.extensions import algorithms
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.params.nav2_file import bindings
-from navstack.params.registry import nodes
+from navstack.params.registry import bindings, nodes
 
 STORED = Path(__file__).with_name("defaults.yaml")
 

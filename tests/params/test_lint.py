@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from navstack.params.costmap import robot_footprint
-from navstack.params.lint.reader import ERRORS, WARNINGS
+from navstack.params.lint.reader import MEANINGS
 from navstack.params.lint.robot import _distance_outside
 from navstack.params.lint.rules import GROUPS, RULES, catalog, lint
 from navstack.params.lint.subject import RobotLimits
@@ -23,6 +23,7 @@ from navstack.params.strict import load_yaml
 
 ROOT = Path(__file__).parents[2]
 BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]), 1.0, 2.0, 3.0, 3.0, 4.0)
+READER = {each: meaning for meanings in MEANINGS.values() for each, meaning in meanings.items()}
 DATA = Path(__file__).parent / "lint"
 EXAMPLES = load_yaml(DATA / "examples.yaml")
 NUMBERS = "none one two three four five six seven eight nine ten eleven twelve".split()
@@ -83,7 +84,7 @@ def test_a_rule_fires_and_keeps_silent(robot_with, rule):
 
 
 def test_the_table_is_complete_and_its_ids_are_unique():
-    ids = [rule.id for rule in RULES] + [*ERRORS, *WARNINGS]
+    ids = [rule.id for rule in RULES] + [*READER]
     assert len(ids) == len(set(ids))
     assert {rule.id for rule in RULES} == set(EXAMPLES)
     assert all(rule.title and rule.why for rule in RULES)
@@ -94,7 +95,7 @@ def test_every_finding_of_the_reader_is_in_the_table():
     source = "".join(path.read_text() for path in (ROOT / "navstack" / "params").rglob("*.py"))
     used = set(re.findall(r'(?:Notice|_error|_warn|_remark)\(\s*"([a-z-]+)"', source))
     assert used
-    assert used <= {*ERRORS, *WARNINGS}
+    assert used <= READER.keys()
 
 
 def test_the_catalog_has_every_finding_with_its_meaning():
@@ -102,10 +103,10 @@ def test_the_catalog_has_every_finding_with_its_meaning():
     for rule in RULES:
         kind = " (Error)" if rule.is_error else ""
         assert f"- **`{rule.id}`** {rule.title}: {rule.why}.{kind}\n" in text
-    for each, meaning in (ERRORS | WARNINGS).items():
+    for each, meaning in READER.items():
         assert f"- **`{each}`** {meaning}\n" in text
     documented = re.findall(r"^- \*\*`(.*?)`\*\*", text, re.MULTILINE)
-    assert sorted(documented) == sorted([rule.id for rule in RULES] + [*ERRORS, *WARNINGS])
+    assert sorted(documented) == sorted([rule.id for rule in RULES] + [*READER])
     assert re.findall("(?m)^## (.*)", text)[2:] == [group.title for group in GROUPS]
 
 

@@ -204,7 +204,10 @@ def test_voxel_layer_runs_as_obstacle_layer_with_a_note(inspect):
         (DWB.replace("8.0", "[8.0]"), "controller_server: FollowPath.PathAlign.scale: [8.0] is not a number"),
         (DWB.replace("8.0", ".nan"), "FollowPath.PathAlign.scale: nan is not a number"),
         ("velocity_smoother: {ros__parameters: {max_accel: [1.0, 0.0]}}", "max_accel: [1.0, 0.0] has 2 entries"),
-        ("planner_server: {ros__parameters: {GridBased: {tolerance: -1.0}}}", "GridBased: tolerance -1.0 is negative"),
+        (
+            "planner_server: {ros__parameters: {GridBased: {tolerance: -1.0}}}",
+            "GridBased: tolerance -1.0 must be 0 or more",
+        ),
         (
             costmap("      footprint: [[0.1, 0.1], [0.1, -0.1]]\n"),
             "local_costmap: footprint: [[0.1, 0.1], [0.1, -0.1]]",

@@ -92,9 +92,9 @@ def test_a_sharp_turn_is_seen_sooner_and_straight_walks_are_as_exact(watch) -> N
 
 def test_parameters_of_a_turn_are_checked() -> None:
     assert TrackerParams(turning_acceleration_std=0.0).turning_acceleration_std == 0.0
-    with pytest.raises(ParameterError, match="turning_acceleration_std -1.0 must be a number, 0 or more"):
+    with pytest.raises(ParameterError, match="turning_acceleration_std -1.0 must be 0 or more"):
         TrackerParams(turning_acceleration_std=-1.0)
-    with pytest.raises(ParameterError, match="turning_time 0.0 must be a number, more than 0"):
+    with pytest.raises(ParameterError, match="turning_time 0.0 must be more than 0"):
         TrackerParams(turning_time=0.0)
 
 

@@ -337,11 +337,11 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
     ("make", "message"),
     [
         (lambda: SmacHybridParams(motion_model_for_search="CAR"), "motion_model_for_search"),
-        (lambda: SmacHybridParams(minimum_turning_radius=0.0), "not positive"),
-        (lambda: SmacHybridParams(angle_quantization_bins=0), "not at least 1"),
-        (lambda: Smac2DParams(tolerance=-0.1), "negative"),
-        (lambda: Smac2DParams(downsampling_factor=0), "not at least 1"),
-        (lambda: SmacLatticeParams(analytic_expansion_ratio=0.0), "not positive"),
+        (lambda: SmacHybridParams(minimum_turning_radius=0.0), "minimum_turning_radius 0.0 must be more than 0"),
+        (lambda: SmacHybridParams(angle_quantization_bins=0), "angle_quantization_bins 0 must be more than 0"),
+        (lambda: Smac2DParams(tolerance=-0.1), "tolerance -0.1 must be 0 or more"),
+        (lambda: Smac2DParams(downsampling_factor=0), "downsampling_factor 0 must be more than 0"),
+        (lambda: SmacLatticeParams(analytic_expansion_ratio=0.0), "analytic_expansion_ratio 0.0 must be more than 0"),
     ],
 )
 def test_parameters_that_cannot_be_are_refused(make, message):

@@ -295,12 +295,12 @@ def test_a_file_without_a_monitor_has_no_zones(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "right", "message"),
     [
-        ("circle", "square", "type 'square'"),
-        ("action_type: stop", "action_type: halt", "action_type 'halt'"),
-        ("radius: 0.4", "radius: -0.4", "radius '-0.4'"),
+        ("circle", "square", "type square must be one of"),
+        ("action_type: stop", "action_type: halt", "action_type halt must be one of"),
+        ("radius: 0.4", "radius: -0.4", "radius -0.4 must be"),
         ("type: circle", "type: polygon", "'points' are absent"),
         ("[1.1, 0.5], ", "", "at least 4 pairs"),
-        ("type: range", "type: radar", "type 'radar'"),
+        ("type: range", "type: radar", "type radar must be one of"),
         ("max_points: 2", "max_pionts: 2", "did you mean 'max_points'"),
         ('["Near", "Speed"]', '["Near", "Speed", "Far"]', "Far"),
     ],

@@ -10,7 +10,7 @@ from navstack.params.costmap import CostmapParams, InflationLayerParams, Observa
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
-from navstack.params.registry.costmaps import COSTMAP
+from navstack.params.registry.nodes import DEFAULT_LAYERS
 from navstack.types import FloatArray
 
 STATIC, INFLATION = "nav2_costmap_2d::StaticLayer", "nav2_costmap_2d::InflationLayer"
@@ -97,7 +97,7 @@ def view_costmap(nav2: Nav2File, node: str) -> CostmapView:
 
 
 def _layer(nav2: Nav2File, node: str, name: str) -> LayerView:
-    default = COSTMAP.plugins["plugins"].defaults.get(name, "")
+    default = DEFAULT_LAYERS.get(name, "")
     kind = plugin_type(nav2.value(node, f"{name}.plugin", default))
     sources = names_in(nav2.value(node, f"{name}.observation_sources")) if kind in SENSOR_LAYERS else ()
     return LayerView(name, kind, {source: nav2.read(ObservationSourceParams, node, name, source) for source in sources})

@@ -15,25 +15,14 @@ from navstack.params.lint import (
     speed,
     tree,
 )
-from navstack.params.lint.reader import ERRORS, WARNINGS, reader_notices
+from navstack.params.lint.reader import MEANINGS, reader_notices
 from navstack.params.lint.rule import Rule, RuleGroup
 from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice
 
-GROUPS: tuple[RuleGroup, ...] = (
-    tree.RULES,
-    dwb_limits.RULES,
-    dwb_scoring.RULES,
-    mppi.RULES,
-    goal.RULES,
-    speed.RULES,
-    safety.RULES,
-    layers.RULES,
-    costmaps.RULES,
-    localization.RULES,
-    robot.RULES,
-)
+_MODULES = (tree, dwb_limits, dwb_scoring, mppi, goal, speed, safety, layers, costmaps, localization, robot)
+GROUPS: tuple[RuleGroup, ...] = tuple(module.RULES for module in _MODULES)
 RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules)
 
 
@@ -51,8 +40,7 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
 def catalog() -> str:
     """Every finding there is, as Markdown: what it means, or what it does to a real robot."""
     groups = {
-        "Errors in reading": list(ERRORS.items()),
-        "Warnings in reading": list(WARNINGS.items()),
+        **{title: list(meanings.items()) for title, meanings in MEANINGS.items()},
         **{group.title: [(rule.id, _meaning(rule)) for rule in group.rules] for group in GROUPS},
     }
     sections = (

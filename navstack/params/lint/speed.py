@@ -154,8 +154,6 @@ def blind_drive(local: CostmapView, top_speed: float) -> Iterator[Finding]:
 
     Why: a pedestrian who steps out is not in the costmap while the robot drives this far.
     """
-    if top_speed <= 0.0:
-        return
     frequency = local.params.update_frequency
     driven = top_speed / frequency
     if driven > LONGEST_BLIND_DRIVE:
@@ -173,8 +171,6 @@ def slow_controller(server: ControllerServerParams, top_speed: float) -> Iterato
 
     Why: the command is kept while the robot drives this far, whatever appears.
     """
-    if top_speed <= 0.0:
-        return
     frequency = server.controller_frequency
     driven = top_speed / frequency
     if driven > LONGEST_BLIND_DRIVE:

@@ -21,10 +21,8 @@ from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
 from navstack.types import FloatArray
 
-CONTROLLER, SMOOTHER, MONITOR, BEHAVIORS = (
-    *("controller_server", "velocity_smoother", "collision_monitor"),
-    "behavior_server",
-)
+CONTROLLER, SMOOTHER = "controller_server", "velocity_smoother"
+MONITOR, BEHAVIORS = "collision_monitor", "behavior_server"
 DWB = "dwb_core::DWBLocalPlanner"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
 PURSUIT = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
@@ -171,15 +169,12 @@ class Subject:
     @cached_property
     def braking(self) -> float | None:
         """The deceleration [m/s2] that is left of the controller's, the smoother's and the robot's; None: unknown."""
-        limits = []
-        if self.dwb is not None:
-            limits.append(-self.dwb.decel_lim_x)
-        if self.smoother is not None:
-            limits.append(-self.smoother.max_decel[0])
-        if self.robot is not None:
-            limits.append(self.robot.max_deceleration)
-        positive = [limit for limit in limits if limit > 0.0]
-        return min(positive) if positive else None
+        limits = (
+            -self.dwb.decel_lim_x if self.dwb is not None else 0.0,
+            -self.smoother.max_decel[0] if self.smoother is not None else 0.0,
+            self.robot.max_deceleration if self.robot is not None else 0.0,
+        )
+        return min((limit for limit in limits if limit > 0.0), default=None)
 
     @cached_property
     def smoother(self) -> VelocitySmootherParams | None:
@@ -189,18 +184,12 @@ class Subject:
     @cached_property
     def goal_checker(self) -> Named[SimpleGoalCheckerParams] | None:
         """Name and parameters of the goal checker."""
-        plugin = self._read(CONTROLLER, views.read_goal_checker)
-        if plugin is None or not isinstance(plugin.params, SimpleGoalCheckerParams):
-            return None
-        return Named(plugin.name, plugin.params)
+        return self._plugin(views.read_goal_checker, SimpleGoalCheckerParams)
 
     @cached_property
     def progress_checker(self) -> Named[SimpleProgressCheckerParams] | None:
         """Name and parameters of the progress checker."""
-        plugin = self._read(CONTROLLER, views.read_progress_checker)
-        if plugin is None or not isinstance(plugin.params, SimpleProgressCheckerParams):
-            return None
-        return Named(plugin.name, plugin.params)
+        return self._plugin(views.read_progress_checker, SimpleProgressCheckerParams)
 
     @cached_property
     def local(self) -> CostmapView | None:
@@ -224,6 +213,11 @@ class Subject:
 
     def _type_of(self, name: str) -> str:
         return plugin_type(self.value(CONTROLLER, f"{name}.plugin", DWB if name == "FollowPath" else ""))
+
+    def _plugin(self, view: Callable[[Nav2File], views.Plugin], kind: type[T]) -> Named[T] | None:
+        """A plugin of the controller server, if its parameters are of a kind."""
+        plugin = self._read(CONTROLLER, view)
+        return Named(plugin.name, plugin.params) if plugin is not None and isinstance(plugin.params, kind) else None
 
     def _read(self, node: str, view: Callable[[Nav2File], T]) -> T | None:
         if not self.has(node):

@@ -1,16 +1,14 @@
 """Nav2's schema joined with what this program reads of it."""
 
-import dataclasses
-import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from navstack.errors import did_you_mean
 from navstack.params.extensions import algorithms
-from navstack.params.nav2_file import bindings
-from navstack.params.registry import nodes
-from navstack.params.registry.block import OPEN, Block, parameter_of
+from navstack.params.registry import bindings, nodes
+from navstack.params.registry.bindings import nested_params
+from navstack.params.registry.block import OPEN, Block
 from navstack.params.registry.entry import Entry, Params
 
 
@@ -101,19 +99,3 @@ def node_params(name: str) -> Params | None:
 def node_names() -> Iterable[str]:
     """The nodes a Nav2 file may hold."""
     return [*nodes.NODES, *nodes.NODE_ALIASES, *nodes.FOREIGN_NODES]
-
-
-def field_names(params: Params | None) -> frozenset[str]:
-    """The parameters that a dataclass reads."""
-    return (
-        frozenset(parameter_of(field.name) for field in dataclasses.fields(params))
-        if params is not None
-        else frozenset()
-    )
-
-
-def nested_params(params: Params) -> dict[str, Params]:
-    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
-    hints = typing.get_type_hints(params)
-    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
-    return {**nested, **bindings.NAMED_SECTIONS.get(params, {})}

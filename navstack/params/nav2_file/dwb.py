@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from navstack.params.dwb import FALLBACK_SCALES, DwbParams
-from navstack.params.nav2_file.catalog import nested_params
 from navstack.params.nav2_file.findings import Visit
 from navstack.params.nav2_file.ros_yaml import Entry
+from navstack.params.registry.bindings import nested_params
 
 
 def fallback_scales(entries: Mapping[str, Entry], prefix: str) -> dict[str, Entry]:

@@ -37,7 +37,7 @@ from navstack.params.nav2_file.ros_yaml import Document, Entry, Value, load_docu
 from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.values import INTEGERS, read_values, value_notices
 from navstack.params.registry import nodes
-from navstack.params.registry.block import parameter_of
+from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.entry import Params
 
 T = TypeVar("T")

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from navstack.params.filters import SPEED_ABSOLUTE, SPEED_PERCENT, FilterInfoServerParams, MaskServerParams
 from navstack.params.nav2_file.catalog import node_kind, plugin_type
-from navstack.params.nav2_file.findings import Notice, names_in
+from navstack.params.nav2_file.findings import Notice, names_of, value_of
 from navstack.params.nav2_file.nodes import COSTMAPS
-from navstack.params.nav2_file.ros_yaml import Entry, Value
+from navstack.params.nav2_file.ros_yaml import Entry
 
 Parameters = Mapping[str, Mapping[str, Entry]]  # node -> dotted name -> entry
 
@@ -40,9 +40,9 @@ class _Filter(NamedTuple):
 def find_mask(parameters: Parameters, info_topic: str) -> MaskSource | None:
     """The mask behind a ``filter_info_topic``; None: the file names none."""
     for info_node in _publishers(parameters, "costmap_filter_info_server", "filter_info_topic", info_topic):
-        mask_topic = str(_value(parameters[info_node], "mask_topic", _INFO.mask_topic))
+        mask_topic = str(value_of(parameters[info_node], "mask_topic", _INFO.mask_topic))
         for mask_node in _publishers(parameters, "filter_mask_server", "topic_name", mask_topic):
-            yaml_filename = str(_value(parameters[mask_node], "yaml_filename", ""))
+            yaml_filename = str(value_of(parameters[mask_node], "yaml_filename", ""))
             if yaml_filename:
                 return MaskSource(info_node, yaml_filename)
     return None
@@ -58,14 +58,14 @@ def filter_notices(parameters: Parameters) -> list[Notice]:
     notices = []
     for each in _filters(parameters):
         info = parameters[each.mask.info_node] if each.mask else {}
-        kind = _value(info, "type", _INFO.type)
+        kind = value_of(info, "type", _INFO.type)
         if each.type == SPEED_FILTER and each.mask is None:
             advice = "name it in a filter_info_server and a mask_server of this file"
             notices.append(Notice("no-mask", each.path, "has no mask and no effect", advice))
         elif each.type == SPEED_FILTER and kind not in (SPEED_PERCENT, SPEED_ABSOLUTE):
             advice = f"give {SPEED_PERCENT} (percent) or {SPEED_ABSOLUTE} (m/s)"
             notices.append(Notice("filter-type", each.path, f"its info is of type {kind}: it has no effect", advice))
-        scale = (_value(info, "base", _INFO.base), _value(info, "multiplier", _INFO.multiplier))
+        scale = (value_of(info, "base", _INFO.base), value_of(info, "multiplier", _INFO.multiplier))
         if each.type == KEEPOUT_FILTER and scale != (_INFO.base, _INFO.multiplier):
             notices.append(Notice("filter-scale", each.path, "a keepout filter does not use base and multiplier"))
     return notices
@@ -75,11 +75,10 @@ def _filters(parameters: Parameters) -> Iterator[_Filter]:
     """The enabled filters of both costmaps that read a mask here."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
-        lists = (names_in(_value(entries, key, "")) for key in ("plugins", "filters"))
-        for name in (name for names in lists for name in names):
-            kind = plugin_type(_value(entries, f"{name}.plugin", ""))
-            if kind in (KEEPOUT_FILTER, SPEED_FILTER) and _value(entries, f"{name}.enabled", True):
-                topic = str(_value(entries, f"{name}.filter_info_topic", ""))
+        for name in (*names_of(entries, "plugins"), *names_of(entries, "filters")):
+            kind = plugin_type(value_of(entries, f"{name}.plugin", ""))
+            if kind in (KEEPOUT_FILTER, SPEED_FILTER) and value_of(entries, f"{name}.enabled", True):
+                topic = str(value_of(entries, f"{name}.filter_info_topic", ""))
                 yield _Filter(node, name, kind, find_mask(parameters, topic))
 
 
@@ -87,9 +86,5 @@ def _publishers(parameters: Parameters, kind: str, key: str, topic: str) -> Iter
     """The nodes of a kind that publish on a topic."""
     default = _INFO.filter_info_topic if key == "filter_info_topic" else _MASK.topic_name
     for node, entries in parameters.items():
-        if node_kind(node) == kind and str(_value(entries, key, default)).lstrip("/") == topic.lstrip("/"):
+        if node_kind(node) == kind and str(value_of(entries, key, default)).lstrip("/") == topic.lstrip("/"):
             yield node
-
-
-def _value(entries: Mapping[str, Entry], name: str, default: Value) -> Value:
-    return entries[name].value if name in entries else default

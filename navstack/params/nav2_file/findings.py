@@ -79,6 +79,16 @@ def is_told(message: str, notices: Iterable[Notice]) -> bool:
     return any(f"critics: '{name}' is not available" in message for name in refused)
 
 
+def value_of(entries: Mapping[str, Entry], name: str, default: Value) -> Value:
+    """A parameter of a node by its dotted name."""
+    return entries[name].value if name in entries else default
+
+
+def names_of(entries: Mapping[str, Entry], name: str, default: Iterable[str] = ()) -> tuple[str, ...]:
+    """The names in a list parameter of a node."""
+    return names_in(value_of(entries, name, list(default)))
+
+
 def names_in(value: Value | None) -> tuple[str, ...]:
     """The names in a list parameter: a list of texts, or one text with blanks between the names."""
     if isinstance(value, str):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from navstack.params.collision_monitor import FEWEST_VERTICES, OTHER_SOURCES
-from navstack.params.nav2_file.findings import Notice, names_in
+from navstack.params.nav2_file.findings import Notice, names_of, value_of
 from navstack.params.nav2_file.ros_yaml import Entry, Value
 
 NODE = "collision_monitor"
@@ -14,11 +14,10 @@ TRIANGLE = 3  # vertices that a footprint has at least
 def monitor_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
     """The enabled sources that are no planar scans."""
     entries = parameters.get(NODE, {})
-    listed = entries.get("observation_sources")
     notices = []
-    for name in names_in(listed.value) if listed else ():
-        kind, enabled = entries.get(f"{name}.type"), entries.get(f"{name}.enabled")
-        if kind is None or (enabled is not None and not enabled.value):
+    for name in names_of(entries, "observation_sources"):
+        kind = entries.get(f"{name}.type")
+        if kind is None or not value_of(entries, f"{name}.enabled", True):
             continue
         path = f"{NODE}: {name}"
         if kind.value == "pointcloud":
@@ -31,9 +30,8 @@ def monitor_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notic
 
 def convert_polygons(entries: dict[str, Entry]) -> list[Notice]:
     """Turn polygons that are lists of numbers, as up to Nav2 Iron, into today's texts; tells which."""
-    listed = entries.get("polygons")
     notices = []
-    for name in names_in(listed.value) if listed else ():
+    for name in names_of(entries, "polygons"):
         entry = entries.get(f"{name}.points")
         pairs = _pairs(entry.value, FEWEST_VERTICES) if entry is not None else []
         if entry is not None and pairs:

@@ -4,12 +4,11 @@ import re
 from collections.abc import Iterable, Mapping
 
 from navstack.errors import did_you_mean
-from navstack.params.nav2_file import bindings
 from navstack.params.nav2_file.catalog import node_block, node_names
 from navstack.params.nav2_file.findings import MISSPELT, UNKNOWN_KEY, Findings, Notice
 from navstack.params.nav2_file.hints import nearly_equal
 from navstack.params.nav2_file.ros_yaml import Document, Entry, NodeText
-from navstack.params.registry import nodes
+from navstack.params.registry import bindings, nodes
 from navstack.params.registry.block import OPEN
 
 COSTMAPS = ("local_costmap", "global_costmap")  # each in a namespace of its own name

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
-from navstack.params.nav2_file.bindings import NO_EFFECT, ONLY_WITHOUT
-from navstack.params.nav2_file.catalog import Catalog, field_names, nested_params, plugin_type
+from navstack.params.nav2_file.catalog import Catalog, plugin_type
 from navstack.params.nav2_file.findings import Section, names_in
 from navstack.params.nav2_file.hints import nearly_equal
+from navstack.params.registry.bindings import NO_EFFECT, ONLY_WITHOUT, field_names, nested_params
 from navstack.params.registry.block import Block, PluginList
 from navstack.params.registry.entry import Params
 

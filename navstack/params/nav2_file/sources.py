@@ -1,59 +1,39 @@
 """Observation sources of obstacle layers that read the robot's one planar scan in place of a sensor of their own."""
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
 
 from navstack.params.nav2_file.catalog import plugin_type
-from navstack.params.nav2_file.findings import Notice, names_in
+from navstack.params.nav2_file.findings import Notice, names_of, value_of
 from navstack.params.nav2_file.nodes import COSTMAPS
-from navstack.params.nav2_file.ros_yaml import Entry, Value
-from navstack.params.registry.costmaps import COSTMAP
+from navstack.params.nav2_file.ros_yaml import Entry
+from navstack.params.registry.nodes import DEFAULT_LAYERS
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer is told as a whole
 
 
-class _Source(NamedTuple):
-    path: str  # costmap: layer.source
-    data_type: str
-    topic: str
-    line: int
-
-
 def source_notices(parameters: Mapping[str, Mapping[str, Entry]]) -> list[Notice]:
-    """Point clouds, and scans of other topics than the first one's."""
+    """Point clouds, and scans of other topics than the first one's; topics without a leading slash."""
     first, notices = "", []
-    for source in _sources(parameters):
-        if source.data_type == "PointCloud2":
+    for node, layer, name in _sources(parameters):
+        entries, source = parameters[node], f"{layer}.{name}"
+        topic = str(value_of(entries, f"{source}.topic", name)).lstrip("/")
+        if value_of(entries, f"{source}.data_type", "LaserScan") == "PointCloud2":
             message = "a PointCloud2 runs on the robot's planar scan"
-        elif not first or source.topic == first:
-            first = source.topic
+        elif not first or topic == first:
+            first = topic
             continue
         else:
-            message = f"the scan of topic '{source.topic}' is that of '{first}' here: the robot has one planar scan"
-        notices.append(Notice("substitute", source.path, message, line=source.line))
+            message = f"the scan of topic '{topic}' is that of '{first}' here: the robot has one planar scan"
+        given = entries.get(f"{source}.data_type") or entries.get(f"{source}.topic")
+        notices.append(Notice("substitute", f"{node}: {source}", message, line=given.line if given else 0))
     return notices
 
 
-def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[_Source]:
-    """The sources of the enabled obstacle layers of both costmaps; topics without a leading slash."""
-    defaults = COSTMAP.plugins["plugins"].defaults
+def _sources(parameters: Mapping[str, Mapping[str, Entry]]) -> Iterator[tuple[str, str, str]]:
+    """Costmap, layer and name of each source of an enabled obstacle layer."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
-        layers = names_in(_value(entries, "plugins", list(defaults)))
-        for layer in layers:
-            kind = plugin_type(_value(entries, f"{layer}.plugin", defaults.get(layer, "")))
-            if kind == OBSTACLE_LAYER and _value(entries, f"{layer}.enabled", True):
-                for name in names_in(_value(entries, f"{layer}.observation_sources", "")):
-                    yield _source(node, entries, layer, name)
-
-
-def _source(node: str, entries: Mapping[str, Entry], layer: str, name: str) -> _Source:
-    where = f"{layer}.{name}"
-    given = entries.get(f"{where}.data_type") or entries.get(f"{where}.topic")
-    data_type = str(_value(entries, f"{where}.data_type", "LaserScan"))
-    topic = str(_value(entries, f"{where}.topic", name)).lstrip("/")
-    return _Source(f"{node}: {where}", data_type, topic, given.line if given else 0)
-
-
-def _value(entries: Mapping[str, Entry], name: str, default: Value) -> Value:
-    return entries[name].value if name in entries else default
+        for layer in names_of(entries, "plugins", DEFAULT_LAYERS):
+            kind = plugin_type(value_of(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
+            if kind == OBSTACLE_LAYER and value_of(entries, f"{layer}.enabled", True):
+                yield from ((node, layer, name) for name in names_of(entries, f"{layer}.observation_sources"))

@@ -14,7 +14,7 @@ from navstack.params.costmap import CHOICES, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import Entry, Value, is_placeholder
-from navstack.params.registry.block import parameter_of
+from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.kinds import DECIMALS, WHOLE_NUMBERS
 
 T = TypeVar("T")
@@ -59,25 +59,25 @@ def value_notices(node: str, entries: Mapping[str, Entry], visits: Iterable[Visi
         given: dict[str, Any] = {"plugins": (), "filters": (), "layers": {}} if visit.params is CostmapParams else {}
         notices += _wrong_kinds(node, entries, visit, given) or _out_of_range(node, entries, visit, given)
         for name, kind in _hints(visit.params).items():
-            entry = entries.get(f"{visit.prefix}{name}")
-            path = f"{node}: {visit.prefix}{name}"
-            if entry is not None and name not in INTEGERS and _lacks_point(kind, entry.value):
-                notices.append(_whole_number(path, entry))
-            if entry is not None and name in INTEGERS and isinstance(entry.value, float):
-                notices.append(_decimal_number(path, entry))
-            if (
-                entry is not None
-                and name in CHOICES
-                and type(entry.value) is int
-                and entry.value not in CHOICES[name][0]
-            ):
-                known, usual = CHOICES[name]
-                message = f"{_shown(entry.value)} is none of {', '.join(map(str, known))}; Nav2 warns and takes {usual}"
-                notices.append(Notice("replaced-value", path, message, f"{name}: {usual}", entry.line))
-            if entry is not None and _is_left_open(kind, entry):
-                message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
-                notices.append(Notice("placeholder", path, message, "write true or false", entry.line))
+            if f"{visit.prefix}{name}" in entries:
+                path, entry = f"{node}: {visit.prefix}{name}", entries[f"{visit.prefix}{name}"]
+                notices += _warnings_of(name, kind, path, entry)
     return notices
+
+
+def _warnings_of(name: str, kind: Any, path: str, entry: Entry) -> Iterator[Notice]:
+    """What to say of a value that can be read."""
+    if name in INTEGERS and isinstance(entry.value, float):
+        yield _decimal_number(path, entry)
+    if name not in INTEGERS and _lacks_point(kind, entry.value):
+        yield _whole_number(path, entry)
+    known, usual = CHOICES.get(name, ((), 0))
+    if known and type(entry.value) is int and entry.value not in known:
+        message = f"{_shown(entry.value)} is none of {', '.join(map(str, known))}; Nav2 warns and takes {usual}"
+        yield Notice("replaced-value", path, message, f"{name}: {usual}", entry.line)
+    if _is_left_open(kind, entry):
+        message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
+        yield Notice("placeholder", path, message, "write true or false", entry.line)
 
 
 def form_notices(name: str, path: str, entry: Entry) -> list[Notice]:

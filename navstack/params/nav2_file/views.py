@@ -22,11 +22,11 @@ from navstack.params.costmap import (
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
 from navstack.params.mppi import LocalCosts, MppiParams
-from navstack.params.nav2_file.bindings import NAMED_SECTIONS
-from navstack.params.nav2_file.catalog import nested_params, plugin_type
+from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.filters import find_mask
 from navstack.params.nav2_file.findings import names_in
+from navstack.params.registry.bindings import NAMED_SECTIONS, nested_params
 from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams, PlannerServerParams
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams

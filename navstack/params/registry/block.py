@@ -1,9 +1,7 @@
 """What one namespace of parameters may hold."""
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 
 def words(text: str) -> frozenset[str]:
@@ -38,28 +36,6 @@ class Block:
     def own_keys(self) -> frozenset[str]:
         """Every parameter directly in this namespace."""
         return self.keys.union(self.plugins, self.named, self.renamed, self.newer, self.delegates)
-
-
-def keys(text: str, *more: frozenset[str]) -> Block:
-    """A block of plain parameters."""
-    return Block(words(text).union(*more))
-
-
-def parameter_of(field: str) -> str:
-    """The parameter that a field of a dataclass holds: a keyword of Python has an underscore after it there."""
-    return field.rstrip("_")
-
-
-def parameters(params: type[Any]) -> frozenset[str]:
-    """The parameters that the fields of a dataclass hold, without those that are namespaces."""
-    return frozenset(
-        parameter_of(each.name) for each in dataclasses.fields(params) if each.default_factory is dataclasses.MISSING
-    )
-
-
-def of_fields(params: type[Any], *more: str) -> Block:
-    """A block of the parameters that a dataclass holds, and of more."""
-    return Block(parameters(params).union(more))
 
 
 OPEN = Block(is_open=True)

@@ -1,5 +1,7 @@
 """What this program reads of a Nav2 file's nodes: which dataclass holds whose parameters."""
 
+import dataclasses
+import typing
 from collections.abc import Mapping
 
 from navstack.params.amcl import AmclParams
@@ -63,3 +65,27 @@ NO_EFFECT: Mapping[Params, frozenset[str]] = {
 ONLY_WITHOUT: Mapping[Params, Mapping[str, frozenset[str]]] = {
     DwbParams: {"critics": frozenset(name for name, _ in FALLBACK_SCALES.values())},
 }
+
+
+def parameter_of(field: str) -> str:
+    """The parameter that a field of a dataclass holds: a keyword of Python has an underscore after it there."""
+    return field.rstrip("_")
+
+
+def field_names(params: Params) -> frozenset[str]:
+    """The parameters and namespaces that the fields of a dataclass hold."""
+    return frozenset(parameter_of(each.name) for each in dataclasses.fields(params))
+
+
+def parameters(params: Params) -> frozenset[str]:
+    """The parameters that the fields of a dataclass hold, without those that are namespaces."""
+    return frozenset(
+        parameter_of(each.name) for each in dataclasses.fields(params) if each.default_factory is dataclasses.MISSING
+    )
+
+
+def nested_params(params: Params) -> dict[str, Params]:
+    """The dataclasses of a dataclass's sub-namespaces, by field; for named ones by the list that names them."""
+    hints = typing.get_type_hints(params)
+    nested = {name: kind for name, kind in hints.items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
+    return {**nested, **NAMED_SECTIONS.get(params, {})}
