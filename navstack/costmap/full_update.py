@@ -83,5 +83,5 @@ def _map_margin(layers: list[Layer]) -> int:
     for layer in layers:
         has_map = has_map or isinstance(layer, StaticLayer | KeepoutLayer)
         if has_map and isinstance(layer, InflationLayer):
-            margin = max(margin, layer.inflation.kernel.radius)
+            margin = max(margin, layer.inflation.radius)
     return margin

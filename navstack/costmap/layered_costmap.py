@@ -214,7 +214,7 @@ class LayeredCostmap:
     def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert self._map is not None
         inflation = self._inflation(parts.inflation)
-        margin = inflation.kernel.radius if self.params.rolling_window else 0
+        margin = inflation.radius if self.params.rolling_window else 0
         inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
@@ -224,7 +224,7 @@ class LayeredCostmap:
             obstacles,
             shown,
             margin,
-            inflation.kernel,
+            self._inflation(parts.inflation),  # anew: what the whole map took is freed
             self.master,
             self._window,
             self.params.rolling_window,
@@ -276,7 +276,7 @@ def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> Byte
 
 def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation) -> ByteArray:
     """A map's costs, inflated, with ``margin`` more cells of cost ``fill`` on each side; kept for the next caller."""
-    key = content_key("inflated-map-1", costs, margin, fill, inflation.kernel.costs)
+    key = content_key("inflated-map-1", costs, margin, fill, inflation.costs)
 
     def inflate() -> ByteArray:
         inflated = np.pad(costs, margin, constant_values=fill)

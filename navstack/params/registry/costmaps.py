@@ -28,8 +28,8 @@ _OBSTACLE = parameters(ObstacleLayerParams) | words(
 )
 
 _MAP = ("navstack.costmap.kernels",)
-_BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", "navstack.costmap.spread_kernels")
-_INFLATION = ("navstack.costmap.inflation_kernels",)
+_INFLATION = ("navstack.costmap.inflation_kernels", "navstack.costmap.spread_kernels")
+_BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", *_INFLATION)
 _PLANAR = (
     "runs as an obstacle layer on the robot's planar scan: one return marks its cell, whatever its height and "
     "mark_threshold"
