@@ -49,7 +49,7 @@ class FastUpdate:
         rolling: bool,
         fill: int,
     ) -> None:
-        self._obstacles = obstacles
+        self.layers = obstacles
         self._shown = shown.view()
         self._shown.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
@@ -74,7 +74,7 @@ class FastUpdate:
 
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.follow(self._window)
         window, size = self._window, self._master.data.size
         start = self._start + dy * window.size_x + dx
@@ -89,13 +89,13 @@ class FastUpdate:
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
         """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.update(self._window, footprint)
         self._write()
 
     def clear(self) -> None:
         """Forget all obstacles; the map remains. The window may have been put anywhere."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.clear()
         self._all_is_stale = self._rolling
         self._write()
@@ -103,7 +103,7 @@ class FastUpdate:
     @property
     def obstacle_costs(self) -> list[ByteArray]:
         """The obstacle layers as grids."""
-        return [obstacles.as_grid(self._window) for obstacles in self._obstacles]
+        return [obstacles.as_grid(self._window) for obstacles in self.layers]
 
     def _write(self) -> None:
         """Write what came into the window and the cells that a changed obstacle can reach."""
@@ -115,7 +115,7 @@ class FastUpdate:
         boxes: IntArray = np.array(stale, dtype=np.int64)
         target, corner = self._master.data, (self._window.cell_x, self._window.cell_y)
         inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, self._window.box, boxes)
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             if obstacles.count > 0:
                 for part in stale:
                     self._inflation.spread(target, corner, obstacles.cells, obstacles.count, part)
@@ -123,7 +123,7 @@ class FastUpdate:
     def _take_stale(self) -> list[Box]:
         """The boxes of lattice cells to write, which are then up to date."""
         stale, self._entered = self._entered, []
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             changed = obstacles.take_changed()
             if changed is not None:
                 stale.append(_around(changed, self._inflation.radius, self._window.bounds))
