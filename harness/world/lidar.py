@@ -18,7 +18,6 @@ from navstack.geometry import compose, relative_to
 from navstack.types import FloatArray, LaserScan, Pose2D
 
 MAX_BEAMS = 20_000  # ten times the densest planar lidars
-_BLOCK = 64  # scans whose noise is drawn at once
 _FULL_TURN = 6.2832  # [rad] 2 pi as a file may write it
 
 
@@ -112,8 +111,6 @@ class Lidar(Sensor):
         """Start an episode whose noise comes from ``rng``."""
         self._of_dropouts, self._of_glass = rng.spawn(2)
         self._rng = rng
-        self._noise = np.empty((0, self._params.beams))
-        self._next = 0
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> LaserScan:
         """One scan with noise and filters."""
@@ -136,7 +133,7 @@ class Lidar(Sensor):
             ranges[self._of_dropouts.random(params.beams) < params.dropout] = math.inf
         finish_scan(
             ranges,
-            self._draw(),
+            self._rng.standard_normal(params.beams) * params.noise_std,
             params.range_min,
             params.range_max,
             self._directions_base,
@@ -185,12 +182,3 @@ class Lidar(Sensor):
                 self._params.range_max,
                 ranges,
             )
-
-    def _draw(self) -> FloatArray:
-        """The noise (n,) in [m] of the next scan, drawn in blocks."""
-        if self._next == len(self._noise):
-            self._noise = self._rng.standard_normal((_BLOCK, self._params.beams)) * self._params.noise_std
-            self._next = 0
-        self._next += 1
-        row: FloatArray = self._noise[self._next - 1]
-        return row
