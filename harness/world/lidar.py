@@ -9,7 +9,7 @@ import numpy as np
 from harness.world.body_state import BodyState
 from harness.world.glass import Glass
 from harness.world.lidar_kernels import cast_circles, cast_grid, clearance_field, finish_scan
-from harness.world.ranges import check_ranges, check_timing
+from harness.world.ranges import POSITIVE, TIMING, check_ranges
 from harness.world.scene import Obstacle
 from harness.world.sensor import Sensor
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
@@ -55,13 +55,13 @@ class LidarParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_timing("lidar", self.rate, self.latency)
-        check_ranges("lidar", self, not_negative="noise_std glass_visible_angle", shares="dropout glass_transmission")
-        if not 1 <= self.beams <= MAX_BEAMS or not 0.0 < self.field_of_view <= _FULL_TURN:
-            raise ParameterError(
-                f"lidar: beams {self.beams} over field_of_view {self.field_of_view} rad; "
-                f"allowed are 1 to {MAX_BEAMS} beams over at most {_FULL_TURN} rad"
-            )
+        check_ranges(
+            "lidar",
+            self,
+            not_negative="noise_std glass_visible_angle",
+            shares="dropout glass_transmission",
+            within={**TIMING, "beams": (1, MAX_BEAMS), "field_of_view": (POSITIVE, _FULL_TURN)},
+        )
         if not 0.0 <= self.range_min < self.range_max:
             raise ParameterError(
                 f"lidar: range_min {self.range_min} m, range_max {self.range_max} m; "
