@@ -43,7 +43,6 @@ WORLD = (  # what every delivery calls
     "harness.world.drive_kernels",
     "harness.world.touch_kernels",
     "harness.world.motion_kernels",
-    "harness.world.elevation",
     "harness.task.shortest_paths",
 )
 

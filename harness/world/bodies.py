@@ -11,12 +11,13 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import shapely
 
 from harness.world.contacts import Touched, Vector
 from harness.world.engine import bullet
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
-from harness.world.touch_kernels import find_near, may_touch
+from harness.world.touch_kernels import may_touch
 from harness.world.truth import Partner
 from navstack.types import FloatArray
 
@@ -33,16 +34,14 @@ class StaticIndex:
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
-        polygons = [obstacle.polygon for obstacle in obstacles]
-        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
-        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
-        self._boxes = np.array([(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]).reshape(-1, 4)
-        self._found = np.empty(len(polygons), dtype=np.int64)
+        self._tree = shapely.STRtree([shapely.Polygon(obstacle.polygon) for obstacle in obstacles])
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
-        count, nearest = find_near(x, y, radius, self._corners, self._first, self._boxes, self._found)
-        return self._found[:count].tolist(), nearest
+        place = shapely.Point(x, y)
+        found = np.sort(self._tree.query(place, predicate="dwithin", distance=radius))
+        distances = shapely.distance(self._tree.geometries[found], place)
+        return found.tolist(), float(distances.min(initial=math.inf))
 
 
 @lru_cache(maxsize=4)
