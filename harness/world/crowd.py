@@ -86,7 +86,7 @@ class Crowd:
     def _add(self, person: int) -> None:
         body = add_person(self._client, self._shape, self._mass, self._friction)
         x, y, vx, vy = self._model.states[person].tolist()
-        self._put(body, x, y, vx, vy)
+        put_person(self._client, body, (x, y, 0.0), (vx, vy, 0.0))
         if self._frames:
             self._frames.add(body, x, y)
         self._bodies[person] = body
@@ -99,9 +99,6 @@ class Crowd:
         if self._frames:
             self._frames.remove(body)
         bullet.removeBody(body, physicsClientId=self._client)
-
-    def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
-        put_person(self._client, body, (x, y, 0.0), (vx, vy, 0.0))
 
     def _may_go(self, person: int) -> bool:
         if not self._is_dynamic or self._is_led:
@@ -134,17 +131,13 @@ class Crowd:
             elif self._frames:
                 px, py = self._frames.show(body, px, py, step)
             else:
-                self._put(body, px, py, vx, vy)
+                put_person(self._client, body, (px, py, 0.0), (vx, vy, 0.0))
             self.motions[body] = Motion((px, py, 0.0), (vx, vy, 0.0))
             if math.hypot(px - x, py - y) < reach:
                 near = True
                 if self._frames:
                     self._frames.meet(body, robot)
         return near
-
-    def walk_on(self, dt: float, times: int) -> None:
-        """Move everybody by ``times`` physics steps of ``dt`` [s], while nobody has a body."""
-        self._model.steps(dt, times)
 
     def after_step(self, dt: float) -> None:
         """Move everybody by the ``dt`` [s] of a physics step that is over."""
