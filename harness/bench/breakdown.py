@@ -41,7 +41,7 @@ PARTS: tuple[tuple[str | Namer, type, tuple[str, ...]], ...] = (
     ("world physics", PyBulletWorld, ("step", "reset", "close_episode")),
     ("lidar", Lidar, ("measure",)),
     ("other sensors", SensorSuite, ("measure",)),
-    ("pedestrians", Crowd, ("follow", "before_step", "after_step", "walk_on")),
+    ("pedestrians", Crowd, ("follow", "before_step", "after_step")),
     ("pedestrians", PedestrianModel, ("step", "steps", "see_robot")),
     ("cargo", Cargo, ("step", "reset")),
     ("localizer", Localizer, ("update",)),

@@ -99,7 +99,7 @@ class PlainCostmap:
         longest = layer.active_sources[0].raytrace_max_range
         twins.clear_and_mark(self.grid, self.origin, resolution, sensor, view.points, longest)
         inflation = _layer(self.params, InflationLayerParams)
-        margin = Inflation(inflation, resolution, self.inscribed).kernel.radius if self.map_costs is not None else 0
+        margin = Inflation(inflation, resolution, self.inscribed).radius if self.map_costs is not None else 0
         costs = np.maximum(np.pad(self.grid, margin), self._map(margin))
         given = (resolution, self.inscribed, inflation.inflation_radius, inflation.cost_scaling_factor)
         whole = twins.inflate(costs, *given)

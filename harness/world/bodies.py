@@ -8,15 +8,14 @@ robot be tested.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
+import shapely
 
 from harness.world.contacts import Touched, Vector
-from harness.world.engine import bullet
+from harness.world.engine import bullet, set_dynamics
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
-from harness.world.touch_kernels import find_near, may_touch
 from harness.world.truth import Partner
 from navstack.types import FloatArray
 
@@ -33,16 +32,14 @@ class StaticIndex:
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
-        polygons = [obstacle.polygon for obstacle in obstacles]
-        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
-        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
-        self._boxes = np.array([(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]).reshape(-1, 4)
-        self._found = np.empty(len(polygons), dtype=np.int64)
+        self._tree = shapely.STRtree([shapely.Polygon(obstacle.polygon) for obstacle in obstacles])
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
-        count, nearest = find_near(x, y, radius, self._corners, self._first, self._boxes, self._found)
-        return self._found[:count].tolist(), nearest
+        place = shapely.Point(x, y)
+        found = np.sort(self._tree.query(place, predicate="dwithin", distance=radius))
+        distances = shapely.distance(self._tree.geometries[found], place)
+        return found.tolist(), float(distances.min(initial=math.inf))
 
 
 @lru_cache(maxsize=4)
@@ -56,12 +53,9 @@ class NearObstacles:
 
     ACTIVE_RADIUS = 3.5  # [m] around the body's centre
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
-    MARGIN = 0.15  # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's excess
 
-    def __init__(self, client: int, index: StaticIndex, friction: float, robot: RobotParams) -> None:
+    def __init__(self, client: int, index: StaticIndex, friction: float) -> None:
         self._client = client
-        self._half_size = robot.half_size
-        self._ahead = robot.center[0] - robot.center_of_mass_x  # [m] of the body's middle from its centre of mass
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
@@ -95,15 +89,6 @@ class NearObstacles:
         for number in wanted:
             if number not in self._active:
                 self._add(number)
-        polygons = [self._index.obstacles[number].polygon for number in wanted]
-        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
-        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
-
-    def can_touch(self, x: float, y: float, yaw: float) -> bool:
-        """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        middle = x + cos * self._ahead, y + sin * self._ahead
-        return bool(may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first))
 
     def _add(self, number: int) -> None:
         obstacle = self._index.obstacles[number]
@@ -134,7 +119,7 @@ def add_robot(client: int, robot: RobotParams) -> int:
         physicsClientId=client,
     )
     body = _rigid_body(client, robot.mass, shape, (0.0, 0.0, z))
-    _set_dynamics(client, body, robot.mass, robot.inertia, robot.body_friction)
+    _make_heavy(client, body, robot.mass, robot.inertia, robot.body_friction)
     bullet.setCollisionFilterGroupMask(body, -1, ROBOT, FIXED | PERSON, physicsClientId=client)
     return body
 
@@ -216,7 +201,7 @@ def person_shape(client: int, radius: float, height: float, robot_height: float)
 def add_person(client: int, shape: int, mass: float, friction: float) -> int:
     """A body of a :func:`person_shape` that cannot tip."""
     body = _rigid_body(client, mass, shape, (0.0, 0.0, 0.0))
-    _set_dynamics(client, body, mass, (1e9, 1e9, 1e9), friction)
+    _make_heavy(client, body, mass, (1e9, 1e9, 1e9), friction)
     bullet.setCollisionFilterGroupMask(body, -1, PERSON, ROBOT, physicsClientId=client)
     return body
 
@@ -240,14 +225,6 @@ def fixed_body(client: int, shape: int, position: tuple[float, float, float], fr
     return body
 
 
-def _set_dynamics(client: int, body: int, mass: float, inertia: Any, friction: float) -> None:
-    bullet.changeDynamics(
-        body,
-        -1,
-        mass=mass,  # PyBullet sets an inertia only together with a mass
-        localInertiaDiagonal=inertia,
-        lateralFriction=friction,
-        linearDamping=0.0,
-        angularDamping=0.0,
-        physicsClientId=client,
-    )
+def _make_heavy(client: int, body: int, mass: float, inertia: Vector, friction: float) -> None:
+    # PyBullet sets an inertia only together with a mass.
+    set_dynamics(client, body, mass=mass, localInertiaDiagonal=inertia, lateralFriction=friction)

@@ -20,15 +20,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from harness.world.engine import Server, bullet
-from harness.world.motion_kernels import lean_and_shake
+from harness.world.engine import Server, bullet, set_dynamics
+from harness.world.motion_kernels import Quaternion, Vector, lean_and_shake
 from harness.world.truth import CargoState
 from harness.world.world_params import CargoParams
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import BoolArray, FloatArray
 
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
 Box = tuple[Vector, Vector]  # half extents, centre
 
 SCALE = 10.0  # lengths in the server per real length
@@ -54,7 +52,6 @@ class Cargo:
         self.params = params
         self._gravity = gravity
         self._dt = dt
-        self._radius = params.piece_radius
         self._standing = dataclasses.replace(params, bucket="fixed")  # in which the pieces were poured
         self._server: Server | None = None  # 28 MB, of use only once the bucket is shaken
 
@@ -82,7 +79,14 @@ class Cargo:
     @property
     def positions(self) -> FloatArray:
         """Centres (n, 3) in [m] of the pieces near the bucket, frame of the bucket's floor."""
-        return self._local_positions()
+        if not self._is_built:
+            return self._heap.copy()
+        get, client = bullet.getBasePositionAndOrientation, self._client
+        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3)
+        position, orientation = self._pose()
+        rotation = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        local: FloatArray = ((places - position) / SCALE) @ rotation
+        return local
 
     def step(self, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
         """Advance by one physics step.
@@ -123,7 +127,7 @@ class Cargo:
 
     def _fill(self) -> None:
         """Build what is moved by hand, and the pieces."""
-        self._held, self._pieces = build(self._client, self.params, self._heap, self._radius, self._dt)
+        self._held, self._pieces = build(self._client, self.params, self._heap, self._dt)
 
     def _pose(self) -> tuple[Vector, Quaternion]:
         """Where the centre of the bucket's floor is, in the server's lengths, and how it stands."""
@@ -148,26 +152,15 @@ class Cargo:
 
     def _look(self) -> None:
         """Count what is outside and remove what has left the bucket's surroundings."""
-        places = self._local_positions()
+        places = self.positions
         far = (np.abs(places) > 4.0 * max(self.params.bucket_width, self.params.bucket_height)).any(axis=1)
         far |= places[:, 2] < -0.5 * self.params.bucket_height
         if far.any():
             for i in np.flatnonzero(far)[::-1].tolist():
                 bullet.removeBody(self._pieces.pop(i), physicsClientId=self._client)
                 self._lost += 1
-        outside = self._lost + int((~is_inside(self._local_positions(), self.params)).sum())
+        outside = self._lost + int((~is_inside(self.positions, self.params)).sum())
         self.state = CargoState(self._at_start, outside)
-
-    def _local_positions(self) -> FloatArray:
-        """Centres (n, 3) in [m] in the bucket's frame."""
-        if not self._is_built:
-            return self._heap.copy()
-        get, client = bullet.getBasePositionAndOrientation, self._client
-        places = np.array([get(piece, physicsClientId=client)[0] for piece in self._pieces]).reshape(-1, 3)
-        position, orientation = self._pose()
-        rotation = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
-        local: FloatArray = ((places - position) / SCALE) @ rotation
-        return local
 
 
 def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
@@ -180,7 +173,6 @@ def build(
     client: int,
     params: CargoParams,
     heap: FloatArray,
-    radius: float,
     dt: float,
     make_held: Callable[[int, CargoParams], int] | None = None,
 ) -> tuple[int, list[int]]:
@@ -190,7 +182,6 @@ def build(
         client: the server.
         params: pieces and bucket.
         heap: (n, 3) [m] where the pieces go.
-        radius: [m] of a piece.
         dt: [s] physics step.
         make_held: what is moved by hand, made in the server; None: the bucket.
 
@@ -202,21 +193,19 @@ def build(
         fixedTimeStep=dt, numSubSteps=0, numSolverIterations=20, deterministicOverlappingPairs=1, physicsClientId=client
     )
     held = (make_held or _bucket)(client, params)
-    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=SCALE * radius, physicsClientId=client)
+    radius = SCALE * params.piece_radius
+    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
     pieces: list[int] = []
     for place in (SCALE * heap).tolist():
         piece = bullet.createMultiBody(
             params.piece_mass, shape, basePosition=place, useMaximalCoordinates=1, physicsClientId=client
         )
-        bullet.changeDynamics(
+        set_dynamics(
+            client,
             piece,
-            -1,
             lateralFriction=math.sqrt(params.friction),  # PyBullet multiplies those of the two bodies
-            rollingFriction=params.rolling_friction * SCALE * radius,
+            rollingFriction=params.rolling_friction * SCALE * params.piece_radius,
             restitution=math.sqrt(params.restitution),
-            linearDamping=0.0,
-            angularDamping=0.0,
-            physicsClientId=client,
         )
         pieces.append(int(piece))
     return held, pieces
@@ -249,17 +238,8 @@ def hold(client: int, boxes: list[Box], friction: float, restitution: float) -> 
         restitution: [-] of a bounce off it.
     """
     body = add_boxes(client, boxes, 1.0)
-    bullet.changeDynamics(
-        body,
-        -1,
-        mass=1e6,
-        localInertiaDiagonal=(1e6, 1e6, 1e6),
-        lateralFriction=friction,
-        restitution=math.sqrt(restitution),
-        linearDamping=0.0,
-        angularDamping=0.0,
-        physicsClientId=client,
-    )
+    given = {"lateralFriction": friction, "restitution": math.sqrt(restitution)}
+    set_dynamics(client, body, mass=1e6, localInertiaDiagonal=(1e6, 1e6, 1e6), **given)
     return body
 
 
@@ -296,11 +276,10 @@ def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) 
 
 def _settle(params: CargoParams, gravity: float, dt: float, pour: int) -> FloatArray:
     """Pour pieces into a bucket and wait until they rest."""
-    radius = params.piece_radius
     server = Server()
     client = server.client
     try:
-        bucket, pieces = build(client, params, _poured(params, radius, pour), radius, dt)
+        bucket, pieces = build(client, params, _poured(params, pour), dt)
         for _ in range(round(_SETTLING / dt)):
             step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
         places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
@@ -309,8 +288,9 @@ def _settle(params: CargoParams, gravity: float, dt: float, pour: int) -> FloatA
     return np.array(places) / SCALE
 
 
-def _poured(params: CargoParams, radius: float, pour: int) -> FloatArray:
+def _poured(params: CargoParams, pour: int) -> FloatArray:
     """A loose lattice (n, 3) of pieces above the floor, shifted by layers; it collapses into a heap."""
+    radius = params.piece_radius
     pitch = 2.1 * radius
     per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
     number = np.arange(params.pieces)

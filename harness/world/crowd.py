@@ -9,7 +9,6 @@ from harness.world.bodies import add_person, person_shape, put_person
 from harness.world.body_frames import LEAP, BodyFrames
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
-from harness.world.pedestrian_kernels import count_near
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.truth import Partner
@@ -72,8 +71,6 @@ class Crowd:
             Whether anybody has one.
         """
         states = self._model.states
-        if not self._bodies and not count_near(states, x, y, self.ACTIVE_RADIUS):
-            return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
         for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:
@@ -86,7 +83,7 @@ class Crowd:
     def _add(self, person: int) -> None:
         body = add_person(self._client, self._shape, self._mass, self._friction)
         x, y, vx, vy = self._model.states[person].tolist()
-        self._put(body, x, y, vx, vy)
+        put_person(self._client, body, (x, y, 0.0), (vx, vy, 0.0))
         if self._frames:
             self._frames.add(body, x, y)
         self._bodies[person] = body
@@ -99,9 +96,6 @@ class Crowd:
         if self._frames:
             self._frames.remove(body)
         bullet.removeBody(body, physicsClientId=self._client)
-
-    def _put(self, body: int, x: float, y: float, vx: float, vy: float) -> None:
-        put_person(self._client, body, (x, y, 0.0), (vx, vy, 0.0))
 
     def _may_go(self, person: int) -> bool:
         if not self._is_dynamic or self._is_led:
@@ -134,17 +128,13 @@ class Crowd:
             elif self._frames:
                 px, py = self._frames.show(body, px, py, step)
             else:
-                self._put(body, px, py, vx, vy)
+                put_person(self._client, body, (px, py, 0.0), (vx, vy, 0.0))
             self.motions[body] = Motion((px, py, 0.0), (vx, vy, 0.0))
             if math.hypot(px - x, py - y) < reach:
                 near = True
                 if self._frames:
                     self._frames.meet(body, robot)
         return near
-
-    def walk_on(self, dt: float, times: int) -> None:
-        """Move everybody by ``times`` physics steps of ``dt`` [s], while nobody has a body."""
-        self._model.steps(dt, times)
 
     def after_step(self, dt: float) -> None:
         """Move everybody by the ``dt`` [s] of a physics step that is over."""

@@ -7,7 +7,6 @@ import numpy as np
 import shapely
 
 from harness.world.scene import Scene, Zone
-from navstack.jit import njit
 from navstack.types import FloatArray
 
 _POLYGON = 3  # shapely's number of this kind of geometry
@@ -19,8 +18,7 @@ class Elevation:
 
     def __init__(self, zones: tuple[Zone, ...]) -> None:
         self._regions = _regions(zones)  # height [m] -> polygons; without height 0, which is all the rest
-        edges = shapely.union_all([region.boundary for region in self._regions.values()])
-        self._edges = _segments(edges)
+        self._edges = shapely.union_all([region.boundary for region in self._regions.values()])
         self._covered = shapely.union_all(list(self._regions.values()))
         for region in self._regions.values():
             shapely.prepare(region)
@@ -39,7 +37,7 @@ class Elevation:
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest step, in [m]; inf if there is none."""
-        return float(distance_to_segments(x, y, self._edges))
+        return math.inf if self.is_flat else float(shapely.distance(self._edges, shapely.Point(x, y)))
 
     def around(self, x: float, y: float, half: float) -> dict[float, list[FloatArray]]:
         """The ground within a square around a point, cut to convex counter-clockwise polygons (N, 2), by height [m].
@@ -72,34 +70,6 @@ def _regions(zones: tuple[Zone, ...]) -> dict[float, shapely.Geometry]:
         regions = {height: region.difference(polygon) for height, region in regions.items()}
         regions[zone.elevation] = shapely.union(regions.get(zone.elevation, shapely.Polygon()), polygon)
     return {height: region for height, region in regions.items() if height != 0.0 and region.area > _SLIVER}
-
-
-def _segments(lines: shapely.Geometry) -> FloatArray:
-    """The segments (N, 4) of some lines: x, y of both ends, in [m]."""
-    pieces = [np.array(line.coords) for line in shapely.get_parts(lines)]
-    ends = [np.hstack((piece[:-1], piece[1:])) for piece in pieces]
-    return np.concatenate(ends) if ends else np.empty((0, 4))
-
-
-@njit(cache=True, ahead="float64, float64, float64[:, ::1]")
-def distance_to_segments(x: float, y: float, segments: FloatArray) -> float:
-    """Distance [m] from a point to the nearest of some segments (N, 4), none of length 0; inf: there are none.
-
-    To the last bit what GEOS tells (``Distance::pointToSegment``), in a fifth of the time that it takes from Python.
-    """
-    least = math.inf
-    for k in range(len(segments)):
-        x0, y0, x1, y1 = segments[k]
-        squared = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)
-        along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / squared
-        if along <= 0.0:
-            distance = math.sqrt((x - x0) * (x - x0) + (y - y0) * (y - y0))
-        elif along >= 1.0:
-            distance = math.sqrt((x - x1) * (x - x1) + (y - y1) * (y - y1))
-        else:
-            distance = abs(((y0 - y) * (x1 - x0) - (x0 - x) * (y1 - y0)) / squared) * math.sqrt(squared)
-        least = min(least, distance)
-    return least
 
 
 def _convex_pieces(region: shapely.Geometry) -> list[FloatArray]:

@@ -7,6 +7,7 @@ import sys
 import weakref
 from collections.abc import Iterator
 from types import ModuleType
+from typing import Any
 
 
 @contextlib.contextmanager
@@ -73,3 +74,8 @@ class Server:
     def close(self) -> None:
         """Free it; once more is no harm."""
         self._finalizer()
+
+
+def set_dynamics(client: int, body: int, **dynamics: Any) -> None:
+    """Set what PyBullet's ``changeDynamics`` knows of a body that moves without damping."""
+    bullet.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=client, **dynamics)

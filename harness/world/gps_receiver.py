@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import GaussMarkov, NoiseStore
-from harness.world.ranges import check_ranges, check_timing
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensor import Sensor
 from harness.world.sky import Sky
 from navstack.errors import ParameterError
@@ -40,13 +40,13 @@ class GpsParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_timing("gps", self.rate, self.latency)
         check_ranges(
             "gps",
             self,
             positive="drift_time multipath_time",
             not_negative="position_std drift_std multipath_std reacquisition_time",
             shares="stated_share lost_above found_below",
+            within=TIMING,
         )
         if self.found_below > self.lost_above:
             raise ParameterError(

@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import GaussMarkov, NoiseStore, RandomWalk
-from harness.world.ranges import check_ranges, check_timing
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensor import Sensor
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, Imu
@@ -36,12 +36,12 @@ class ImuParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_timing("imu", self.rate, self.latency)
         check_ranges(
             "imu",
             self,
             positive="yaw_wander_time",
             not_negative="yaw_std yaw_rate_std yaw_rate_bias_std acceleration_std yaw_rate_bias_walk yaw_wander_std",
+            within=TIMING,
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from harness.world.body_state import BodyState
 from harness.world.glass import Glass
 from harness.world.lidar_kernels import cast_circles, cast_grid, clearance_field, finish_scan
-from harness.world.ranges import check_ranges, check_timing
+from harness.world.ranges import POSITIVE, TIMING, check_ranges
 from harness.world.scene import Obstacle
 from harness.world.sensor import Sensor
 from navstack.costmap.occupancy_grid import SOLID_FROM, OccupancyGrid
@@ -18,7 +18,6 @@ from navstack.geometry import compose, relative_to
 from navstack.types import FloatArray, LaserScan, Pose2D
 
 MAX_BEAMS = 20_000  # ten times the densest planar lidars
-_BLOCK = 64  # scans whose noise is drawn at once
 _FULL_TURN = 6.2832  # [rad] 2 pi as a file may write it
 
 
@@ -56,13 +55,13 @@ class LidarParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_timing("lidar", self.rate, self.latency)
-        check_ranges("lidar", self, not_negative="noise_std glass_visible_angle", shares="dropout glass_transmission")
-        if not 1 <= self.beams <= MAX_BEAMS or not 0.0 < self.field_of_view <= _FULL_TURN:
-            raise ParameterError(
-                f"lidar: beams {self.beams} over field_of_view {self.field_of_view} rad; "
-                f"allowed are 1 to {MAX_BEAMS} beams over at most {_FULL_TURN} rad"
-            )
+        check_ranges(
+            "lidar",
+            self,
+            not_negative="noise_std glass_visible_angle",
+            shares="dropout glass_transmission",
+            within={**TIMING, "beams": (1, MAX_BEAMS), "field_of_view": (POSITIVE, _FULL_TURN)},
+        )
         if not 0.0 <= self.range_min < self.range_max:
             raise ParameterError(
                 f"lidar: range_min {self.range_min} m, range_max {self.range_max} m; "
@@ -112,8 +111,6 @@ class Lidar(Sensor):
         """Start an episode whose noise comes from ``rng``."""
         self._of_dropouts, self._of_glass = rng.spawn(2)
         self._rng = rng
-        self._noise = np.empty((0, self._params.beams))
-        self._next = 0
 
     def measure(self, body: BodyState, pedestrians: FloatArray, stamp: float) -> LaserScan:
         """One scan with noise and filters."""
@@ -136,7 +133,7 @@ class Lidar(Sensor):
             ranges[self._of_dropouts.random(params.beams) < params.dropout] = math.inf
         finish_scan(
             ranges,
-            self._draw(),
+            self._rng.standard_normal(params.beams) * params.noise_std,
             params.range_min,
             params.range_max,
             self._directions_base,
@@ -185,12 +182,3 @@ class Lidar(Sensor):
                 self._params.range_max,
                 ranges,
             )
-
-    def _draw(self) -> FloatArray:
-        """The noise (n,) in [m] of the next scan, drawn in blocks."""
-        if self._next == len(self._noise):
-            self._noise = self._rng.standard_normal((_BLOCK, self._params.beams)) * self._params.noise_std
-            self._next = 0
-        self._next += 1
-        row: FloatArray = self._noise[self._next - 1]
-        return row

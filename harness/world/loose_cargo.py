@@ -10,8 +10,9 @@ import math
 
 import numpy as np
 
-from harness.world.cargo import SCALE, Box, Cargo, Quaternion, Vector, add_boxes, build, hold, walls
-from harness.world.engine import bullet
+from harness.world.cargo import SCALE, Box, Cargo, add_boxes, build, hold, walls
+from harness.world.engine import bullet, set_dynamics
+from harness.world.motion_kernels import Quaternion, Vector
 from harness.world.robot import RobotParams
 from harness.world.truth import CargoState
 from harness.world.world_params import CargoParams
@@ -41,24 +42,15 @@ class LooseCargo(Cargo):
         self._deck = (cx - x, cy - y, half_length, half_width)  # [m] centre from the bucket's place, half size
 
     def _fill(self) -> None:
-        self._held, self._pieces = build(
-            self._client, self.params, self._heap, self._radius, self._dt, self._make_deck_and_bucket
-        )
+        given = (self._client, self.params, self._heap, self._dt)
+        self._held, self._pieces = build(*given, self._make_deck_and_bucket)
 
     def _make_deck_and_bucket(self, client: int, params: CargoParams) -> int:
         friction, height = math.sqrt(params.friction), SCALE * params.bucket_height
         half, floor, wall = 0.5 * SCALE * params.bucket_width, 0.5 * SCALE * _FLOOR, 0.5 * SCALE * _WALL
         boxes: list[Box] = [((half, half, floor), (0.0, 0.0, -floor)), *walls(half, height, wall)]
         self._bucket = add_boxes(client, boxes, params.bucket_mass)
-        bullet.changeDynamics(
-            self._bucket,
-            -1,
-            lateralFriction=friction,
-            restitution=math.sqrt(params.restitution),
-            linearDamping=0.0,
-            angularDamping=0.0,
-            physicsClientId=client,
-        )
+        set_dynamics(client, self._bucket, lateralFriction=friction, restitution=math.sqrt(params.restitution))
         x, y, half_length, half_width = (SCALE * length for length in self._deck)
         thick = 0.5 * SCALE * _DECK
         deck = ((half_length, half_width, thick), (x, y, -SCALE * _FLOOR - thick))

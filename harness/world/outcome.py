@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from harness.world.ranges import POSITIVE, check_ranges
 from harness.world.truth import CargoState, Truth
-from navstack.errors import ParameterError
 from navstack.types import Pose2D
 
 
@@ -19,7 +19,13 @@ class Outcome(Enum):
     ARRIVED = "arrived"  # at the goal, cargo not modelled: neither SLA nor spoiled is claimed
 
 
-_MOST = {"arrival_radius": 1000.0, "timeout": 1e5, "max_tilt": math.pi, "impulse_health": 1e6}  # of each rule
+_LIMITS = {
+    "arrival_radius": (POSITIVE, 1000.0),
+    "timeout": (POSITIVE, 1e5),
+    "max_tilt": (POSITIVE, math.pi),
+    "impulse_health": (POSITIVE, 1e6),
+    "real_time_factor": (0.1, 1.0),
+}
 ARRIVALS = (Outcome.SLA, Outcome.SPOILED, Outcome.ARRIVED)
 
 
@@ -48,13 +54,7 @@ class Rules:
         Raises:
             ParameterError: a value out of range.
         """
-        for name, most in _MOST.items():
-            if not 0.0 < getattr(self, name) <= most:
-                raise ParameterError(f"rules: {name} {getattr(self, name)}; allowed is more than 0 to {most:g}")
-        if not 0.0 <= self.spoiled_fraction <= 1.0:
-            raise ParameterError(f"rules: spoiled_fraction {self.spoiled_fraction}; allowed is 0 to 1")
-        if not 0.1 <= self.real_time_factor <= 1.0:
-            raise ParameterError(f"rules: real_time_factor {self.real_time_factor}; allowed is 0.1 to 1")
+        check_ranges("rules", self, shares="spoiled_fraction", within=_LIMITS)
 
     @property
     def time_limit(self) -> float:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -41,6 +42,11 @@ class Errands:
         self._rngs: list[np.random.Generator] = []
         self._cells: IntArray = np.zeros((n, 2), dtype=np.int64)  # where each path ends
         self._turn = 0  # number of the goal that is taken next
+
+    @property
+    def walks(self) -> Walks:
+        """The work space of the kernels."""
+        return Walks(self.points, self.counts, self.next_point, self.pauses, self.speeds)
 
     def reset(self, rng: np.random.Generator, robot: Pose2D) -> FloatArray:
         """Draw goals, speeds and where everybody begins.

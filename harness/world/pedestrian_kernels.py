@@ -1,7 +1,8 @@
 """Walking along polylines, and the search for them. Cells are (row, column)."""
 
+import heapq
 import math
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -9,8 +10,6 @@ import numpy.typing as npt
 from harness.task.shortest_paths import _BETWEEN, _LENGTHS, _MOVES  # one graph for all paths of the harness
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
-
-Number = TypeVar("Number", np.int64, np.float64)
 
 CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, or may never enter
 _WEIGHT = 1.01  # [-] of the heuristic
@@ -52,16 +51,11 @@ def find_path(
     between = _BETWEEN[:, :, 0] * width + _BETWEEN[:, :, 1]
     aim = landmarks[numbers[goal]]
     length[start] = 0.0
-    touched, many = np.empty(1024, np.int64), 1
-    touched[0] = start
-    costs, cells = np.empty(1024), np.empty(1024, np.int64)  # the heap
-    costs[0], cells[0] = 0.0, start
-    size = 1
+    touched = [start]
+    waiting = [(0.0, start)]  # by cost, then by cell
     cell = start
     while cell != goal:
-        cell = cells[0]
-        size -= 1
-        _sift_down(costs, cells, size)
+        cell = heapq.heappop(waiting)[1]
         here = length[cell]
         if here == CLOSED:
             continue
@@ -75,58 +69,14 @@ def find_path(
                 continue
             there = numbers[target]
             if length[target] == np.inf:
-                if many == len(touched):
-                    touched = _longer(touched)
-                touched[many] = target
-                many += 1
+                touched.append(target)
                 ahead[there] = _WEIGHT * _least_length(landmarks[there], aim)
             length[target] = total
             arrival[target] = m
-            if size == len(costs):
-                costs, cells = _longer(costs), _longer(cells)
-            _sift_up(costs, cells, size, total + ahead[there], target)
-            size += 1
-    for k in range(many):
-        length[touched[k]] = np.inf
+            heapq.heappush(waiting, (total + ahead[there], target))
+    for cell in touched:
+        length[cell] = np.inf
     return _trace(moves, width, start, goal, arrival)
-
-
-@njit(cache=True)
-def _longer(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
-    """The same values with room for as many more; a loop compiles in a fraction of what concatenating takes."""
-    longer = np.empty(2 * len(values), values.dtype)
-    for k in range(len(values)):
-        longer[k] = values[k]
-    return longer
-
-
-@njit(cache=True)
-def _sift_up(costs: FloatArray, cells: IntArray, hole: int, cost: float, cell: int) -> None:
-    """Put a cell into the heap, whose order is by cost and then by cell, at its end ``hole``."""
-    while hole > 0:
-        parent = (hole - 1) >> 1
-        if costs[parent] < cost or (costs[parent] == cost and cells[parent] <= cell):
-            break
-        costs[hole], cells[hole] = costs[parent], cells[parent]
-        hole = parent
-    costs[hole], cells[hole] = cost, cell
-
-
-@njit(cache=True)
-def _sift_down(costs: FloatArray, cells: IntArray, size: int) -> None:
-    """Fill the top of the heap, which was taken, so that ``size`` cells are left; the last one stands behind them."""
-    cost, cell = costs[size], cells[size]
-    hole, child = 0, 1
-    while child < size:
-        if child + 1 < size and (
-            costs[child + 1] < costs[child] or (costs[child + 1] == costs[child] and cells[child + 1] < cells[child])
-        ):
-            child += 1
-        if cost < costs[child] or (cost == costs[child] and cell <= cells[child]):
-            break
-        costs[hole], cells[hole] = costs[child], cells[child]
-        hole, child = child, 2 * child + 1
-    costs[hole], cells[hole] = cost, cell
 
 
 @njit(cache=True)
@@ -155,43 +105,29 @@ def _least_length(a: Float32Array, b: Float32Array) -> float:
     return max(even, odd)
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64")
-def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
-    """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
-    number = 0
-    for i in range(len(states)):
-        dx, dy = states[i, 0] - x, states[i, 1] - y
-        number += dx * dx + dy * dy < radius * radius
-    return number
+class Walks(NamedTuple):
+    """Where everybody goes."""
+
+    points: FloatArray  # (n, M, 2) corners of everybody's path, [m]
+    counts: IntArray  # (n,) corners per path
+    next_point: IntArray  # (n,) index of the corner each one walks to; ``counts`` when standing
+    pauses: FloatArray  # (n,) [s] to stand, counted down from the arrival on
+    speeds: FloatArray  # (n,) [m/s] at which each likes to walk
 
 
-@njit(
-    cache=True,
-    ahead="float64, int64, float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1], "
-    "float64[:, ::1], float64[:, ::1], bool[::1]",
-)
+_WALKS = "NamedTuple((float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1]), Walks)"
+
+
+@njit(cache=True, ahead=f"float64, int64, {_WALKS}, float64[:, ::1], float64[:, ::1], bool[::1]")
 def walk(
-    dt: float,
-    times: int,
-    points: FloatArray,
-    counts: IntArray,
-    next_point: IntArray,
-    pauses: FloatArray,
-    speeds: FloatArray,
-    positions: FloatArray,
-    states: FloatArray,
-    restless: BoolArray,
+    dt: float, times: int, walks: Walks, positions: FloatArray, states: FloatArray, restless: BoolArray
 ) -> tuple[int, int]:
     """Move everybody by ``dt``, at most ``times`` times: no more after a step in which somebody becomes restless.
 
     Args:
         dt: [s].
         times: positive.
-        points: (n, M, 2) corners of everybody's path, [m].
-        counts: (n,) corners per path.
-        next_point: (n,) index of the corner each one walks to; ``counts`` when standing. Changed in place.
-        pauses: (n,) [s] to stand, counted down in place from the arrival on.
-        speeds: (n,) [m/s].
+        walks: changed in place.
         positions: (n, 2) [m], changed in place.
         states: (n, 4) output: x, y [m], vx, vy [m/s].
         restless: (n,) output: who has stood long enough and needs a new path.
@@ -199,6 +135,7 @@ def walk(
     Returns:
         How often they moved, and how many are restless.
     """
+    points, counts, next_point, pauses, speeds = walks
     for moved in range(times):
         number = 0
         for i in range(len(speeds)):

@@ -3,15 +3,21 @@
 from dataclasses import dataclass
 
 from harness.task.study import MAX_PEDESTRIANS
-from harness.world.ranges import check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
 MODEL_NAMES = ("random_walk", "social_force", "replay")
 GOAL_CHOICES = ("random", "in_turn")
 BEGINNINGS = ("setting_out", "stationary")
-MAX_GOALS = 10_000
-MAX_SIZE, MAX_SPEED = 5.0, 20.0  # [m] of a body, [m/s]
+_PEOPLE = {
+    "count": (0, MAX_PEDESTRIANS),
+    "goals": (1, 10_000),
+    "radius": (POSITIVE, 5.0),
+    "height": (POSITIVE, 5.0),
+    "speed": (POSITIVE, 20.0),
+    "speed_std": (0.0, 20.0),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +55,12 @@ class SocialForceParams:
             positive="relaxation_time person_range wall_range top_speed",
             not_negative="person_strength look_ahead wall_strength sight_angle unseen_weight",
             shares="unaware" if self.anisotropy is None else "unaware anisotropy",
+            within={"body_stiffness": (0.0, 1e4)},  # which the physics step can still follow
         )
         if (self.robot_strength is None) != (self.robot_range is None):
             raise ParameterError("social_force: give robot_strength and robot_range, or neither")
         if self.robot_range is not None:
             check_ranges("social_force", self, positive="robot_range", not_negative="robot_strength")
-        if not 0.0 <= self.body_stiffness <= 1e4:
-            raise ParameterError(
-                f"social_force: body_stiffness {self.body_stiffness} 1/s2; allowed is 0 to 10000, "
-                "which the physics step can still follow"
-            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,23 +123,6 @@ class PedestrianParams:
                 "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of social_force go would "
                 "hang on the robot: allowed with it is random"
             )
-        if not 0 <= self.count <= MAX_PEDESTRIANS or not 1 <= self.goals <= MAX_GOALS:
-            raise ParameterError(
-                f"pedestrians: count {self.count}, goals {self.goals}; allowed are 0 to {MAX_PEDESTRIANS} and "
-                f"1 to {MAX_GOALS}"
-            )
-        if max(self.radius, self.height) > MAX_SIZE or max(self.speed, self.speed_std) > MAX_SPEED:
-            raise ParameterError(
-                f"pedestrians: radius {self.radius} m, height {self.height} m, speed {self.speed} m/s, speed_std "
-                f"{self.speed_std} m/s; allowed are up to {MAX_SIZE:g} m and {MAX_SPEED:g} m/s"
-            )
-        if not self.speed > 0.0 or self.speed_std < 0.0 or not self.radius > 0.0 or not self.height > 0.0:
-            raise ParameterError(
-                f"pedestrians: speed {self.speed} m/s, speed_std {self.speed_std} m/s, radius {self.radius} m, "
-                f"height {self.height} m; all must be positive, speed_std may be 0"
-            )
-        if not 0.0 <= self.pause_min <= self.pause_max or self.agent_radius < 0.0 or self.start_clearance < 0.0:
-            raise ParameterError(
-                f"pedestrians: pause {self.pause_min}..{self.pause_max} s, agent_radius {self.agent_radius} m, "
-                f"start_clearance {self.start_clearance} m; none may be negative, the pause must be a range"
-            )
+        check_ranges("pedestrians", self, not_negative="pause_min agent_radius start_clearance", within=_PEOPLE)
+        if not self.pause_min <= self.pause_max:
+            raise ParameterError(f"pedestrians: pause {self.pause_min}..{self.pause_max} s; it must be a range")

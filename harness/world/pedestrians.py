@@ -99,18 +99,7 @@ class RandomWalkPedestrians(PedestrianModel):
         """See :class:`PedestrianModel`."""
         errands, states = self._errands, np.empty_like(self._states)
         while times > 0:
-            moved, restless = walk(
-                dt,
-                times,
-                errands.points,
-                errands.counts,
-                errands.next_point,
-                errands.pauses,
-                errands.speeds,
-                self._positions,
-                states,
-                self._restless,
-            )
+            moved, restless = walk(dt, times, errands.walks, self._positions, states, self._restless)
             times -= moved
             if restless:
                 for i in np.flatnonzero(self._restless):

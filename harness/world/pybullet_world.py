@@ -28,7 +28,7 @@ from harness.world.sensors import SensorSuite
 from harness.world.truth import Truth
 from harness.world.world import World
 from harness.world.world_params import WorldParams
-from navstack.types import FloatArray, Observation, Pose2D, Twist2D
+from navstack.types import Observation, Pose2D, Twist2D
 
 _OBSTACLE_FRICTION = 0.6  # [-] Coulomb coefficient of walls and furniture
 # Beyond these the loads of the wheels are measured.
@@ -93,7 +93,7 @@ class PyBulletWorld(World):
         self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)  # see harness.world.bodies
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
-        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
+        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(client, self._pedestrians, self._params, robot)
         self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
@@ -123,7 +123,7 @@ class PyBulletWorld(World):
         for _ in range(self._steps_per_tick):
             self._advance(*self._commands.receive(self._steps), in_company)
         if not in_company:
-            self._crowd.walk_on(self._dt, self._steps_per_tick)
+            self._pedestrians.steps(self._dt, self._steps_per_tick)
         self._state = self._base_state(self._state)
         self._truth = self._make_truth()
         return self._sensors.measure(self._state, self._truth.pedestrians, self.stamp)
@@ -152,11 +152,6 @@ class PyBulletWorld(World):
     def body_state(self) -> BodyState:
         """How the robot's base frame truly moves; the acceleration is the mean over the last tick."""
         return self._state
-
-    @property
-    def cargo_pieces(self) -> FloatArray:
-        """Centres (n, 3) in [m] of the pieces in and near the bucket, frame of its floor; none without cargo."""
-        return self._cargo.positions if self._cargo else np.empty((0, 3))
 
     def close_episode(self) -> Truth:
         """Finish the open contact events; returns the final truth."""
@@ -210,11 +205,7 @@ class PyBulletWorld(World):
         to_obstacle = self._obstacles.follow(x, y, self._reach)
         self._clear_around = x, y
         self._clear_squared = max(min(to_step, to_obstacle) - _SLACK, 0.0) ** 2
-        near = to_obstacle < 0.0
-        if near and not self._is_tilted and not self._book.is_waiting:
-            _, _, qz, qw = self._orientation
-            near = self._obstacles.can_touch(x, y, 2.0 * math.atan2(qz, qw))
-        return to_step < 0.0, near
+        return to_step < 0.0, to_obstacle < 0.0
 
     def _apply_forces(self, speed: float, yaw_rate: float) -> None:
         """Let drive, weight and scraping act during the coming step."""
@@ -249,7 +240,8 @@ class PyBulletWorld(World):
         ground = self._ground.bodies
         if before:
             points = self._contact_points([contact for contact in contacts if contact[2] not in ground])
-            if most := self._params.pedestrian_bodies.max_contact_impulse:
+            most = self._params.pedestrian_bodies.max_contact_impulse
+            if points and most:
                 points = self._limit(points, most)
             self._book.record(self.stamp, points, before)
         self._footing = self._feet.level_footing(is_touched=self._book.is_waiting)

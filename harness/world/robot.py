@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from harness.world.ranges import check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError
 from navstack.geometry import make_footprint
 from navstack.types import FloatArray
@@ -67,10 +67,8 @@ class RobotParams:
             raise ParameterError(
                 f"robot: bucket {list(self.bucket)} m; allowed is up to {MAX_SIZE:g} m off the base frame"
             )
-        check_ranges("robot", self, positive=_POSITIVE, not_negative=_NOT_NEGATIVE)
-        for name in _POSITIVE.split():
-            if getattr(self, name) > MAX_VALUE:
-                raise ParameterError(f"robot: {name} {getattr(self, name)}; allowed is at most {MAX_VALUE:g}")
+        limits = dict.fromkeys(_POSITIVE.split(), (POSITIVE, MAX_VALUE))
+        check_ranges("robot", self, not_negative=_NOT_NEGATIVE, within=limits)
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
                 f"robot: height {self.height} m must exceed center_of_mass_height {self.center_of_mass_height} m "

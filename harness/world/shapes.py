@@ -40,9 +40,18 @@ class Rect:
         """Whether the two share an inner point."""
         return self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
 
-    def contains(self, other: "Rect") -> bool:
-        """Whether the other lies within this one."""
-        return self.x0 <= other.x0 and other.x1 <= self.x1 and self.y0 <= other.y0 and other.y1 <= self.y1
+    def side_length(self, side: int) -> float:
+        """Length [m] of the left, bottom, right or top side."""
+        return self.depth if side % 2 == 0 else self.width
+
+    def beside(self, side: int, along: float, inwards: float = 0.0) -> tuple[float, float]:
+        """The point ``along`` [m] from the lower or left end of a side (as above), ``inwards`` [m] from it."""
+        return (
+            (self.x0 + inwards, self.y0 + along),
+            (self.x0 + along, self.y0 + inwards),
+            (self.x1 - inwards, self.y0 + along),
+            (self.x0 + along, self.y1 - inwards),
+        )[side]
 
 
 def box(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:

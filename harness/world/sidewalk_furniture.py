@@ -94,7 +94,7 @@ class Furnisher:
 
     def _line_curb(self, block: Block, side: int) -> None:
         strip, width = block.strip(side), block.widths[side]
-        length = strip.depth if side % 2 == 0 else strip.width
+        length = strip.side_length(side)
         along = float(self._rng.uniform(1.0, 4.0))
         while along < length - 1.0 and self._count < PUBLISHED.pieces:
             gap = float(self._rng.uniform(*_CURB_GAP))
@@ -106,7 +106,7 @@ class Furnisher:
     def _line_facade(self, block: Block, side: int) -> None:
         strip, width = block.strip(side), block.widths[side]
         neighbours = block.widths[(side + 3) % 4], block.widths[(side + 1) % 4]
-        length = strip.depth if side % 2 == 0 else strip.width
+        length = strip.side_length(side)
         along = max(neighbours) + self._spacing(_FACADE_SPACING)
         while along < length - max(neighbours):
             name, size = self._draw(_FACADE_MIX)
@@ -116,13 +116,7 @@ class Furnisher:
     def _place_along(self, name: str, size: FloatArray, strip: Rect, side: int, along: float, inwards: float) -> None:
         """Place a piece ``along`` metres from the strip's lower or left end, ``inwards`` metres from its curb."""
         yaw = math.pi / 2.0 if side % 2 == 0 else 0.0
-        x, y = (
-            (strip.x0 + inwards, strip.y0 + along),
-            (strip.x0 + along, strip.y0 + inwards),
-            (strip.x1 - inwards, strip.y0 + along),
-            (strip.x0 + along, strip.y1 - inwards),
-        )[side]
-        self._place(name, size, x, y, yaw, margin=0.35)
+        self._place(name, size, *strip.beside(side, along, inwards), yaw, margin=0.35)
 
     def _furnish_plaza(self, area: Rect) -> None:
         """Planters on a loose grid, and a row of bollards along the open sides."""
@@ -157,16 +151,10 @@ class Furnisher:
         walls = [bounds(building.polygon) for building in self._streets.buildings]
         line = area.inset(*([_PANEL_INSET] * 4))
         for side in range(4):
-            length = line.depth if side % 2 == 0 else line.width
+            length = line.side_length(side)
             count = max(round(length / _PANEL_LENGTH), 1)
             for k in range(count):
-                along = (k + 0.5) * length / count
-                x, y = (
-                    (line.x0, line.y0 + along),
-                    (line.x0 + along, line.y0),
-                    (line.x1, line.y0 + along),
-                    (line.x0 + along, line.y1),
-                )[side]
+                x, y = line.beside(side, (k + 0.5) * length / count)
                 reach = Rect(x, y, x, y).inset(*([-2.0 * _PANEL_INSET] * 4))
                 if not any(wall.overlaps(reach) for wall in walls):
                     yaw = math.pi / 2.0 if side % 2 == 0 else 0.0

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from harness.task.shortest_paths import line_of_sight
 from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams
 from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray, IntArray
@@ -75,12 +76,8 @@ def walk_among_others(
     forces: Forces,
     robot: FloatArray,
     aware: BoolArray,
-    points: FloatArray,
-    counts: IntArray,
-    next_point: IntArray,
-    pauses: FloatArray,
+    walks: Walks,
     looks: FloatArray,
-    speeds: FloatArray,
     before: FloatArray,
     edges: Edges,
     after: FloatArray,
@@ -93,12 +90,8 @@ def walk_among_others(
         forces: :class:`Forces`.
         robot: (6,) centre x, y [m], cosine and sine of the yaw, vx, vy [m/s]; map frame.
         aware: (n,) who notices the robot.
-        points: (n, M, 2) corners of everybody's path, [m].
-        counts: (n,) corners per path.
-        next_point: (n,) index of the corner each one walks to; ``counts`` when standing. Changed in place.
-        pauses: (n,) [s] to stand, counted down in place from the arrival on.
+        walks: where everybody goes. Changed in place.
         looks: (n,) [s] until each looks at the way again. Changed in place.
-        speeds: (n,) [m/s] at which each likes to walk.
         before: (n, 4) x, y [m], vx, vy [m/s].
         edges: :class:`Edges` of the walkable area.
         after: (n, 4) output: as ``before``.
@@ -107,13 +100,13 @@ def walk_among_others(
     Returns:
         How many are not BUSY.
     """
-    number, fastest = 0, 0.0
+    number, fastest, speeds = 0, 0.0, walks.speeds
     for i in range(len(speeds)):
         fastest = max(fastest, speeds[i])
     farthest = _FAR * forces.person_range + forces.look_ahead * forces.top_speed * fastest
     for i in range(len(speeds)):
-        ex, ey = _heading(i, points, counts, next_point, before)
-        needs[i] = _need(i, dt, points, counts, next_point, pauses, looks, before, edges)
+        ex, ey = _heading(i, walks, before)
+        needs[i] = _need(i, dt, walks, looks, before, edges)
         if needs[i] != BUSY:
             number += 1
         ax, ay = _acceleration(i, forces, robot, aware[i], ex, ey, speeds[i], before, farthest, edges)
@@ -154,10 +147,9 @@ def _acceleration(
 
 
 @njit(cache=True)
-def _heading(
-    i: int, points: FloatArray, counts: IntArray, next_point: IntArray, states: FloatArray
-) -> tuple[float, float]:
+def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
     """Unit vector towards the next corner of the path, (0, 0) when standing; counts off corners that are reached."""
+    points, counts, next_point, _, _ = walks
     while next_point[i] < counts[i]:
         k = next_point[i]
         dx, dy = points[i, k, 0] - states[i, 0], points[i, k, 1] - states[i, 1]
@@ -169,18 +161,9 @@ def _heading(
 
 
 @njit(cache=True)
-def _need(
-    i: int,
-    dt: float,
-    points: FloatArray,
-    counts: IntArray,
-    next_point: IntArray,
-    pauses: FloatArray,
-    looks: FloatArray,
-    states: FloatArray,
-    edges: Edges,
-) -> int:
+def _need(i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray, edges: Edges) -> int:
     """What person ``i`` needs; see :func:`walk_among_others`."""
+    points, counts, next_point, pauses, _ = walks
     if next_point[i] >= counts[i]:
         pauses[i] -= dt
         return RESTLESS if pauses[i] <= _TINY else BUSY

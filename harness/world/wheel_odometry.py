@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.world.body_state import BodyState
 from harness.world.noise import NoiseStore
-from harness.world.ranges import check_ranges, check_timing
+from harness.world.ranges import TIMING, check_ranges
 from harness.world.sensor import Sensor
 from navstack.geometry import compose, normalize_angle
 from navstack.types import FloatArray, Odometry, Pose2D, Twist2D
@@ -36,12 +36,12 @@ class OdometryParams:
         Raises:
             ParameterError: a value out of range.
         """
-        check_timing("odometry", self.rate, self.latency)
         check_ranges(
             "odometry",
             self,
             not_negative="linear_scale_std angular_scale_std linear_noise yaw_noise_per_distance yaw_noise_per_turn "
             "velocity_std yaw_rate_std slip",
+            within=TIMING,
         )
 
 

@@ -4,15 +4,19 @@ import math
 from dataclasses import dataclass
 
 from harness.world.pedestrian_params import PedestrianParams
-from harness.world.ranges import check_ranges
+from harness.world.ranges import POSITIVE, check_ranges
 from navstack.errors import ParameterError, UnknownNameError
 
 PEDESTRIAN_BODIES = ("kinematic", "dynamic")
 COUNTED_PER = ("partner", "point")
 FRICTION_RULES = ("multiply", "average")
 BUCKETS = ("fixed", "free")
-MAX_RATE, MAX_ITERATIONS = 10_000.0, 1000  # of physics steps [Hz], of the solver: more would never end
-MAX_GRAVITY = 100.0  # [m/s2]
+_PHYSICS = {  # more steps and iterations would never end
+    "rate": (60.0, 10_000.0),
+    "gravity": (POSITIVE, 100.0),
+    "contact_erp": (0.0, 0.2),
+    "solver_iterations": (1, 1000),
+}
 MAX_FRAME_STEPS = 120  # physics steps per rendered frame
 MAX_PIECES = 1000  # of cargo
 
@@ -32,17 +36,7 @@ class PhysicsParams:
         Raises:
             ParameterError: a value out of range.
         """
-        if not 60.0 <= self.rate <= MAX_RATE or not 0.0 < self.gravity <= MAX_GRAVITY:
-            raise ParameterError(
-                f"physics: rate {self.rate} Hz, gravity {self.gravity} m/s2; "
-                f"allowed are 60 to {MAX_RATE:g}, more than 0 to {MAX_GRAVITY:g}"
-            )
-        if not 1 <= self.solver_iterations <= MAX_ITERATIONS:
-            raise ParameterError(
-                f"physics: solver_iterations {self.solver_iterations}; allowed are 1 to {MAX_ITERATIONS}"
-            )
-        if not 0.0 <= self.contact_erp <= 0.2:
-            raise ParameterError(f"physics: contact_erp {self.contact_erp}; allowed is 0 to 0.2")
+        check_ranges("physics", self, within=_PHYSICS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,17 +62,17 @@ class PedestrianBodyParams:
             raise UnknownNameError("kind of pedestrian body", self.kind, PEDESTRIAN_BODIES)
         if self.friction_combine not in FRICTION_RULES:
             raise UnknownNameError("pedestrian_bodies: friction_combine", self.friction_combine, FRICTION_RULES)
-        if not self.mass > 0.0 or not self.push_force > 0.0 or self.friction < 0.0:
-            raise ParameterError(
-                f"pedestrian_bodies: mass {self.mass} kg, push_force {self.push_force} N, friction {self.friction}; "
-                "allowed are more than 0, more than 0, at least 0"
-            )
         if not 1 <= self.frame_steps <= MAX_FRAME_STEPS or (self.frame_steps > 1 and self.kind != "kinematic"):
             raise ParameterError(
                 f"pedestrian_bodies: frame_steps {self.frame_steps} of {self.kind} bodies; "
                 f"allowed is 1 to {MAX_FRAME_STEPS}, and more than 1 for kinematic bodies only"
             )
-        check_ranges("pedestrian_bodies", self, not_negative="max_contact_impulse max_depenetration_speed")
+        check_ranges(
+            "pedestrian_bodies",
+            self,
+            positive="mass push_force",
+            not_negative="friction max_contact_impulse max_depenetration_speed",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +94,7 @@ class ContactParams:
         """
         if self.per not in COUNTED_PER:
             raise UnknownNameError("contacts: per", self.per, COUNTED_PER)
-        if min(self.counted_impulse, self.cool_down, self.impact_speed, self.separation_time) < 0.0:
-            raise ParameterError(f"contacts: {self} has a value out of range; allowed is 0 or more")
+        check_ranges("contacts", self, not_negative="counted_impulse cool_down impact_speed separation_time")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,16 +125,13 @@ class CargoParams:
         """
         if self.bucket not in BUCKETS:
             raise UnknownNameError("cargo: bucket", self.bucket, BUCKETS)
-        check_ranges("cargo", self, positive="bucket_mass", not_negative="bucket_friction")
-        if not 0 <= self.pieces <= MAX_PIECES:
-            raise ParameterError(f"cargo: pieces {self.pieces}; allowed is 0 (no cargo) to {MAX_PIECES}")
-        if not (0.0 < self.fill <= 1.0 and 0.0 < self.packing < 0.74):
-            raise ParameterError(f"cargo: fill {self.fill}, packing {self.packing}; allowed are up to 1 and up to 0.74")
-        sizes = (self.piece_mass, self.piece_radius, self.bucket_width, self.wake_acceleration, self.settle_time)
-        if min(sizes) <= 0.0 or min(self.friction, self.rolling_friction, self.restitution) < 0.0:
-            raise ParameterError(
-                "cargo: masses, sizes, times and wake_acceleration must be positive, frictions not < 0"
-            )
+        check_ranges(
+            "cargo",
+            self,
+            positive="bucket_mass piece_mass piece_radius bucket_width wake_acceleration settle_time",
+            not_negative="bucket_friction friction rolling_friction restitution",
+            within={"pieces": (0, MAX_PIECES), "fill": (POSITIVE, 1.0), "packing": (POSITIVE, 0.74)},
+        )
         if self.bucket_width < 2.0 * self.piece_radius:
             raise ParameterError(
                 f"cargo: bucket_width {self.bucket_width} m holds no piece of radius {self.piece_radius} m; "

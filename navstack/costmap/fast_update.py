@@ -12,7 +12,7 @@ import numpy as np
 
 from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import Costmap
-from navstack.costmap.inflation import CellInflation, InflationKernel
+from navstack.costmap.inflation import Inflation
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.window import Box, Window
 from navstack.types import ByteArray, FloatArray, IntArray, Pose2D
@@ -31,7 +31,7 @@ class FastUpdate:
         obstacles: the obstacle layers.
         shown: the inflated costs of the map (height, width), raised to the masks that come after the inflation, with
             ``margin`` more cells on each side.
-        kernel: the costs around an obstacle.
+        inflation: of the obstacles.
         master: the costmap to write.
         window: where it lies; cell (0, 0) of its lattice is the map's first.
         rolling: the window moves.
@@ -43,17 +43,17 @@ class FastUpdate:
         obstacles: Sequence[ObstacleCells],
         shown: ByteArray,
         margin: int,
-        kernel: InflationKernel,
+        inflation: Inflation,
         master: Costmap,
         window: Window,
         rolling: bool,
         fill: int,
     ) -> None:
-        self._obstacles = obstacles
+        self.layers = obstacles
         self._shown = shown.view()
         self._shown.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
-        self._inflation = CellInflation(kernel)
+        self._inflation = inflation
         self._master = master
         self._window = window
         self._rolling = rolling
@@ -74,7 +74,7 @@ class FastUpdate:
 
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.follow(self._window)
         window, size = self._window, self._master.data.size
         start = self._start + dy * window.size_x + dx
@@ -89,13 +89,13 @@ class FastUpdate:
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
         """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.update(self._window, footprint)
         self._write()
 
     def clear(self) -> None:
         """Forget all obstacles; the map remains. The window may have been put anywhere."""
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             obstacles.clear()
         self._all_is_stale = self._rolling
         self._write()
@@ -103,7 +103,7 @@ class FastUpdate:
     @property
     def obstacle_costs(self) -> list[ByteArray]:
         """The obstacle layers as grids."""
-        return [obstacles.as_grid(self._window) for obstacles in self._obstacles]
+        return [obstacles.as_grid(self._window) for obstacles in self.layers]
 
     def _write(self) -> None:
         """Write what came into the window and the cells that a changed obstacle can reach."""
@@ -113,17 +113,17 @@ class FastUpdate:
         if sum((xn - x0) * (yn - y0) for x0, xn, y0, yn in stale) >= _MOST * self._master.data.size:
             stale = [self._window.bounds]
         boxes: IntArray = np.array(stale, dtype=np.int64)
-        target, box = self._master.data, self._window.box
-        inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, box, boxes)
-        for obstacles in self._obstacles:
+        target, corner = self._master.data, (self._window.cell_x, self._window.cell_y)
+        inflation_kernels.copy_boxes(self._shown, self._margin, self._fill, target, self._window.box, boxes)
+        for obstacles in self.layers:
             if obstacles.count > 0:
                 for part in stale:
-                    self._inflation.apply(target, self._window, obstacles.cells, obstacles.count, part)
+                    self._inflation.spread(target, corner, obstacles.cells, obstacles.count, part)
 
     def _take_stale(self) -> list[Box]:
         """The boxes of lattice cells to write, which are then up to date."""
         stale, self._entered = self._entered, []
-        for obstacles in self._obstacles:
+        for obstacles in self.layers:
             changed = obstacles.take_changed()
             if changed is not None:
                 stale.append(_around(changed, self._inflation.radius, self._window.bounds))

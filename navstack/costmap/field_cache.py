@@ -111,9 +111,11 @@ def _write(file: Path, array: Array) -> None:
         ) as stream:
             partial = Path(stream.name)
             try:
-                check = _Checked(stream)
-                np.lib.format.write_array(check, array, version=(1, 0), allow_pickle=False)
-                stream.write(check.crc.to_bytes(_CHECK_BYTES, "little"))
+                np.lib.format.write_array(stream, array, version=(1, 0), allow_pickle=False)
+                stream.flush()
+                with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as written:
+                    check = zlib.crc32(written)
+                stream.write(check.to_bytes(_CHECK_BYTES, "little"))
                 stream.close()
                 os.replace(partial, file)
             finally:
@@ -136,16 +138,3 @@ def _make_room(folder: Path) -> None:
                 return
             file.unlink()
             total -= size
-
-
-class _Checked:
-    """A stream to write to that knows the CRC-32 of what was written."""
-
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
-        self.crc = 0
-
-    def write(self, content: bytes) -> None:
-        """Write on."""
-        self._stream.write(content)
-        self.crc = zlib.crc32(content, self.crc)

@@ -35,18 +35,23 @@ class FullUpdate:
         self._work: ByteArray = np.full(size, fill, dtype=np.uint8) if is_apart else master.data
         self.region = (0, 0, 0, 0)  # cells x0, xn, y0, yn of the last update
 
+    @property
+    def layers(self) -> list[Layer]:
+        """All of them in their order, filters last."""
+        return [*self._layers, *self._filters]
+
     def moved(self, dx: int, dy: int) -> None:
         """The window has moved by so many cells."""
         shift(self._master.data, dx, dy, self._fill)
         if self._work is not self._master.data:
             shift(self._work, dx, dy, self._fill)
-        for layer in (*self._layers, *self._filters):
+        for layer in self.layers:
             layer.moved(dx, dy)
 
     def update(self, pose: Pose2D, footprint: FloatArray) -> None:
         """Take in the newest observations; ``pose`` and padded ``footprint`` are the robot's in the map frame."""
         bounds = Bounds.empty()
-        for layer in (*self._layers, *self._filters):
+        for layer in self.layers:
             layer.update_bounds(self._window, pose, footprint, bounds)
         if bounds.values[0] > bounds.values[1]:
             return
@@ -55,14 +60,14 @@ class FullUpdate:
 
     def clear(self) -> None:
         """Forget all obstacles; the map remains."""
-        for layer in (*self._layers, *self._filters):
+        for layer in self.layers:
             layer.clear()
         self._write(0, self._window.size_x, 0, self._window.size_y)
 
     @property
     def obstacle_costs(self) -> list[ByteArray]:
         """The grids of the obstacle layers."""
-        return [layer.grid for layer in (*self._layers, *self._filters) if isinstance(layer, ObstacleLayer)]
+        return [layer.grid for layer in self.layers if isinstance(layer, ObstacleLayer)]
 
     def _write(self, x0: int, xn: int, y0: int, yn: int) -> None:
         margin = self._margin
@@ -83,5 +88,5 @@ def _map_margin(layers: list[Layer]) -> int:
     for layer in layers:
         has_map = has_map or isinstance(layer, StaticLayer | KeepoutLayer)
         if has_map and isinstance(layer, InflationLayer):
-            margin = max(margin, layer.inflation.kernel.radius)
+            margin = max(margin, layer.inflation.radius)
     return margin

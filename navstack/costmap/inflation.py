@@ -2,22 +2,21 @@
 
 The costs are those of Nav2 Jazzy: each cell takes the cost of its exact distance to the nearest source. Where Jazzy's
 breadth-first search assigns a cell to a source that is not its nearest (rare, one cell in 3000 of a dense scene), this
-module gives the nearest. Because cost never rises with distance, "cost of the nearest source" equals "highest of all
-sources' costs", so a precomputed kernel is stamped with the maximum on each source: no distance field is needed.
+module gives the nearest: cost never rises with distance, so that it is the highest of what all sources leave, of each
+column's sources only the nearest one above or below (:mod:`~navstack.costmap.spread_kernels`).
 Nav2 main looks costs up by a rounded distance; the parameter ``distance_steps`` does the same.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from navstack.costmap import inflation_kernels, spread_kernels
 from navstack.costmap.cell_kernels import CellArray
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
-from navstack.costmap.inflation_kernels import BLOCK, RUN
+from navstack.costmap.inflation_kernels import BLOCK
 from navstack.costmap.spread_kernels import DistanceArray
-from navstack.costmap.window import Box, Window
+from navstack.costmap.window import Box
 from navstack.errors import ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray, IntArray
@@ -41,17 +40,11 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
     return int(HIGHEST_FALLING_COST * factor)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class InflationKernel:
-    """The costs around one obstacle cell, and around patterns of neighbouring ones."""
-
-    costs: ByteArray  # (2 radius + 1, 2 radius + 1) around one cell
-    radius: int  # [cells]
-    patterns: ByteArray  # (16, 2 radius + 1, w), see inflation_kernels.stamp
-
-
-def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> InflationKernel:
+def cost_kernel(params: InflationLayerParams, resolution: float, inscribed_radius: float) -> ByteArray:
     """The costs within ``inflation_radius`` of a cell, for the *padded* footprint's ``inscribed_radius`` [m].
+
+    Returns:
+        (2 radius + 1, 2 radius + 1) with the cell in the middle.
 
     Raises:
         ParameterError: the radius has more than ``MOST_RADIUS`` cells.
@@ -72,82 +65,53 @@ def make_kernel(params: InflationLayerParams, resolution: float, inscribed_radiu
                     distance = math.floor(distance * params.distance_steps + 0.5) / params.distance_steps
                 cost = inflation_cost(distance * resolution, inscribed_radius, params.cost_scaling_factor)
                 costs[dy + radius, dx + radius] = cost
-    return InflationKernel(costs, radius, _patterns(costs))
-
-
-def _patterns(costs: ByteArray) -> ByteArray:
-    """The highest costs of all patterns of cells in a row; rows are filled up with zeros to whole blocks."""
-    side = len(costs)
-    patterns = np.zeros((1 << RUN, side, -(-(side + RUN - 1) // BLOCK) * BLOCK), dtype=np.uint8)
-    for pattern in range(1 << RUN):
-        for j in range(RUN):
-            if pattern >> j & 1:
-                part = patterns[pattern, :, j : j + side]
-                np.maximum(part, costs, out=part)
-    return patterns
+    return costs
 
 
 class Inflation:
-    """The inflation layer: raises the costs around the lethal cells of a grid."""
+    """The inflation layer: raises the costs around the lethal cells of a grid, or around listed cells."""
 
     def __init__(self, params: InflationLayerParams, resolution: float, inscribed_radius: float) -> None:
-        """See :func:`make_kernel` for the arguments."""
+        """See :func:`cost_kernel` for the arguments."""
         self.params = params
-        self.kernel = make_kernel(params, resolution, inscribed_radius)
-        self._runs = np.empty((4096, 3), dtype=np.int32)
+        self.costs = cost_kernel(params, resolution, inscribed_radius)
+        self.radius = len(self.costs) // 2  # [cells]
+        side = 2 * self.radius + 1
+        distance = np.uint8 if self.radius < np.iinfo(np.uint8).max else np.uint16
+        self._around: DistanceArray = np.full(-(-side // BLOCK) * BLOCK, self.radius + 1, dtype=distance)
+        self._around[:side] = np.abs(np.arange(-self.radius, self.radius + 1))
+        self._profiles: ByteArray = np.zeros((self.radius + 1, side + 2 * BLOCK), dtype=np.uint8)
+        self._profiles[:, BLOCK:-BLOCK] = self.costs[self.radius :]
+        self._nearest: DistanceArray = np.empty(0, dtype=distance)
+        self._ends: IntArray = np.empty((0, 2), dtype=np.int64)
+        self._tile: ByteArray = np.empty(BLOCK * BLOCK, dtype=np.uint8)
+        self._sources: CellArray = np.empty((4096, 2), dtype=np.int32)
 
     def apply(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> None:
         """Inflate in place within [y0:yn, x0:xn]; sources up to the radius outside count too."""
-        kernel = self.kernel
-        if kernel.radius == 0 or x0 >= xn or y0 >= yn:
+        if self.radius == 0 or x0 >= xn or y0 >= yn:
             return
         height, width = costs.shape
-        reach = kernel.radius
+        reach, box = self.radius, (x0, xn, y0, yn)
         count = self._find(
             costs, max(0, x0 - reach), min(width, xn + reach), max(0, y0 - reach), min(height, yn + reach)
         )
         if costs[y0:yn, x0:xn].max() != NO_INFORMATION:
-            inflation_kernels.stamp(costs, self._runs, count, kernel.patterns, reach, x0, xn, y0, yn)
+            self.spread(costs, (0, 0), self._sources, count, box)
             return
         influence = np.zeros((yn - y0, xn - x0), dtype=np.uint8)
-        relative = self._runs[:count] - np.array((x0, y0, 0), dtype=np.int32)
-        inflation_kernels.stamp(influence, relative, count, kernel.patterns, reach, 0, xn - x0, 0, yn - y0)
+        self.spread(influence, (x0, y0), self._sources, count, box)
         inflation_kernels.merge(costs, influence, x0, xn, y0, yn, self.params.inflate_unknown)
 
-    def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
-        """Put the sources into the buffer, which grows with the need, and count them."""
-        around_unknown = self.params.inflate_around_unknown
-        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._runs))
-        if count > len(self._runs):
-            self._runs = np.empty((2 * count, 3), dtype=np.int32)
-            count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._runs))
-        return count
-
-
-class CellInflation:
-    """Raises costs to an inflation kernel around each of some cells: quick where they are few and stand in lines."""
-
-    def __init__(self, kernel: InflationKernel) -> None:
-        self.radius = kernel.radius
-        side = 2 * kernel.radius + 1
-        distance = np.uint8 if kernel.radius < np.iinfo(np.uint8).max else np.uint16
-        self._around: DistanceArray = np.full(-(-side // BLOCK) * BLOCK, kernel.radius + 1, dtype=distance)
-        self._around[:side] = np.abs(np.arange(-kernel.radius, kernel.radius + 1))
-        self._profiles: ByteArray = np.zeros((kernel.radius + 1, side + 2 * BLOCK), dtype=np.uint8)
-        self._profiles[:, BLOCK:-BLOCK] = kernel.costs[kernel.radius :]
-        self._nearest: DistanceArray = np.empty(0, dtype=distance)
-        self._ends: IntArray = np.empty((0, 2), dtype=np.int64)
-        self._tile: ByteArray = np.empty(BLOCK * BLOCK, dtype=np.uint8)
-
-    def apply(self, target: ByteArray, window: Window, cells: CellArray, count: int, box: Box) -> None:
-        """Raise the costs of a window in a box around the first ``count`` lattice cells (n, 2), which may lie outside.
+    def spread(self, target: ByteArray, corner: tuple[int, int], cells: CellArray, count: int, box: Box) -> None:
+        """Raise ``target`` in a box around the first ``count`` lattice cells (n, 2), which may lie outside.
 
         Args:
-            target: (height, width) costs of the window.
-            window: where it lies.
-            cells: x, y.
+            target: (height, width) costs.
+            corner: lattice x, y of its first cell.
+            cells: lattice x, y.
             count: how many of them count.
-            box: lattice x0, xn, y0, yn within the window, ends exclusive.
+            box: lattice x0, xn, y0, yn within the target, ends exclusive.
         """
         columns, height = box[1] - box[0] + 2 * self.radius, box[3] - box[2]
         if columns * height > self._nearest.size or columns > len(self._ends):
@@ -155,5 +119,13 @@ class CellInflation:
             self._ends = np.empty((max(columns, len(self._ends)), 2), dtype=np.int64)
         given = (box, self._nearest, self._ends)
         spread_kernels.measure_columns(cells, count, self._around, self.radius, *given)
-        corner = (window.cell_x, window.cell_y)
         spread_kernels.spread(target, corner, self.radius, self._profiles, *given, self._tile)
+
+    def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
+        """Put the sources into the buffer, which grows with the need, and count them."""
+        around_unknown = self.params.inflate_around_unknown
+        count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
+        if count > len(self._sources):
+            self._sources = np.empty((2 * count, 2), dtype=np.int32)
+            count = int(inflation_kernels.find_sources(costs, x0, xn, y0, yn, around_unknown, self._sources))
+        return count

@@ -1,4 +1,4 @@
-"""Numba kernels of the inflation: finding sources and stamping cost kernels with the maximum."""
+"""Numba kernels of the inflation: finding sources, merging costs with a grid, copying what is inflated already."""
 
 import numpy as np
 
@@ -7,7 +7,6 @@ from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACL
 from navstack.jit import njit
 from navstack.types import ByteArray, IntArray
 
-RUN = 4  # cells beside each other that are stamped at once
 BLOCK = 64  # bytes; kernels are padded to whole blocks, because loops of fixed length compile to vector instructions
 
 _LETHAL = np.uint8(LETHAL_OBSTACLE)
@@ -45,18 +44,17 @@ def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height:
 
 
 @njit(cache=True, ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
-def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, runs: CellArray) -> int:
-    """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, into ``runs`` (n, 3) as for :func:`stamp`.
+def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray) -> int:
+    """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
 
     Only the rim of the lethal areas counts: a source between four others is never the nearest to a cell that is no
     source. Unknown sources count all, since they themselves become lethal.
 
     Returns:
-        How many runs there are; those beyond the end of ``runs`` are not stored, and then the number may be too high.
+        How many there are; those beyond the end of ``cells`` are not stored.
     """
     height, width = costs.shape
     flat = costs.reshape(-1)
-    capacity = runs.shape[0]
     count = 0
     for y in range(y0, yn):
         for block in range(x0, xn, BLOCK):
@@ -67,69 +65,10 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
                 at = _u(y * width + x)
                 if flat[at] < _LETHAL or not _spreads(flat, at, x, y, width, height, around_unknown):
                     continue
-                if 0 < count <= capacity and runs[count - 1, 1] == y and x - runs[count - 1, 0] < RUN:
-                    runs[count - 1, 2] |= 1 << (x - runs[count - 1, 0])
-                    continue
-                if count < capacity:
-                    runs[count, 0], runs[count, 1], runs[count, 2] = x, y, 1
+                if count < cells.shape[0]:
+                    cells[count, 0], cells[count, 1] = x, y
                 count += 1
     return count
-
-
-@njit(cache=True, ahead="uint8[:, ::1], int32[:, ::1], int64, uint8[:, :, ::1], int64, int64, int64, int64, int64")
-def stamp(
-    target: ByteArray,
-    runs: CellArray,
-    count: int,
-    kernels: ByteArray,
-    radius: int,
-    x0: int,
-    xn: int,
-    y0: int,
-    yn: int,
-) -> None:
-    """Raise ``target`` within [y0:yn, x0:xn] to the kernels of the first ``count`` runs, which may lie outside.
-
-    Args:
-        target: costs.
-        runs: rows (x, y, pattern): bit j of the pattern says that the cell (x + j, y) is a source, j < RUN.
-        count: how many of the rows to stamp.
-        kernels: costs (2 ** RUN, 2 radius + 1, w) per pattern, w a multiple of BLOCK, zero where there is no cost.
-        radius: of a single cell's kernel [cells].
-        x0: first column, and so on.
-        xn: end of the columns, exclusive.
-        y0: first row.
-        yn: end of the rows, exclusive.
-    """
-    side = 2 * radius + 1
-    span = kernels.shape[2]
-    stride = target.shape[1]
-    flat = target.reshape(-1)
-    flat_kernels = kernels.reshape(-1)
-    for i in range(count):
-        left = runs[i, 0] - radius
-        top = runs[i, 1] - radius
-        begin = (runs[i, 2] * side - top) * span
-        xa, xb = max(left, x0), min(left + side + RUN - 1, xn)
-        ya, yb = max(top, y0), min(top + side, yn)
-        if xa >= xb:
-            continue
-        if xa == left and left + span <= xn:
-            for y in range(ya, yb):
-                to = _u(y * stride + xa)
-                source = _u(begin + y * span)
-                for _ in range(span // BLOCK):
-                    for j in range(_u(BLOCK)):
-                        flat[to + j] = max(flat[to + j], flat_kernels[source + j])
-                    to += _u(BLOCK)
-                    source += _u(BLOCK)
-        else:
-            length = _u(xb - xa)
-            for y in range(ya, yb):
-                to = _u(y * stride + xa)
-                source = _u(begin + y * span + xa - left)
-                for j in range(length):
-                    flat[to + j] = max(flat[to + j], flat_kernels[source + j])
 
 
 @njit(cache=True)

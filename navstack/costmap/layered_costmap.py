@@ -5,7 +5,7 @@ correction; here a jump of the believed pose moves the window and leaves marked 
 cells of a rolling window coincide with the map's cells, as if both lattices were aligned.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from navstack.costmap.layers import (
     resampled,
     static_costs,
 )
-from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector, SourceParams
+from navstack.costmap.observations import Observation, ObservationBuffer, ScanProjector, Source
 from navstack.costmap.obstacle_cells import ObstacleCells
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.costmap.spatio_temporal import SpatioTemporalLayer
@@ -37,12 +37,11 @@ from navstack.params.costmap import (
     CostmapParams,
     DenoiseLayerParams,
     InflationLayerParams,
-    ObservationSourceParams,
     ObstacleLayerParams,
     StaticLayerParams,
     robot_footprint,
 )
-from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
+from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 from navstack.types import BoolArray, ByteArray, FloatArray, LaserScan, Pose2D
 
 _KEPT_MAPS = 4  # inflated maps that a process keeps: two costmaps on each of two maps
@@ -90,24 +89,10 @@ class LayeredCostmap:
         self._map = self._map_costs(static, keepout)
         data: ByteArray = np.full((self._window.size_y, self._window.size_x), self._fill, dtype=np.uint8)
         self.master = Costmap(data, self._window.resolution, self._window.origin_x, self._window.origin_y)
-        self._buffers = [
-            (layer, [ObservationBuffer(source) for source in layer.active_sources])
-            for layer in (*self._layers.plugins, *self._layers.filters)
-            if isinstance(layer, ObstacleLayerParams)
-        ]
-        self._decaying = [
-            (layer, [ObservationBuffer(source) for source in layer.active_sources])
-            for layer in (*self._layers.plugins, *self._layers.filters)
-            if isinstance(layer, SpatioTemporalLayerParams)
-        ]
-        self._sources: list[ObservationBuffer[SourceParams]] = []  # of all layers
-        for _, sources in self._buffers:
-            self._sources += sources
-        for _, decaying in self._decaying:
-            self._sources += decaying
         self._projector = ScanProjector()
         parts = self._fast_parts() if prefer_fast else None
         self._updater = self._full_update() if parts is None else self._fast_update(parts)
+        self._sources = [source for layer in self._updater.layers for source in layer.sources]
 
     @property
     def is_fast(self) -> bool:
@@ -162,11 +147,12 @@ class LayeredCostmap:
     def observe_points(self, points: FloatArray, sensor_x: float, sensor_y: float, stamp: float) -> None:
         """Keep points (n, 3) [m] of the map frame for the obstacle layers; only those at their heights mark."""
         flat = np.ascontiguousarray(points[:, :2], dtype=np.float64)
-        for layer, sources in self._buffers:
-            is_right = (points[:, 2] >= layer.min_obstacle_height) & (points[:, 2] <= layer.max_obstacle_height)
-            observation = Observation(stamp, sensor_x, sensor_y, lambda: flat, flat[is_right])
-            for source in sources:
-                source.add(observation)
+        for layer in self._updater.layers:
+            if isinstance(layer, ObstacleLayer | ObstacleCells) and isinstance(layer.params, ObstacleLayerParams):
+                low, high = layer.params.min_obstacle_height, layer.params.max_obstacle_height
+                is_right = (points[:, 2] >= low) & (points[:, 2] <= high)
+                for source in layer.sources:
+                    source.add(Observation(stamp, sensor_x, sensor_y, lambda: flat, flat[is_right]))
 
     def clear_entirely(self) -> None:
         """Forget all obstacles; those that the newest scan shows come back with the next update."""
@@ -214,17 +200,21 @@ class LayeredCostmap:
     def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert self._map is not None
         inflation = self._inflation(parts.inflation)
-        margin = inflation.kernel.radius if self.params.rolling_window else 0
+        margin = inflation.radius if self.params.rolling_window else 0
         inflated = inflated_map(_raised(self._map, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
             self.master.floor = shown  # obstacles only ever raise it
-        obstacles = [ObstacleCells(layer, sources, self._window, inflated, margin) for layer, sources in self._buffers]
+        obstacles = [
+            ObstacleCells(layer, _buffers(layer.active_sources), self._window, inflated, margin)
+            for layer in self._layers.plugins
+            if isinstance(layer, ObstacleLayerParams)
+        ]
         return FastUpdate(
             obstacles,
             shown,
             margin,
-            inflation.kernel,
+            self._inflation(parts.inflation),  # anew: what the whole map took is freed
             self.master,
             self._window,
             self.params.rolling_window,
@@ -232,23 +222,16 @@ class LayeredCostmap:
         )
 
     def _full_update(self) -> FullUpdate:
-        buffers, decaying = iter(self._buffers), iter(self._decaying)
         plugins, filters = (
-            [self._make_layer(layer, buffers, decaying) for layer in layers]
-            for layers in (self._layers.plugins, self._layers.filters)
+            [self._make_layer(layer) for layer in layers] for layers in (self._layers.plugins, self._layers.filters)
         )
         return FullUpdate(plugins, filters, self.master, self._window, self.params.rolling_window, self._fill)
 
-    def _make_layer(
-        self,
-        layer: BoundLayer,
-        buffers: Iterator[tuple[ObstacleLayerParams, list[ObservationBuffer[ObservationSourceParams]]]],
-        decaying: Iterator[tuple[SpatioTemporalLayerParams, list[ObservationBuffer[SpatioTemporalSourceParams]]]],
-    ) -> Layer:
+    def _make_layer(self, layer: BoundLayer) -> Layer:
         if isinstance(layer, ObstacleLayerParams):
-            return ObstacleLayer(layer, next(buffers)[1], self._window, self._fill)
+            return ObstacleLayer(layer, _buffers(layer.active_sources), self._window, self._fill)
         if isinstance(layer, SpatioTemporalLayerParams):
-            return SpatioTemporalLayer(layer, next(decaying)[1], self._window, lambda: self.stamp)
+            return SpatioTemporalLayer(layer, _buffers(layer.active_sources), self._window, lambda: self.stamp)
         if isinstance(layer, InflationLayerParams):
             return InflationLayer(self._inflation(layer))
         if isinstance(layer, DenoiseLayerParams):
@@ -257,6 +240,10 @@ class LayeredCostmap:
             return KeepoutLayer(layer, self._window, self.params.rolling_window)
         assert self._map is not None
         return StaticLayer(self._map, self.params, self._window)
+
+
+def _buffers(sources: Sequence[Source]) -> list[ObservationBuffer[Source]]:
+    return [ObservationBuffer(source) for source in sources]
 
 
 def _has_static_layer(params: CostmapParams) -> bool:
@@ -276,7 +263,7 @@ def _raised(costs: ByteArray, masks: Sequence[KeepoutMask], margin: int) -> Byte
 
 def inflated_map(costs: ByteArray, margin: int, fill: int, inflation: Inflation) -> ByteArray:
     """A map's costs, inflated, with ``margin`` more cells of cost ``fill`` on each side; kept for the next caller."""
-    key = content_key("inflated-map-1", costs, margin, fill, inflation.kernel.costs)
+    key = content_key("inflated-map-1", costs, margin, fill, inflation.costs)
 
     def inflate() -> ByteArray:
         inflated = np.pad(costs, margin, constant_values=fill)

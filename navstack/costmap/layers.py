@@ -16,7 +16,7 @@ from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.denoise import remove_small_groups
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.inflation import Inflation
-from navstack.costmap.observations import Observation, ObservationBuffer
+from navstack.costmap.observations import Observation, ObservationBuffer, SourceParams
 from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
 from navstack.costmap.window import Window, overlap, shift
 from navstack.errors import MapError
@@ -103,6 +103,8 @@ class Bounds:
 class Layer(ABC):
     """One layer."""
 
+    sources: Sequence[ObservationBuffer[SourceParams]] = ()  # what it is fed with
+
     @abstractmethod
     def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """Take in what is new; ``pose`` and ``footprint`` (N, 2) [m], padded, are the robot's in the map frame."""
@@ -155,8 +157,8 @@ class ObstacleLayer(Layer):
         window: Window,
         fill: int,
     ) -> None:
-        self._params = params
-        self._sources = sources
+        self.params = params
+        self.sources = self._scans = sources
         self._fill = fill  # cost of cells that were never seen
         self.grid: ByteArray = np.full((window.size_y, window.size_x), fill, dtype=np.uint8)
         self._lowest = np.empty(window.size_x, dtype=np.int64)
@@ -170,11 +172,11 @@ class ObstacleLayer(Layer):
     def update_bounds(self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds) -> None:
         """Clear along all beams, then mark all returns."""
         place = (window.origin, window.resolution)
-        for source, seen in each_observation(self._sources, clearing=True):
+        for source, seen in each_observation(self._scans, clearing=True):
             limits = (source.raytrace_min_range, source.raytrace_max_range)
             beams = (seen.points, seen.origin_x, seen.origin_y, *place)
             kernels.clear_rays(self.grid, *beams, limits, bounds.values)
-        for source, seen in each_observation(self._sources, clearing=False):
+        for source, seen in each_observation(self._scans, clearing=False):
             limits = (source.obstacle_min_range, source.obstacle_max_range)
             returns = (seen.marking, seen.origin_x, seen.origin_y, *place)
             kernels.mark_points(self.grid, *returns, limits, bounds.values)
@@ -182,7 +184,7 @@ class ObstacleLayer(Layer):
 
     def _place_footprint(self, window: Window, footprint: FloatArray, bounds: Bounds) -> None:
         """Note the cells under the robot, where they are to be freed."""
-        if self._params.footprint_clearing_enabled:
+        if self.params.footprint_clearing_enabled:
             bounds.join(np.stack((footprint.min(axis=0), footprint.max(axis=0)), axis=1).ravel())
             place = (window.origin, window.resolution, window.size_x, window.size_y)
             self._columns = kernels.polygon_columns(footprint, *place, self._lowest, self._highest)
@@ -190,11 +192,11 @@ class ObstacleLayer(Layer):
     def update_costs(self, master: ByteArray, region: tuple[int, int, int, int], margin: int) -> None:
         """Free the cells under the robot in this layer, then combine."""
         kernels.free_columns(self.grid, self._columns[0], self._columns[1], self._lowest, self._highest)
-        if self._params.combination_method == OVERWRITE:
+        if self.params.combination_method == OVERWRITE:
             target, own = overlap(master, region, self.grid, margin, margin)
             np.copyto(target, own, where=own != NO_INFORMATION)
         else:
-            keep_unknown = self._params.combination_method != 1
+            keep_unknown = self.params.combination_method != 1
             kernels.combine_maximum(master, region, self.grid, margin, margin, keep_unknown)
 
     def clear(self) -> None:

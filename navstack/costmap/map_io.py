@@ -164,12 +164,9 @@ def _read_trinary(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
 
 
 def _read_scale(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
-    occupancy = _occupancy(shades, metadata)
-    span = metadata.occupied_thresh - metadata.free_thresh
-    cells = np.rint(np.clip((occupancy - metadata.free_thresh) / span * 100.0, FREE, OCCUPIED)).astype(np.int8)
-    cells[occupancy < metadata.free_thresh] = FREE
-    cells[occupancy > metadata.occupied_thresh] = OCCUPIED
-    return cells
+    cells, span = _read_trinary(shades, metadata), metadata.occupied_thresh - metadata.free_thresh
+    between = np.rint((_occupancy(shades, metadata) - metadata.free_thresh) / span * 100.0)
+    return np.where(cells == UNKNOWN, between, cells).astype(np.int8)
 
 
 def _read_raw(shades: FloatTable, metadata: MapMetadata) -> Int8Array:

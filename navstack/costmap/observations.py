@@ -3,15 +3,20 @@
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from navstack.costmap import beam_kernels
 from navstack.geometry import compose
+from navstack.params.costmap import ObservationSourceParams
+from navstack.params.spatio_temporal import SpatioTemporalSourceParams
 from navstack.types import FloatArray, IntArray, LaserScan, Pose2D
 
 SECTORS = 512  # of the index of bearings
+SourceParams = ObservationSourceParams | SpatioTemporalSourceParams
+Source = TypeVar("Source", bound=SourceParams, covariant=True)
+
 _BELOW_RANGE_MAX = 1e-4  # [m] a beam without return that counts as valid ends so far before range_max
 
 
@@ -91,25 +96,6 @@ class ScanProjector:
             return ends[: beam_kernels.project(scan.ranges, directions, limits, endless, place, ends)]
 
         return Observation(scan.stamp, sensor.x, sensor.y, points)
-
-
-class SourceParams(Protocol):
-    """What keeping observations takes of a source's parameters."""
-
-    @property
-    def observation_persistence(self) -> float:
-        """How long observations are applied again, [s]; 0: the newest only."""
-
-    @property
-    def expected_update_rate(self) -> float:
-        """How much time may pass between observations, [s]; 0: any."""
-
-    @property
-    def inf_is_valid(self) -> bool:
-        """Whether a beam without return clears."""
-
-
-Source = TypeVar("Source", bound=SourceParams, covariant=True)
 
 
 class ObservationBuffer(Generic[Source]):

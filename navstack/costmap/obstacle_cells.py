@@ -47,8 +47,8 @@ class ObstacleCells:
                 there are left out, for they make no difference: most of what a scan shows is on the map.
             margin: see ``background``.
         """
-        self._params = params
-        self._sources = sources
+        self.params = params
+        self.sources = sources
         self._background = background.view()
         self._background.flags.writeable = False  # one compiled kernel for all
         self._margin = margin
@@ -65,7 +65,7 @@ class ObstacleCells:
         self._box = window.box
         self._clear_beams(window)
         self._mark(window)
-        if self._params.footprint_clearing_enabled:
+        if self.params.footprint_clearing_enabled:
             place = (window.origin, window.resolution, self._columns, self._changed)
             self.count = cell_kernels.drop_polygon(self._listed, footprint, *place)
         else:
@@ -104,7 +104,7 @@ class ObstacleCells:
         return grid
 
     def _clear_beams(self, window: Window) -> None:
-        for source, seen in each_observation(self._sources, clearing=True):
+        for source, seen in each_observation(self.sources, clearing=True):
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):
                 self._lines = np.empty((2 * len(ordered), 8), dtype=np.int32)
@@ -114,7 +114,7 @@ class ObstacleCells:
             cell_kernels.clear_hit(self._listed, ordered, starts, *place, limits, lateral, self._lines)
 
     def _mark(self, window: Window) -> None:
-        for source, seen in each_observation(self._sources, clearing=False):
+        for source, seen in each_observation(self.sources, clearing=False):
             self._make_room(len(seen.marking))
             place = ((seen.origin_x, seen.origin_y), window.origin, window.resolution)
             limits = (source.obstacle_min_range, source.obstacle_max_range)

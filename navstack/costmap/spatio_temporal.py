@@ -45,7 +45,7 @@ class SpatioTemporalLayer(ObstacleLayer):
         """``clock`` gives the time [s] of the update."""
         super().__init__(params, (), window, NO_INFORMATION if params.track_unknown_space else FREE_SPACE)
         self._decay = params
-        self._readings = sources
+        self.sources = self._readings = sources
         self._clock = clock
         self.clear()
 

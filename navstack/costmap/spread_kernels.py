@@ -1,4 +1,4 @@
-"""Numba kernels of the inflation around listed cells: quick where they are few and stand in lines.
+"""Numba kernels of the inflation around listed cells: quick where these stand in lines.
 
 Of all cells of a column only the nearest one above or below counts in a row: first every column that holds cells learns
 how far the nearest one is in each row, then each row takes the costs that this distance leaves on both sides. A line of

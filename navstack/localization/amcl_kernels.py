@@ -65,40 +65,6 @@ def _reach(ends: FloatArray) -> float:
     return math.sqrt(squared) + 1.0
 
 
-@njit(cache=True, ahead="float64[::1], float64, float64")
-def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
-    """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place; returns whether one is NaN."""
-    has_nan = False
-    for i in range(len(ranges)):
-        has_nan = has_nan or math.isnan(ranges[i])
-        if ranges[i] <= shortest:
-            ranges[i] = longest
-    return has_nan
-
-
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64")
-def beam_ends(
-    ranges: FloatArray, directions: FloatArray, range_max: float, sensor_x: float, sensor_y: float
-) -> FloatArray:
-    """Where the beams that returned end (m, 2), in the frame of the sensor's position.
-
-    Args:
-        ranges: (n,) [m]; ``range_max`` and more: no return.
-        directions: (2, n) cosines and sines of the bearings.
-        range_max: [m].
-        sensor_x: [m].
-        sensor_y: [m].
-    """
-    ends = np.empty((len(ranges), 2))
-    count = 0
-    for i in range(len(ranges)):
-        if ranges[i] < range_max:
-            ends[count, 0] = sensor_x + ranges[i] * directions[0, i]
-            ends[count, 1] = sensor_y + ranges[i] * directions[1, i]
-            count += 1
-    return ends[:count]
-
-
 @njit(cache=True, ahead="uint16[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64")
 def sum_over_beams(
     codes: CodeArray, values: FloatArray, poses: FloatArray, ends: FloatArray, first: float

@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
-from navstack.jit import njit
-from navstack.types import BoolArray, FloatArray, IntArray
+from navstack.types import FloatArray, IntArray
 
 BLOCK = 64  # cells that are counted together
 
@@ -26,36 +25,17 @@ class FreeSpace:
         """
         grid, draws = self._grid, rng.random((2, count))
         total = int(self._until[-1])
-        cells = _free_cells(self._is_free, self._until, (draws[0] * total).astype(np.int64)) if total else 0
+        cells = self._cells((draws[0] * total).astype(np.int64)) if total else 0
         poses = np.empty((count, 3))
         poses[:, 0] = grid.origin.x + cells % grid.width * grid.resolution
         poses[:, 1] = grid.origin.y + cells // grid.width * grid.resolution
         poses[:, 2] = draws[1] * 2.0 * math.pi - math.pi
         return poses
 
-
-@njit(cache=True)
-def _free_cells(is_free: BoolArray, until: IntArray, wanted: IntArray) -> IntArray:
-    """The flat index (N,) of the free cell that has so many before it.
-
-    Args:
-        is_free: flat, in whole blocks.
-        until: number of free cells up to the end of each block.
-        wanted: (N,) less than the last of these.
-    """
-    found = np.empty(len(wanted), np.int64)
-    for n in range(len(wanted)):
-        low, high = 0, len(until) - 1
-        while low < high:
-            middle = (low + high) // 2
-            if until[middle] > wanted[n]:
-                high = middle
-            else:
-                low = middle + 1
-        left = until[low] - wanted[n]  # free cells from the wanted one to the end of the block
-        at = (low + 1) * BLOCK
-        while left > 0:
-            at -= 1
-            left -= is_free[at]
-        found[n] = at
-    return found
+    def _cells(self, wanted: IntArray) -> IntArray:
+        """The flat index (N,) of the free cell that has so many before it."""
+        blocks = np.searchsorted(self._until, wanted, side="right")
+        left = self._until[blocks] - wanted  # free cells from the wanted one to the end of the block
+        from_end = np.cumsum(self._is_free.reshape(-1, BLOCK)[blocks, ::-1], axis=1)
+        found: IntArray = blocks * BLOCK + BLOCK - 1 - (from_end >= left[:, None]).argmax(axis=1)
+        return found

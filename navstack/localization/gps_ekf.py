@@ -1,27 +1,17 @@
 """GPS-EKF: wheels, inertial unit and satellite receiver fused by an extended Kalman filter."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from navstack.geometry import normalize_angle
-from navstack.localization.gps_ekf_filter import FilterState, GpsEkfFilter, KernelEngine
+from navstack.localization import gps_ekf_kernels as kernels
+from navstack.localization.gps_ekf_filter import COMPILED, Engine, FilterState, GpsEkfFilter
 from navstack.localization.gps_ekf_history import Apply, History
-from navstack.localization.gps_ekf_kernels import (
-    GPS_X,
-    GPS_Y,
-    OFFSET,
-    SIZE,
-    SPEED,
-    YAW,
-    X,
-    Y,
-    motion_jacobian,
-    move,
-    process_noise,
-)
+from navstack.localization.gps_ekf_kernels import GPS_X, GPS_Y, OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.localization.heading_alignment import Alignment, HeadingAlignment
 from navstack.localization.localizer import Localizer
 from navstack.params.gps_ekf import GpsEkfParams
@@ -36,14 +26,11 @@ UNKNOWN_YAW_VARIANCE = math.pi**2 / 3.0  # [rad2] of a heading that may be any
 _IMU, _ODOMETRY, _FIX = range(3)  # order of messages of one stamp: the gyro tells how the robot came there
 
 
-class FilterpyEngine:
-    """filterpy's extended Kalman filter, in place of the compiled steps."""
-
-    def __init__(self) -> None:
-        self._filter = ExtendedKalmanFilter(dim_x=SIZE, dim_z=1)
+def filterpy_engine() -> Engine:
+    """The extended Kalman filter of filterpy, in place of the compiled steps."""
+    ekf = ExtendedKalmanFilter(dim_x=SIZE, dim_z=1)
 
     def propagate(
-        self,
         mean: FloatArray,
         covariance: FloatArray,
         dt: float,
@@ -53,25 +40,22 @@ class FilterpyEngine:
         densities: FloatArray,
     ) -> None:
         """Predict with filterpy, its linear prediction of the state replaced by the motion model."""
-        ekf = self._filter
         ekf.P = covariance.copy()
-        ekf.F = motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
-        ekf.Q = process_noise(mean, dt, yaw_rate, gyro, densities)
+        ekf.F = kernels.motion_jacobian(mean, dt, yaw_rate, gyro, acceleration)
+        ekf.Q = kernels.process_noise(mean, dt, yaw_rate, gyro, densities)
         ekf.predict()
-        move(mean, dt, yaw_rate, gyro, acceleration)
+        kernels.move(mean, dt, yaw_rate, gyro, acceleration)
         covariance[:] = ekf.P
 
-    def correct(
-        self, mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float
-    ) -> None:
-        """Correct with filterpy."""
-        ekf = self._filter
+    def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float) -> None:
         ekf.x, ekf.P = mean.copy(), covariance.copy()
         ekf.update(innovation, lambda _: row[None, :], lambda _: np.zeros(1), R=variance)
         mean[:], covariance[:] = ekf.x, ekf.P
 
+    return Engine(propagate, correct)
 
-_ENGINES: dict[str, type[KernelEngine] | type[FilterpyEngine]] = {"kernel": KernelEngine, "filterpy": FilterpyEngine}
+
+_ENGINES: dict[str, Callable[[], Engine]] = {"kernel": lambda: COMPILED, "filterpy": filterpy_engine}
 
 
 class GpsEkfLocalizer(Localizer):

@@ -1,8 +1,9 @@
 """The GPS-EKF's steps: what wheels, inertial unit and satellite receiver say of the state."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,32 +22,14 @@ STANDING_SPEED, STANDING_RATE = 0.05, 0.05  # [m/s, rad/s] of the wheels below w
 RELATIVE_RATE = 0.1  # [-] error of a turning differential drive's yaw rate: the effective track width
 
 
-class Engine(Protocol):
+class Engine(NamedTuple):
     """Who does the linear algebra; everything happens in place. See :mod:`gps_ekf_kernels` for the arguments."""
 
-    def propagate(
-        self,
-        mean: FloatArray,
-        covariance: FloatArray,
-        dt: float,
-        yaw_rate: float,
-        gyro: float,
-        acceleration: float,
-        densities: FloatArray,
-    ) -> None:
-        """Predict."""
-
-    def correct(
-        self, mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float
-    ) -> None:
-        """Correct by one scalar measurement."""
+    propagate: Callable[[FloatArray, FloatArray, float, float, float, float, FloatArray], None]
+    correct: Callable[[FloatArray, FloatArray, FloatArray, float, float], None]
 
 
-class KernelEngine:
-    """Compiled."""
-
-    propagate = staticmethod(kernels.propagate)
-    correct = staticmethod(kernels.correct)
+COMPILED = Engine(kernels.propagate, kernels.correct)
 
 
 def _row(*ones: int) -> FloatArray:
@@ -86,27 +69,7 @@ class FilterState:
 
     def copy(self) -> "FilterState":
         """A copy of its own."""
-        return FilterState(
-            self.mean.copy(),
-            self.covariance.copy(),
-            self.stamp,
-            self.yaw_rate,
-            self.gyro,
-            self.rate_stamp,
-            self.rate_density,
-            self.acceleration,
-            self.acceleration_stamp,
-            self.level,
-            self.wheel_speed,
-            self.wheel_stamp,
-            self.slip,
-            self.fix_stamp,
-            self.accepted_stamp,
-            self.rejected,
-            self.rejected_since,
-            self.distance,
-            self.nis,
-        )
+        return replace(self, mean=self.mean.copy(), covariance=self.covariance.copy())
 
 
 @dataclass(slots=True)

@@ -108,7 +108,8 @@ def resample(
     keys, bins = _empty_table(most), 0
     total = cumulative[-1]
     for n in range(most):
-        chosen = 0 if is_stray[n] else _first_above(cumulative, draws[n] * total)
+        above = np.searchsorted(cumulative, draws[n] * total, side="right")
+        chosen = 0 if is_stray[n] else min(above, len(cumulative) - 1)
         for i in range(3):
             drawn[n, i] = strays[n, i] if is_stray[n] else poses[chosen, i]
         key = _key(drawn[n, 0], drawn[n, 1], drawn[n, 2])
@@ -119,19 +120,6 @@ def resample(
         if n + 1 > sample_limit(bins, fewest, most, error, quantile):
             return drawn[: n + 1]
     return drawn
-
-
-@njit(cache=True)
-def _first_above(rising: FloatArray, value: float) -> int:
-    """The index of the first number above a value, by bisection; the last index if there is none."""
-    low, high = 0, len(rising) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if rising[middle] > value:
-            high = middle
-        else:
-            low = middle + 1
-    return low
 
 
 @njit(cache=True, ahead="float64[:, ::1]")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from navstack.costmap import beam_kernels, cell_kernels, inflation_kernels, kernels
-from navstack.costmap.inflation import CellInflation, make_kernel
+from navstack.costmap.inflation import Inflation
 from navstack.costmap.window import Window, shift
 from navstack.params.costmap import InflationLayerParams
 
@@ -132,31 +132,11 @@ def test_a_grid_is_shifted_in_place() -> None:
         np.testing.assert_array_equal(grid, expected)
 
 
-@pytest.mark.parametrize("radius", [0.1, 1.5, 1.75, 3.4])
-def test_stamped_runs_equal_their_cells_maximum(radius: float) -> None:
-    rng = np.random.default_rng(3)
-    kernel = make_kernel(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=2.0), 0.05, 0.1)
-    runs = np.column_stack((rng.integers(-80, 200, (40, 2)), rng.integers(1, 16, 40))).astype(np.int32)
-    target = rng.integers(0, 40, (120, 150)).astype(np.uint8)
-    reach = kernel.radius
-    padded = np.pad(np.zeros_like(target), 300)
-    for x, y, pattern in runs:
-        for j in range(inflation_kernels.RUN):
-            if pattern >> j & 1:
-                part = padded[300 + y - reach : 301 + y + reach, 300 + x + j - reach : 301 + x + j + reach]
-                np.maximum(part, kernel.costs, out=part)
-    expected = target.copy()
-    inner = np.s_[5:111, 9:140]
-    expected[inner] = np.maximum(target, padded[300:-300, 300:-300])[inner]
-    inflation_kernels.stamp(target, runs, len(runs), kernel.patterns, reach, 9, 140, 5, 111)
-    np.testing.assert_array_equal(target, expected)
-
-
 @pytest.mark.parametrize("radius", [0.0, 0.1, 1.5, 3.4, 13.0])
 def test_costs_around_cells_equal_their_kernels_maximum(radius: float) -> None:
     rng = np.random.default_rng(8)
-    kernel = make_kernel(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=0.5), 0.05, 0.1)
-    reach, inflation = kernel.radius, CellInflation(kernel)
+    inflation = Inflation(InflationLayerParams(inflation_radius=radius, cost_scaling_factor=0.5), 0.05, 0.1)
+    reach = inflation.radius
     window = Window(0.0, 0.0, 0.05, 150, 120)
     window.centre_on(20.0, -3.0)
     corner, beyond = np.array((window.cell_x, window.cell_y)), 300 + reach
@@ -168,11 +148,11 @@ def test_costs_around_cells_equal_their_kernels_maximum(radius: float) -> None:
         padded = np.pad(np.zeros_like(target), beyond)
         for x, y in (cells - corner + beyond)[:35]:
             part = padded[y - reach : y + reach + 1, x - reach : x + reach + 1]
-            np.maximum(part, kernel.costs, out=part)
+            np.maximum(part, inflation.costs, out=part)
         expected, inner = target.copy(), np.s_[y0:yn, x0:xn]
         expected[inner] = np.maximum(target, padded[beyond:-beyond, beyond:-beyond])[inner]
         box = (x0 + window.cell_x, xn + window.cell_x, y0 + window.cell_y, yn + window.cell_y)
-        inflation.apply(target, window, cells, 35, box)
+        inflation.spread(target, (window.cell_x, window.cell_y), cells, 35, box)
         np.testing.assert_array_equal(target, expected)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from navstack.localization import gps_ekf_filter, gps_ekf_kernels
 from navstack.localization.gps_ekf import GpsEkfLocalizer
-from navstack.localization.gps_ekf_filter import GpsEkfFilter, KernelEngine
+from navstack.localization.gps_ekf_filter import COMPILED, GpsEkfFilter
 from navstack.localization.gps_ekf_kernels import OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, GpsFix, Imu, Pose2D
@@ -93,7 +93,7 @@ def test_the_noise_of_one_step_is_that_of_many():
 def test_noise_grows_with_the_distance_driven(speed):
     """Position noise is a random walk per metre; the other densities are the squares of what the parameters say."""
     params = dataclasses.replace(GpsEkfParams(), position_noise=0.3, yaw_noise=0.07, acceleration_noise=0.9)
-    ekf = GpsEkfFilter(params, KernelEngine(), True)
+    ekf = GpsEkfFilter(params, COMPILED, True)
     state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.03)), 10.0)
     state.mean[SPEED], state.acceleration_stamp, state.rate_stamp, state.rate_density = speed, 10.0, 10.0, 0.02
     walks = (params.imu0_yaw_rate_bias_walk, params.odom0_scale_walk, params.imu0_yaw_offset_walk)
@@ -111,7 +111,7 @@ def test_noise_grows_with_the_distance_driven(speed):
 def test_an_orientation_beyond_the_gate_makes_its_offset_uncertain(shared, deviations):
     """The gate is in standard deviations of heading plus offset, their covariance included."""
     params = dataclasses.replace(GpsEkfParams(), imu0_pose_rejection_threshold=3.0, imu0_yaw_std=0.1)
-    ekf = GpsEkfFilter(params, KernelEngine(), True)
+    ekf = GpsEkfFilter(params, COMPILED, True)
     state = ekf.start(np.array((1.0, 2.0, 0.4)), np.diag((0.1, 0.2, 0.06)), 10.0)
     state.mean[OFFSET], state.covariance[OFFSET, OFFSET] = 0.2, 0.05
     state.covariance[YAW, OFFSET] = state.covariance[OFFSET, YAW] = shared

@@ -126,7 +126,7 @@ CONSTANTS = (
     Constant(FIELD_MODEL, "+ {} / range_max", "given.z_rand", *WEIGHTS),
     Constant(
         "navstack/localization/likelihood_field.py",
-        "_scaled(poses, self.origin.x, self.origin.y, self.resolution, {})",
+        "/ self.resolution + {}  # 1 for the border",
         1.5,
         *WEIGHTS,
     ),

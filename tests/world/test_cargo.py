@@ -79,7 +79,7 @@ def test_it_wakes_when_shaken_and_rests_again(cargo):
 def test_layers_of_a_square_lattice_are_poured_about_the_middle(width, per_row):
     """Seen from its corner, each layer is the same lattice; its corner lies where the walls leave room."""
     radius, pitch = PARAMS.piece_radius, 2.1 * PARAMS.piece_radius
-    poured = _poured(dataclasses.replace(PARAMS, bucket_width=width), radius, 5)
+    poured = _poured(dataclasses.replace(PARAMS, bucket_width=width), 5)
     slack = 0.5 * width - radius - 0.5 * (per_row - 1) * pitch
     shifts = slack * np.random.default_rng(5).uniform(-0.9, 0.9, (-(-PARAMS.pieces // per_row**2), 2))
     half = 0.5 * (per_row - 1)

@@ -10,6 +10,7 @@ from scipy.stats import binomtest
 from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
 from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
+from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
 from harness.world.social_force import SocialForcePedestrians
 from harness.world.social_force_kernels import (
@@ -209,11 +210,10 @@ def test_the_kernel_equals_a_slow_twin():
     robot = np.array((0.3, -0.2, math.cos(0.4), math.sin(0.4), 1.1, 0.3))
     edges = Edges(rng.uniform(0.5, 1.5, (60, 60)), np.ones((60, 60), dtype=np.bool_), FRAME)
     after, needs = np.empty((n, 4)), np.empty(n, dtype=np.int64)
-    points, counts, zeros = corners[:, None].copy(), np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
-    walk_among_others(
-        *(DT, FORCES, robot, np.ones(n, dtype=np.bool_), points, counts, zeros, np.zeros(n), np.ones(n), speeds),
-        *(states, edges, after, needs),
-    )
+    counts, zeros = np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    walks = Walks(corners[:, None].copy(), counts, zeros, np.zeros(n), speeds)
+    aware = np.ones(n, dtype=np.bool_)
+    walk_among_others(DT, FORCES, robot, aware, walks, np.ones(n), states, edges, after, needs)
     np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
     assert (needs == 0).all()
 

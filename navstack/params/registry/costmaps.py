@@ -12,8 +12,9 @@ from navstack.params.registry.nav2 import family
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams
 
 _MAP = ("navstack.costmap.kernels",)
-_BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", "navstack.costmap.spread_kernels")
-_INFLATION = Entry(params=InflationLayerParams, kernels=("navstack.costmap.inflation_kernels",))
+_SPREAD = ("navstack.costmap.inflation_kernels", "navstack.costmap.spread_kernels")
+_BEAMS = (*_MAP, "navstack.costmap.cell_kernels", "navstack.costmap.beam_kernels", *_SPREAD)
+_INFLATION = Entry(params=InflationLayerParams, kernels=_SPREAD)
 _PLANAR = (
     "runs as an obstacle layer on the robot's planar scan: one return marks its cell, whatever its height and "
     "mark_threshold"

@@ -10,7 +10,6 @@ OWN_NODE = "localizer"  # of a Nav2 file, for the parameters of a localizer of a
 _AMCL_KERNELS = (
     "navstack.localization.amcl_kernels",
     "navstack.localization.kld",
-    "navstack.localization.likelihood_field",
     "navstack.localization.motion_model",
 )
 _EKF_KERNELS = ("navstack.localization.gps_ekf_kernels",)
