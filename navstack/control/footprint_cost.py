@@ -14,25 +14,24 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     LETHAL_OBSTACLE wherever there is a lethal cell, whether or not another one is unknown.
     """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
+    width = costs.shape[1]
     step_x = 1 if x1 >= x0 else -1
-    step_y = 1 if y1 >= y0 else -1
+    step_y = width if y1 >= y0 else -width
     along, across = max(dx, dy), min(dx, dy)
+    step_along, step_aside = (step_x, step_y) if dx >= dy else (step_y, step_x)
+    flat = costs.reshape(-1)
+    cell = y0 * width + x0
     error = along // 2
     worst = 0
-    x, y = x0, y0
     for _ in range(along + 1):
-        cost = int(costs[y, x])
+        cost = int(flat[cell])
         if cost == LETHAL_OBSTACLE:
             return LETHAL_OBSTACLE
         worst = max(worst, cost)
         error += across
-        if error >= along:
-            error -= along
-            x, y = x + step_x, y + step_y
-        elif dx >= dy:
-            x += step_x
-        else:
-            y += step_y
+        aside = 1 if error >= along else 0  # no branch: it would be guessed wrong too often
+        cell += step_along + aside * step_aside
+        error -= aside * along
     return worst
 
 
@@ -42,16 +41,22 @@ def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, 
 
     As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or earlier ones.
     """
-    return walk_outline(costs, grid, footprint, x, y, yaw, True)
+    return walk_outline(costs, grid, footprint, x, y, math.cos(yaw), math.sin(yaw), True)
 
 
 @njit(cache=True)
 def walk_outline(
-    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float, unknown_hides: bool
+    costs: ByteArray,
+    grid: Grid,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    unknown_hides: bool,
 ) -> int:
     """See :func:`outline_cost`; unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell."""
     height, width = costs.shape
-    cosine, sine = math.cos(yaw), math.sin(yaw)
     count = len(footprint)
     worst = 0
     last_x = last_y = 0

@@ -8,7 +8,6 @@ import pytest
 from navstack.control.dwb import kernels, velocity_samples
 from navstack.control.dwb.velocity_samples import largest_steps
 from navstack.control.footprint_cost import footprint_cost, line_cost
-from navstack.control.mppi.body import outline_worst
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from navstack.params.dwb import DwbParams
@@ -265,8 +264,6 @@ def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only() -> None:
         costs = np.zeros((100, 100), dtype=np.uint8)
         costs[lethal], costs[unknown] = LETHAL_OBSTACLE, NO_INFORMATION
         assert footprint_cost(Costmap(costs, 0.05, -2.475, -2.475), bar, Pose2D()) == expected
-        place = (2.475 / 0.05, 2.475 / 0.05, 1.0, 0.0)
-        assert outline_worst(costs, *place, bar / 0.05) == expected
 
 
 def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:

@@ -202,7 +202,7 @@ def _reach(footprint: FloatArray) -> float:
 @njit(cache=True)
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
-    worst = walk_outline(field.costs, field.grid, footprint, x, y, yaw, False)
+    worst = walk_outline(field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False)
     return bool(worst == LETHAL_OBSTACLE)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from navstack.control.mppi.body import Body, make_body
 from navstack.control.mppi.critic import Critic, Scores
-from navstack.control.mppi.obstacle_kernels import Poses, cost_scores, obstacle_scores
+from navstack.control.mppi.obstacle_kernels import cost_scores, obstacle_scores
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
@@ -33,7 +33,7 @@ class CostCritic(Critic):
             layer = self._costs.inflation(own.inflation_layer_name)
             self._body = make_body(self._footprint, own.consider_footprint, self._costs, layer, scene.grid[2])
         raw, hits = cost_scores(
-            _poses(rollouts),
+            rollouts,
             own.trajectory_point_step,
             scene.costs,
             scene.grid,
@@ -73,7 +73,7 @@ class ObstaclesCritic(Critic):
         if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
             reach = -math.inf if scene.goal_distance < own.near_goal_distance else layer.inflation_radius
         near, repulsion, hits = obstacle_scores(
-            _poses(rollouts),
+            rollouts,
             scene.costs,
             scene.grid,
             self._body,
@@ -86,7 +86,3 @@ class ObstaclesCritic(Critic):
         repulsion = (repulsion - repulsion.min()) / np.float32(len(rollouts.x))
         raw = np.float32(own.critical_weight) * near + np.float32(own.repulsion_weight) * repulsion
         return Scores(raw, int(hits.sum()))
-
-
-def _poses(rollouts: Rollouts) -> Poses:
-    return Poses(rollouts.x, rollouts.y, rollouts.yaw, rollouts.cosine, rollouts.sine)
