@@ -13,7 +13,7 @@ from navstack.jit import njit
 from navstack.planning.ompl_kernels import has_room, is_free
 from navstack.types import BoolArray, ByteArray, FloatArray
 
-# Left, straight, right as signs of curvature, for each word.
+# Left, straight, right as signs of curvature, for each word; every second one is the mirror image of the one before.
 WORDS = np.array(((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (1, -1, 1)), dtype=np.float64)
 SAME = 1e-9
 
@@ -27,43 +27,30 @@ def _turn(angle: float) -> float:
 
 @njit(cache=True)
 def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, float]:
-    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper."""
+    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper.
+
+    Words come in pairs: the second one is the first one in a mirror, where angles count the other way round.
+    """
+    if word % 2 == 1:
+        a, b = -a, -b
     sa, sb, ca, cb, cab = math.sin(a), math.sin(b), math.cos(a), math.cos(b), math.cos(a - b)
-    if word == 0:  # LSL
+    if word < 2:  # LSL
         p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sa - sb)
         theta = math.atan2(cb - ca, d + sa - sb)
         return _turn(theta - a), math.sqrt(max(p2, 0.0)), _turn(b - theta)
-    if word == 1:  # RSR
-        p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sb - sa)
-        theta = math.atan2(ca - cb, d - sa + sb)
-        return _turn(a - theta), math.sqrt(max(p2, 0.0)), _turn(theta - b)
-    if word == 2:  # LSR
+    if word < 4:  # LSR
         p2 = -2.0 + d * d + 2.0 * cab + 2.0 * d * (sa + sb)
         if p2 < 0.0:
             return math.nan, math.nan, math.nan
         p = math.sqrt(p2)
         theta = math.atan2(-ca - cb, d + sa + sb) - math.atan2(-2.0, p)
         return _turn(theta - a), p, _turn(theta - b)
-    if word == 3:  # RSL
-        p2 = -2.0 + d * d + 2.0 * cab - 2.0 * d * (sa + sb)
-        if p2 < 0.0:
-            return math.nan, math.nan, math.nan
-        p = math.sqrt(p2)
-        theta = math.atan2(ca + cb, d - sa - sb) - math.atan2(2.0, p)
-        return _turn(a - theta), p, _turn(b - theta)
-    if word == 4:  # RLR
-        cosine = (6.0 - d * d + 2.0 * cab + 2.0 * d * (sa - sb)) / 8.0
-        if abs(cosine) > 1.0:
-            return math.nan, math.nan, math.nan
-        p = 2.0 * math.pi - math.acos(cosine)
-        t = _turn(a - math.atan2(ca - cb, d - sa + sb) + 0.5 * p)
-        return t, p, _turn(a - b - t + p)
-    cosine = (6.0 - d * d + 2.0 * cab - 2.0 * d * (sa - sb)) / 8.0  # LRL
+    cosine = (6.0 - d * d + 2.0 * cab + 2.0 * d * (sa - sb)) / 8.0  # RLR
     if abs(cosine) > 1.0:
         return math.nan, math.nan, math.nan
     p = 2.0 * math.pi - math.acos(cosine)
-    t = _turn(-a + math.atan2(-ca + cb, d + sa - sb) + 0.5 * p)
-    return t, p, _turn(b - a - t + p)
+    t = _turn(a - math.atan2(ca - cb, d - sa + sb) + 0.5 * p)
+    return t, p, _turn(a - b - t + p)
 
 
 @njit(cache=True)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.jit import njit
-from navstack.planning.smac.grid_kernels import FULL_COST, NEIGHBOURS, is_closed, octile
+from navstack.planning.smac.grid_kernels import FULL_COST, NEIGHBOURS, octile
 from navstack.planning.smac.pose_problem import Goal, Ground
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
@@ -47,7 +47,7 @@ def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, li
     target = goal_y * columns + goal_x
     ways[target] = 0.0
     is_known = np.zeros(columns * rows, dtype=np.bool_)
-    is_buried = is_closed(lowest_cost(ground.costs, goal_x, goal_y, coarse), ground.allow_unknown)
+    is_buried = ground.blocked[lowest_cost(ground.costs, goal_x, goal_y, coarse)]
     buried = goal.tolerance / coarse if is_buried else -1.0
     towards_x, towards_y = int(start[0]) // coarse, int(start[1]) // coarse
     field = Field(coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known)
@@ -78,7 +78,7 @@ def way_to_goal(
             if field.is_known[m]:
                 continue
             cost = lowest_cost(ground.costs, u, v, field.coarse)
-            if is_closed(cost, ground.allow_unknown):
+            if ground.blocked[cost]:
                 if math.hypot(u - field.goal_x, v - field.goal_y) > field.buried:
                     continue
                 cost = 0  # nobody drives there: the way tells how far from the goal the robot is
