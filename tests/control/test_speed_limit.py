@@ -86,7 +86,7 @@ def server_of(controller: Controller) -> ControllerServer:
 
 
 @pytest.mark.parametrize("has_shim", [False, True])
-def test_the_server_hands_the_limit_on_and_it_outlives_a_new_goal(has_shim: bool) -> None:
+def test_the_limit_outlives_a_new_goal(has_shim: bool) -> None:
     controller: Controller = DwbController(PARAMS, FOOTPRINT, 20.0)
     if has_shim:
         controller = RotationShimController(RotationShimParams(), controller, FOOTPRINT, 20.0, 0.25)
@@ -94,7 +94,7 @@ def test_the_server_hands_the_limit_on_and_it_outlives_a_new_goal(has_shim: bool
     state, plan, surroundings = straight_ahead()
     speeds = []
     for limit in (0.0, 20.0, 0.0):
-        server.set_speed_limit(limit, True)
+        controller.set_speed_limit(limit, True)
         server.begin(plan, 0.0)
         speeds.append(server.compute_command(state, surroundings).linear_x)
     assert speeds[1] == pytest.approx(0.2 * 2.5, abs=0.05)
@@ -112,4 +112,4 @@ class Unlimited(Controller):
 
 def test_a_controller_that_cannot_limit_its_speed_says_so() -> None:
     with pytest.raises(ParameterError, match="Unlimited knows no speed limit, and a speed filter asks for 30%"):
-        server_of(Unlimited()).set_speed_limit(30.0, True)
+        Unlimited().set_speed_limit(30.0, True)

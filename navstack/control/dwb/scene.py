@@ -1,6 +1,7 @@
 """What the critics know of the situation in which trajectories are scored."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from navstack.costmap.costmap import Costmap
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Track, Twist2D
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class Scene:
     """One control cycle; everything in the map frame."""
 
@@ -23,35 +24,26 @@ class Scene:
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
     tracks: tuple[Track, ...] = ()  # of what moves about
-    _rollouts: Rollouts | None = field(init=False, default=None)  # of this scene
-    _located: tuple[CellArray, BoolArray] | None = field(init=False, default=None)  # once they were asked for
-    _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for
+    rollouts: Rollouts | None = field(init=False, default=None)  # of this scene, once there are any
 
-    @property
+    @cached_property
     def path_cells(self) -> IntArray:
         """The cells (S, 2) of the plan as mx, my, as far as the map is known."""
-        if self._path_cells is None:
-            self._path_cells = plan_cells(self.plan, self.costmap)
-        return self._path_cells
-
-    def locate(self, rollouts: Rollouts) -> None:
-        """Take the ``rollouts`` whose poses :attr:`cells` and :attr:`leaves_map` are about."""
-        self._rollouts, self._located = rollouts, None
+        return plan_cells(self.plan, self.costmap)
 
     @property
     def cells(self) -> CellArray:
         """Flat cell index (K, T) of each pose, -1 off the map."""
-        return self._locations()[0]
+        return self._located[0]
 
     @property
     def leaves_map(self) -> BoolArray:
         """Whether some pose of a trajectory (K,) is off the map."""
-        return self._locations()[1]
+        return self._located[1]
 
-    def _locations(self) -> tuple[CellArray, BoolArray]:
-        if self._located is None:
-            assert self._rollouts is not None
-            r, c = self._rollouts, self.costmap
-            cells = np.empty(r.x.shape, dtype=np.int32)
-            self._located = cells, pose_cells(r.x, r.y, r.lengths, c.data.shape, c.grid, cells)
-        return self._located
+    @cached_property
+    def _located(self) -> tuple[CellArray, BoolArray]:
+        assert self.rollouts is not None
+        r, c = self.rollouts, self.costmap
+        cells = np.empty(r.x.shape, dtype=np.int32)
+        return cells, pose_cells(r.x, r.y, r.lengths, c.data.shape, c.grid, cells)

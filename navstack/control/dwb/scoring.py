@@ -68,8 +68,6 @@ class Scoring:
         self._terms = _terms_of(self._counted)
         self._guess = 0  # index of the last choice, likely a good one again
         self._command: FloatArray = np.zeros(3)  # of the last choice: vx, vy, yaw rate
-        self._scene: Scene | None = None  # that the rollouts below are of
-        self._rollouts: Rollouts | None = None
 
     def score_all(self, scene: Scene) -> Scores:
         """Every critic's raw costs of every trajectory."""
@@ -132,10 +130,9 @@ class Scoring:
 
     def _drive(self, scene: Scene) -> Rollouts:
         """The trajectories, once per scene."""
-        if self._rollouts is None or scene is not self._scene:
-            self._scene, self._rollouts = scene, self._generator.generate(scene.pose, scene.velocity)
-            scene.locate(self._rollouts)
-        return self._rollouts
+        if scene.rollouts is None:
+            scene.rollouts = self._generator.generate(scene.pose, scene.velocity)
+        return scene.rollouts
 
 
 _NONE_GIVEN: FloatArray = np.empty((0, 0))
