@@ -48,6 +48,11 @@ def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
     return compiled
 
 
+def tuple_of(kind: Any, params: Any, **more: float) -> Any:
+    """A named tuple for kernels: of ``more``, and of the parameters that are named like its other fields."""
+    return kind(**more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more})
+
+
 @cache
 def source_stamp(file: Path) -> bytes:
     """The hash (SHA-256) of a source file and of those that it imports, as they are when it is asked for first.

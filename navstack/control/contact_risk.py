@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.jit import njit
+from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
 from navstack.types import FloatArray, IntArray, Pose2D, Track
 
@@ -66,7 +66,7 @@ class ContactPricing:
 
     def __init__(self, params: ContactPrices) -> None:
         self._params = params
-        self.rates = ContactRates(*(float(getattr(params, name)) for name in ContactRates._fields))
+        self.rates: ContactRates = tuple_of(ContactRates, params)
         self.contact_usd = np.array(params.contact_usd)
 
     def people(self, tracks: Sequence[Track], pose: Pose2D, stamp: float) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field
+from navstack.control.mpc.distance_field import FIELD, Field
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
@@ -38,9 +38,8 @@ class Body(NamedTuple):
 
 @njit(
     cache=True,
-    ahead="float64[::1], float64, float64, float64, float64[::1], int64, NamedTuple((uint8[:, ::1], "
-    "UniTuple(float64, 3), float64[::1], float64), Field), NamedTuple((float64[:, ::1], float64[::1], float64), "
-    "Body), float64[:, ::1]",
+    ahead=f"float64[::1], float64, float64, float64, float64[::1], int64, {FIELD}, "
+    "NamedTuple((float64[:, ::1], float64[::1], float64), Body), float64[:, ::1]",
 )
 def guarded(
     state: FloatArray,

@@ -32,6 +32,9 @@ class Field(NamedTuple):
     inscribed_radius: float  # [m]
 
 
+FIELD = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[::1], float64), Field)"
+
+
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:
     """The distance (256,) in [m] that each cost stands for (the inverse of ``inflation_cost``); free is as 1."""
     costs = np.arange(256).clip(1, HIGHEST_FALLING_COST)

@@ -14,7 +14,7 @@ import numpy as np
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.compiled import compiled
-from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stage_layout import Horizon, Sizes
 from navstack.control.mpc.stages import best_between
 from navstack.types import FloatArray
 
@@ -36,7 +36,6 @@ class MpcProblem:
             sizes: steps, circles and people.
             generated_code: use compiled C where there is a compiler.
         """
-        self._sizes = sizes
         function, self.is_compiled = _gauss_newton_step(sizes, generated_code)
         steps = sizes.steps
         self._states, self._ends, self._jerks = np.zeros((steps, _X)), np.zeros((steps, _X)), np.zeros((steps, _U))
@@ -50,38 +49,28 @@ class MpcProblem:
             self._buffer.set_arg(i, memoryview(array.reshape(-1)))  # type: ignore[call-arg, arg-type]
         self._buffer.set_res(0, memoryview(self._change.reshape(-1)))  # type: ignore[call-arg, arg-type]
 
-    def step(
-        self,
-        states: FloatArray,
-        jerks: FloatArray,
-        stages: FloatArray,
-        times: FloatArray,
-        shared: FloatArray,
-        limits: FloatArray,
-    ) -> FloatArray | None:
+    def step(self, states: FloatArray, jerks: FloatArray, horizon: Horizon, limits: FloatArray) -> FloatArray | None:
         """The jerks (N, 2) on the way to the minimum of the problem linearised about a trajectory; None: it failed.
 
         Args:
             states: the trajectory's (N + 1, 7), a rollout of ``jerks``.
             jerks: (N, 2).
-            stages: (N, sizes.stage), see :mod:`~navstack.control.mpc.stage_layout`.
-            times: [s] of the steps (N,).
-            shared: (sizes.shared,).
+            horizon: see :mod:`~navstack.control.mpc.stage_layout`.
             limits: lower and upper (2, 9) of the jerks and the states at the steps' ends.
         """
         self._states[:], self._ends[:], self._jerks[:] = states[:-1], states[1:], jerks
-        self._stages[:], self._times[:], self._shared[:] = stages, times, shared
+        self._stages[:], self._times[:], self._shared[:] = horizon
         for bounds, limit, slack in ((self._low, limits[0], -_SLACK), (self._high, limits[1], _SLACK)):
             bounds[:, :_U] = limit[:_U] - jerks
             bounds[:, _U:] = limit[_U:] + slack - states[1:]
-        is_sound = np.isfinite(stages).all() and np.isfinite(states).all() and (self._low <= self._high).all()
+        is_sound = np.isfinite(horizon.stages).all() and np.isfinite(states).all() and (self._low <= self._high).all()
         self._change[:] = np.nan
         if is_sound:  # or CasADi prints the whole problem
             self._evaluate()
         if not self._is_solved():
             return None
         wanted = np.clip(jerks + self._change[:, :_U], limits[0, :_U], limits[1, :_U])
-        improved: FloatArray = best_between(states[0], jerks, wanted, stages, times, shared, self._sizes.people)
+        improved: FloatArray = best_between(states[0], jerks, wanted, horizon)
         return improved
 
     def _is_solved(self) -> bool:

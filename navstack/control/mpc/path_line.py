@@ -25,6 +25,9 @@ class PathLine(NamedTuple):
     speed: FloatArray  # [m/s] that the curve here and those ahead allow
 
 
+LINE = "NamedUniTuple(float64[::1], 5, PathLine)"
+
+
 def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     """The line along the poses (N >= 1, 3) of a plan, under limits (8,) of :mod:`stage_layout`."""
     x, y = poses[:, 0], poses[:, 1]
@@ -77,7 +80,7 @@ def curve_speeds(s: FloatArray, heading: FloatArray, limits: FloatArray) -> Floa
     return speeds
 
 
-@njit(cache=True, ahead="NamedUniTuple(float64[::1], 5, PathLine), float64, float64, int64, int64")
+@njit(cache=True, ahead=f"{LINE}, float64, float64, int64, int64")
 def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
     """The segment and the share 0..1 of it at the point nearest to (x, y), from segment ``first`` to ``last``."""
     best, best_share, least = first, 0.0, math.inf
@@ -97,7 +100,7 @@ def between(values: FloatArray, segment: int, share: float) -> float:
     return float(values[segment] + share * (values[segment + 1] - values[segment]))
 
 
-@njit(cache=True, ahead="NamedUniTuple(float64[::1], 5, PathLine), float64")
+@njit(cache=True, ahead=f"{LINE}, float64")
 def at_distance(line: PathLine, s: float) -> tuple[int, float]:
     """The segment and the share of it at ``s`` [m] along the line; its ends beyond them."""
     count = len(line.s)
