@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.localization.amcl_kernels import (
     beam_ends,
@@ -15,7 +16,7 @@ from navstack.localization.amcl_kernels import (
     screen_ranges,
     sum_over_beams,
 )
-from navstack.localization.likelihood_field import LikelihoodField, squared_distances
+from navstack.localization.likelihood_field import LikelihoodField
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, LaserScan, Pose2D
 
