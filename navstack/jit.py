@@ -25,14 +25,14 @@ _NAME = re.compile(r"\w+")
 
 
 def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
-    """``numba.njit(**options)``; what ``cache=True`` keeps is known by :func:`source_stamp`.
+    """``numba.njit`` with a cache on disk, in which compiled code is known by :func:`source_stamp`.
 
     Args:
         ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's notation; named
             tuples as its module knows them. Nothing is compiled before the first call unless somebody asks for it.
         options: of numba.
     """
-    decorate: Callable[[Kernel], Kernel] = numba.njit(**options)  # noqa: TID251
+    decorate: Callable[[Kernel], Kernel] = numba.njit(**{"cache": True, **options})  # noqa: TID251
 
     def compiled(function: Kernel) -> Kernel:
         config: Any = numba.config

@@ -7,7 +7,7 @@ from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, Pose2D
 
 
-@njit(cache=True)
+@njit()
 def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``).
 
@@ -35,7 +35,7 @@ def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     return worst
 
 
-@njit(cache=True, ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
+@njit(ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
 def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map.
 
@@ -44,7 +44,7 @@ def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, 
     return walk_outline(costs, grid, footprint, x, y, math.cos(yaw), math.sin(yaw), True)
 
 
-@njit(cache=True)
+@njit()
 def walk_outline(
     costs: ByteArray,
     grid: Grid,
@@ -76,7 +76,7 @@ def walk_outline(
     return worst
 
 
-@njit(cache=True)
+@njit()
 def is_occupied(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> bool:
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 

@@ -18,14 +18,14 @@ WORDS = np.array(((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (
 SAME = 1e-9
 
 
-@njit(cache=True)
+@njit()
 def _turn(angle: float) -> float:
     """The angle in [0, 2 pi); hardly less than a whole turn is none."""
     wrapped = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
     return 0.0 if wrapped > 2.0 * math.pi - SAME else wrapped
 
 
-@njit(cache=True)
+@njit()
 def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, float]:
     """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper.
 
@@ -53,7 +53,7 @@ def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, fl
     return t, p, _turn(a - b - t + p)
 
 
-@njit(cache=True)
+@njit()
 def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[int, float, float, float]:
     """The word of the shortest curve between poses (3,) and its three lengths, in the unit of ``radius``."""
     dx, dy = end[0] - start[0], end[1] - start[1]
@@ -67,7 +67,7 @@ def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[in
     return word, lengths[0] * radius, lengths[1] * radius, lengths[2] * radius
 
 
-@njit(cache=True)
+@njit()
 def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> FloatArray:
     """Poses (N, 3) along the shortest curve, at most ``step`` apart, both ends among them."""
     word, t, p, q = shortest_word(start, end, radius)
@@ -97,7 +97,7 @@ def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> Flo
     return poses
 
 
-@njit(cache=True)
+@njit()
 def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
     """Whether a convex polygon (N, 2) in [cells] and a cell's square have a common point (separating axes)."""
     x0, y0 = corners[:, 0].min(), corners[:, 1].min()
@@ -116,7 +116,7 @@ def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit()
 def stands_free(
     costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, pose: FloatArray
 ) -> bool:
@@ -142,7 +142,7 @@ def stands_free(
     return True
 
 
-@njit(cache=True)
+@njit()
 def is_curve_free(
     costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, poses: FloatArray
 ) -> bool:

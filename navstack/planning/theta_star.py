@@ -70,7 +70,7 @@ class ThetaStarPlanner(Planner):
         return Path(poses, stamp)
 
 
-@njit(cache=True)
+@njit()
 def line_of_sight(
     costs: ByteArray, is_open: BoolArray, crossing: FloatArray, x: int, y: int, end_x: int, end_y: int
 ) -> float:
@@ -96,7 +96,7 @@ def line_of_sight(
     return total
 
 
-@njit(cache=True)
+@njit()
 def search_lines(
     costs: ByteArray,
     is_open: BoolArray,

@@ -16,7 +16,7 @@ BUFFER_SIZE = 17 * TILE
 LANES = 4  # a multiple of them is driven on, so that no loop has a rest
 
 
-@njit(cache=True)
+@njit()
 def end_poses(
     robot: FloatArray, commands: FloatArray, steps: IntArray, limits: FloatArray, sim_time: float
 ) -> FloatArray:
@@ -42,7 +42,7 @@ def end_poses(
     return ends
 
 
-@njit(cache=True)
+@njit()
 def by_falling_steps(steps: IntArray) -> IntArray:
     """Indices (K,) of the trajectories, the longest first, equals in their order."""
     longest = 0
@@ -61,7 +61,7 @@ def by_falling_steps(steps: IntArray) -> IntArray:
     return order
 
 
-@njit(cache=True)
+@njit()
 def start_tile(
     b: FloatArray,
     robot: FloatArray,
@@ -80,7 +80,7 @@ def start_tile(
         _load(b, i, robot[3], robot[5], commands[k], limits, sim_time / steps[k])
 
 
-@njit(cache=True)
+@njit()
 def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[bool, bool]:
     """Drive the first ``active`` trajectories one step; whether speeds and turns may differ in later steps."""
     lanes = (active + LANES - 1) // LANES * LANES
@@ -93,7 +93,7 @@ def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[b
     return speeds_change, turns_change
 
 
-@njit(cache=True)
+@njit()
 def _load(
     b: FloatArray, i: int, speed: float, yaw_rate: float, command: FloatArray, limits: FloatArray, dt: float
 ) -> None:
@@ -111,7 +111,7 @@ def _load(
     b[RATE_HIGH + i] = command[2] if rises else math.inf
 
 
-@njit(cache=True)
+@njit()
 def _speed_up(b: FloatArray, count: int) -> bool:
     """Find the speed of the next step of the first ``count`` trajectories; whether any later step's may differ."""
     changes = 0
@@ -124,7 +124,7 @@ def _speed_up(b: FloatArray, count: int) -> bool:
     return changes > 0
 
 
-@njit(cache=True)
+@njit()
 def _turn(b: FloatArray, count: int) -> bool:
     """Find the turn of the next step of the first ``count`` trajectories; whether any later step's may differ."""
     changes = wide = 0
@@ -151,7 +151,7 @@ def _turn(b: FloatArray, count: int) -> bool:
     return changes > 0
 
 
-@njit(cache=True)
+@njit()
 def _move(b: FloatArray, count: int) -> None:
     """Drive the first ``count`` trajectories one step along their headings, then turn them."""
     for i in range(count):

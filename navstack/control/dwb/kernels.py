@@ -15,7 +15,7 @@ OFF_MAP = -1  # cell index of a pose outside the costmap
 SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
 
 
-@njit(cache=True)
+@njit()
 def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: float) -> IntArray:
     """Steps (K,) of the commands' (K, 3) trajectories: at most ``linear`` [m] and ``angular`` [rad] each.
 
@@ -31,7 +31,7 @@ def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: f
     return steps
 
 
-@njit(cache=True)
+@njit()
 def sine_cosine(angle: float) -> tuple[float, float]:
     """Sine and cosine; a Taylor series to the ninth and eighth power for the small angles of one step."""
     if abs(angle) > SMALL_TURN:
@@ -42,7 +42,7 @@ def sine_cosine(angle: float) -> tuple[float, float]:
     return sine, cosine
 
 
-@njit(cache=True)
+@njit()
 def roll_out(
     start: FloatArray,
     velocity: FloatArray,
@@ -89,7 +89,7 @@ def roll_out(
             x[k, t], y[k, t], yaw[k, t] = px, py, angle
 
 
-@njit(cache=True)
+@njit()
 def cell_index(x: float, y: float, shape: tuple[int, int], grid: Grid) -> int:
     """Index of the cell of a point in the flattened costmap; OFF_MAP outside (``Costmap2D::worldToMap``)."""
     fx = (x - grid[0]) / grid[2]
@@ -99,7 +99,7 @@ def cell_index(x: float, y: float, shape: tuple[int, int], grid: Grid) -> int:
     return OFF_MAP
 
 
-@njit(cache=True)
+@njit()
 def pose_cells(
     x: FloatArray, y: FloatArray, lengths: IntArray, shape: tuple[int, int], grid: Grid, cells: CellArray
 ) -> BoolArray:
@@ -119,7 +119,7 @@ def pose_cells(
     return leaves
 
 
-@njit(cache=True)
+@njit()
 def nose_cells(
     x: FloatArray, y: FloatArray, yaw: FloatArray, first: int, ahead: float, shape: tuple[int, int], grid: Grid
 ) -> CellArray:
@@ -134,7 +134,7 @@ def nose_cells(
     return cells
 
 
-@njit(cache=True)
+@njit()
 def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_scores: bool) -> FloatArray:
     """Cost (K,) of the last pose, or of all, of trajectories with cells (K, T) in ``costs`` (cells,).
 
@@ -155,7 +155,7 @@ def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_sc
     return result
 
 
-@njit(cache=True)
+@njit()
 def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int32:
     """Manhattan distance in [cells] from a cell to the nearest of the seeds (S,)."""
     x, y = np.int32(mx), np.int32(my)
@@ -165,7 +165,7 @@ def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int3
     return least
 
 
-@njit(cache=True)
+@njit()
 def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     """Manhattan distance (M,) in [cells] from flat cell indices (M,) to the nearest of the seeds (S, 2) as (mx, my).
 
@@ -180,7 +180,7 @@ def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     return distances
 
 
-@njit(cache=True)
+@njit()
 def add_weighted(raw: FloatArray, scales: Float32Array) -> Float32Array:
     """Totals (K,) of raw scores (C, K), accumulated in float32 in the critics' order, as ``TrajectoryScore`` does."""
     totals = np.zeros(raw.shape[1], dtype=np.float32)

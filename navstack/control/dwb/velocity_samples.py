@@ -54,7 +54,7 @@ class VelocitySampler:
         return samples
 
 
-@njit(cache=True)
+@njit()
 def project_velocity(start: float, acceleration: float, deceleration: float, dt: float, target: float) -> float:
     """The velocity ``dt`` seconds after ``start`` on the way to ``target``; the deceleration is negative."""
     if start < target:
@@ -62,7 +62,7 @@ def project_velocity(start: float, acceleration: float, deceleration: float, dt:
     return max(target, start + deceleration * dt)
 
 
-@njit(cache=True)
+@njit()
 def axis_samples(current: float, limits: FloatArray, count: int, time: float) -> FloatArray:
     """Velocities of one axis, by repeated addition of the increment, and 0 where the range straddles it.
 
@@ -90,7 +90,7 @@ def axis_samples(current: float, limits: FloatArray, count: int, time: float) ->
     return samples[:n]
 
 
-@njit(cache=True)
+@njit()
 def combine(
     current: FloatArray, limits: FloatArray, counts: IntArray, speeds: FloatArray, acceleration_time: float
 ) -> FloatArray:

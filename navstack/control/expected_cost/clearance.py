@@ -89,9 +89,8 @@ def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
 
 
 @njit(
-    cache=True,
     ahead="uint8[:, ::1], UniTuple(float64, 3), Array(uint8, 2, 'C', readonly=True), UniTuple(float64, 3), "
-    "float64[:, ::1]",
+    "float64[:, ::1]"
 )
 def unmapped_blocks(
     costs: ByteArray,
@@ -119,7 +118,7 @@ def unmapped_blocks(
     return blocked
 
 
-@njit(cache=True, ahead="bool[:, ::1], float64")
+@njit(ahead="bool[:, ::1], float64")
 def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
     """Distances [m] from cells' middles to the nearest blocked cell, negative within one: to the nearest free cell.
 
@@ -136,7 +135,7 @@ def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
     return metres
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
     column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
@@ -144,7 +143,7 @@ def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: 
     return metres[row, column] if 0 <= row < height and 0 <= column < width else beyond
 
 
-@njit(cache=True)
+@njit()
 def clearance_at(clearance: Clearance, x: float, y: float) -> float:
     """The clearance [m] of a point of the map frame."""
     off_map = OFF_MAP if len(clearance.mapped) else FAR

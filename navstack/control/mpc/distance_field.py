@@ -44,7 +44,7 @@ def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> Float
     return table
 
 
-@njit(cache=True)
+@njit()
 def cell_distance(field: Field, mx: int, my: int) -> float:
     """The distance [m] from a cell to the nearest obstacle cell; far beyond the grid."""
     costs, (_, _, resolution), table, inscribed_radius = field
@@ -64,7 +64,7 @@ def cell_distance(field: Field, mx: int, my: int) -> float:
     return min(inscribed_radius, math.sqrt(least) * resolution)
 
 
-@njit(cache=True)
+@njit()
 def distance_at(field: Field, cx: float, cy: float) -> float:
     """The distance [m] at a point (cx, cy) in cells from the first cell's centre, linear between centres."""
     mx, my = math.floor(cx), math.floor(cy)
@@ -76,7 +76,7 @@ def distance_at(field: Field, cx: float, cy: float) -> float:
     return (1.0 - fy) * low + fy * high
 
 
-@njit(cache=True)
+@njit()
 def distance_and_gradient(field: Field, x: float, y: float, farthest: float) -> tuple[float, float, float]:
     """Distance [m] to the nearest obstacle cell and its gradient (at most 1 long) at a point of the map frame.
 

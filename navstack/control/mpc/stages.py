@@ -40,17 +40,14 @@ class Clearances(NamedTuple):
     passing_bias: float  # [m] sideways
 
 
-@njit(cache=True)
+@njit()
 def sizes_of(horizon: Horizon) -> tuple[int, int]:
     """How many circles and people there is room for."""
     circles = len(horizon.shared) - at.CIRCLES
     return circles, (horizon.stages.shape[1] - at.BASE) // 3 - circles
 
 
-@njit(
-    cache=True,
-    ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]",
-)
+@njit(ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]")
 def fill_stages(
     horizon: Horizon, states: FloatArray, line: PathLine, segment: int, wishes: Wishes, limits: FloatArray
 ) -> None:
@@ -92,10 +89,7 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(
-    cache=True,
-    ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)",
-)
+@njit(ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
 def fill_obstacles(horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
     stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
@@ -113,7 +107,7 @@ def fill_obstacles(horizon: Horizon, states: FloatArray, field: Field, people: F
                 stages[k, place + 2] = clear - distance + gx * x + gy * y
 
 
-@njit(cache=True)
+@njit()
 def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     for person in people:
         if math.hypot(person[0] - x, person[1] - y) < person[4] + _OWN:
@@ -121,7 +115,7 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     return False
 
 
-@njit(cache=True, ahead=f"{HORIZON}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
+@njit(ahead=f"{HORIZON}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
 def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
     """Write where people will be and how near is too near; see :func:`fill_stages`."""
     stages, times, _ = horizon
@@ -145,7 +139,7 @@ def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
             stages[k, place + 2] = keep.radius + people[j, 4] + keep.person_margin + grown
 
 
-@njit(cache=True)
+@njit()
 def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> FloatArray:
     """The unweighted cost terms (10,) of a trajectory, in the order of the weights: sums of dt times squares."""
     terms = np.zeros(10)
@@ -185,7 +179,7 @@ def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> Float
     return terms
 
 
-@njit(cache=True)
+@njit()
 def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray) -> bool:
     """Whether the person at ``place`` of a stage is out of the reach of all circles, however the robot is turned."""
     span = max(abs(shared[at.CIRCLES]), abs(shared[len(shared) - 1]))  # the outermost circles
@@ -194,7 +188,7 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
-@njit(cache=True, ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
+@njit(ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
 def best_between(start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon) -> FloatArray:
     """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
     best, least = wanted, math.inf

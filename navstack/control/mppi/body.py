@@ -85,7 +85,7 @@ def _least_distances(layer: InflationLayerParams, inscribed_radius: float) -> Fl
     return least
 
 
-@njit(cache=True)
+@njit()
 def clearance(
     costs: ByteArray,
     cx: float,

@@ -6,7 +6,7 @@ from navstack.jit import njit
 from navstack.types import Float32Array
 
 
-@njit(cache=True)
+@njit()
 def mean_size(values: Float32Array, steps: int) -> Float32Array:
     """Mean absolute value (B,) of the first ``steps`` rows."""
     total = np.zeros(values.shape[1], dtype=np.float32)
@@ -15,13 +15,13 @@ def mean_size(values: Float32Array, steps: int) -> Float32Array:
     return total / np.float32(steps)
 
 
-@njit(cache=True)
+@njit()
 def _add_size(row: Float32Array, total: Float32Array) -> None:
     for b in range(len(total)):
         total[b] += abs(row[b])
 
 
-@njit(cache=True, ahead="float32[:, ::1], int64, float32, float32")
+@njit(ahead="float32[:, ::1], int64, float32, float32")
 def sum_outside(values: Float32Array, steps: int, least: np.float32, most: np.float32) -> Float32Array:
     """By how much the first ``steps`` rows lie outside [``least``, ``most``], in all (B,)."""
     total = np.zeros(values.shape[1], dtype=np.float32)
@@ -30,14 +30,14 @@ def sum_outside(values: Float32Array, steps: int, least: np.float32, most: np.fl
     return total
 
 
-@njit(cache=True)
+@njit()
 def _add_outside(row: Float32Array, least: np.float32, most: np.float32, total: Float32Array) -> None:
     zero = np.float32(0.0)
     for b in range(len(total)):
         total[b] += max(row[b] - most, zero) + max(least - row[b], zero)
 
 
-@njit(cache=True)
+@njit()
 def sum_below(values: Float32Array, steps: int, least: np.float32) -> Float32Array:
     """By how much the absolute values of the first ``steps`` rows are below ``least``, in all (B,)."""
     total = np.zeros(values.shape[1], dtype=np.float32)
@@ -47,7 +47,7 @@ def sum_below(values: Float32Array, steps: int, least: np.float32) -> Float32Arr
     return total
 
 
-@njit(cache=True)
+@njit()
 def sum_too_tight(v: Float32Array, w: Float32Array, steps: int, radius: np.float32) -> Float32Array:
     """By how much the radii of the curves in the first ``steps`` rows are below ``radius`` [m], in all (B,)."""
     total = np.zeros(v.shape[1], dtype=np.float32)

@@ -16,7 +16,7 @@ CellArray = npt.NDArray[np.int32]
 _CELLS = (0.0, 0.0, 1.0)  # the grid of places that are given in cells
 
 
-@njit(cache=True)
+@njit()
 def pose_costs(
     x: Float32Array,
     y: Float32Array,
@@ -43,7 +43,7 @@ def pose_costs(
         found[b] = NO_INFORMATION if cells[b] < 0 else flat[cells[b]]
 
 
-@njit(cache=True)
+@njit()
 def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
     """Whether a cost under the robot, outline or centre, means collision (``CostCritic::inCollision``)."""
     if cost == INSCRIBED_INFLATED_OBSTACLE:
@@ -51,7 +51,7 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
     return cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not tracks_unknown)
 
 
-@njit(cache=True)
+@njit()
 def touch_outlines(
     t: int,
     rollouts: Rollouts,
@@ -105,7 +105,7 @@ def touch_outlines(
             room[b] = min(edge, reach[worst] - OUTLINE_SLACK)
 
 
-@njit(cache=True)
+@njit()
 def _add_costs(
     found: ByteArray, near: np.float32, critical: np.float32, share: np.float32, scores: Float32Array
 ) -> None:
@@ -116,10 +116,9 @@ def _add_costs(
 
 
 @njit(
-    cache=True,
     ahead=f"{ROLLOUTS}, int64, uint8[:, ::1], UniTuple(float64, 3), "
     "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[::1], bool, "
-    "float64, bool), Body), bool, int64, float32, float32, bool",
+    "float64, bool), Body), bool, int64, float32, float32, bool"
 )
 def cost_scores(
     rollouts: Rollouts,
@@ -161,7 +160,7 @@ def cost_scores(
     return scores, hits
 
 
-@njit(cache=True)
+@njit()
 def obstacle_scores(
     rollouts: Rollouts,
     costs: ByteArray,

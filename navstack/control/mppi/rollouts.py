@@ -53,7 +53,7 @@ class Rollouts(NamedTuple):
 ROLLOUTS = f"NamedTuple((float32[:, :, ::1], {', '.join(5 * ['float32[:, ::1]'])}), Rollouts)"
 
 
-@njit(cache=True, ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
+@njit(ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
 def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Array) -> None:
     """Write ``sequence`` (T,) plus ``noise`` (T, B) into rows 1..T of ``controls`` (T + 1, B)."""
     for t in range(len(sequence)):
@@ -62,7 +62,7 @@ def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Arra
             controls[t + 1, b] = wanted + noise[t, b]
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32, float32, float32")
+@njit(ahead="float32[:, ::1], float32, float32, float32")
 def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32) -> None:
     """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
 
@@ -76,7 +76,7 @@ def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, f
             controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
 
 
-@njit(cache=True, ahead=f"{ROLLOUTS}, float32, float32, float32")
+@njit(ahead=f"{ROLLOUTS}, float32, float32, float32")
 def roll_out(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32) -> None:
     """Drive forward and turning velocities, rows 0..T-1 of the controls; the poses are written.
 
@@ -103,7 +103,7 @@ def roll_out(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_
                     cosine[t, b], sine[t, b] = np.float32(math.cos(yaw[t, b])), np.float32(math.sin(yaw[t, b]))
 
 
-@njit(cache=True, ahead=f"{ROLLOUTS}, float32, float32")
+@njit(ahead=f"{ROLLOUTS}, float32, float32")
 def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
     """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make of these headings."""
     controls, x, y, _, cosine, sine = rollouts
@@ -120,21 +120,21 @@ def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
             y[t, b] += way_y[b]
 
 
-@njit(cache=True)
+@njit()
 def advance(last: Float32Array, speed: Float32Array, share: Float32Array, dt: np.float32, after: Float32Array) -> None:
     """A coordinate (n,) after ``dt`` at the ``share`` of a speed that lies along it."""
     for b in range(len(after)):
         after[b] = last[b] + speed[b] * share[b] * dt
 
 
-@njit(cache=True)
+@njit()
 def turn(last: Float32Array, rate: Float32Array, dt: np.float32, after: Float32Array) -> None:
     """Yaws (n,) after ``dt``."""
     for b in range(len(after)):
         after[b] = last[b] + rate[b] * dt
 
 
-@njit(cache=True)
+@njit()
 def rotate(
     last_cosine: Float32Array,
     last_sine: Float32Array,
@@ -151,7 +151,7 @@ def rotate(
         sine[b] = s * turn_cosine + c * turn_sine
 
 
-@njit(cache=True)
+@njit()
 def _small_cosine_sine(angle: np.float32) -> tuple[np.float32, np.float32]:
     """Cosine and sine in single precision of an angle up to ``_SMALL_TURN``, by Taylor series."""
     one = np.float32(1.0)

@@ -22,14 +22,14 @@ class Limits(NamedTuple):
     max_on_approach_iterations: int  # after a cell within the tolerance was found
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def octile(dx: float, dy: float) -> float:
     """The shortest way on the grid's eight directions, [cells]."""
     long, short = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
     return long + (math.sqrt(2.0) - 1.0) * short
 
 
-@njit(cache=True)
+@njit()
 def search_grid(
     costs: ByteArray,
     blocked: BoolArray,

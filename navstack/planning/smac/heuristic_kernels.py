@@ -12,7 +12,7 @@ from navstack.planning.smac.pose_problem import Goal, Ground
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
 
-@njit(cache=True)
+@njit()
 def lowest_cost(costs: ByteArray, column: int, row: int, coarse: int) -> int:
     """The lowest cost of a square of cells."""
     lowest = 255
@@ -37,7 +37,7 @@ class Field(NamedTuple):
     is_known: BoolArray  # (rows * columns,)
 
 
-@njit(cache=True)
+@njit()
 def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, list[tuple[float, int]]]:
     """A field in which only the goal's square is waiting."""
     coarse = goal.coarse
@@ -54,7 +54,7 @@ def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, li
     return field, [(0.0, target)]
 
 
-@njit(cache=True)
+@njit()
 def way_to_goal(
     ground: Ground, field: Field, waiting: list[tuple[float, int]], cost_penalty: float, x: float, y: float
 ) -> float:
