@@ -1,4 +1,4 @@
-"""The control sequence: how samples improve it, what it may be, how it is smoothed and shifted (``optimizer.cpp``)."""
+"""The control sequence: how samples improve it, what it may be, how it is smoothed (``optimizer.cpp``)."""
 
 import math
 
@@ -79,12 +79,10 @@ def limit(sequence: Float32Array, least: np.float32, most: np.float32, fall: np.
         sequence[t] = last
 
 
-@njit()
 def limit_curvature(v: Float32Array, w: Float32Array, radius: np.float32) -> None:
     """Turn no tighter than ``radius`` [m] (``AckermannMotionModel::applyConstraints``)."""
-    for t in range(len(v)):
-        most = abs(v[t]) / radius
-        w[t] = min(most, max(w[t], -most))
+    most = np.abs(v) / radius
+    w[:] = np.clip(w, -most, most)
 
 
 @njit(ahead="float32[::1], float32[::1]")
@@ -106,10 +104,3 @@ def smooth(sequence: Float32Array, history: Float32Array) -> None:
         for i in range(len(_FILTER)):
             total += _FILTER[i] * padded[t + i]
         sequence[t] = total
-
-
-@njit(ahead="float32[::1]")
-def shift(sequence: Float32Array) -> None:
-    """Drop the first value; the last one is repeated."""
-    for t in range(len(sequence) - 1):
-        sequence[t] = sequence[t + 1]

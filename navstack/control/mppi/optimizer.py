@@ -206,6 +206,5 @@ class Optimizer:
         v, w, *vy = command[:, 0].tolist()
         solution = Solution(self._sequences.copy(), Twist2D(v, vy[0] if vy else 0.0, w), colliding)
         if self._shifts:
-            for sequence in self._sequences:
-                control_sequence.shift(sequence)
+            self._sequences[:, :-1] = self._sequences[:, 1:]  # the last value is repeated
         return solution

@@ -174,13 +174,3 @@ def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: 
             dx, dy = x[t, b] - goal_x, y[t, b] - goal_y
             total[b] += math.sqrt(dx * dx + dy * dy)
     return total / np.float32(len(x))
-
-
-@njit()
-def mean_angle(yaw: Float32Array, goal_yaw: np.float32) -> Float32Array:
-    """Mean angle (B,) in [rad] between the poses' yaws (T, B) and another."""
-    total = np.zeros(yaw.shape[1], dtype=np.float32)
-    for t in range(len(yaw)):
-        for b in range(yaw.shape[1]):
-            total[b] += abs(angle_between(yaw[t, b], goal_yaw))
-    return total / np.float32(len(yaw))
