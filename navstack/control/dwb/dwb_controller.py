@@ -70,8 +70,8 @@ class DwbController(Controller):
         return () if self.last_decision is None else self.last_decision.alternatives()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Sample within the limit; see :meth:`~navstack.control.dwb.velocity_samples.VelocitySampler.limit_speed`."""
-        self._generator.sampler.limit_speed(limit, is_percentage)
+        """Sample within the limit; see :meth:`~navstack.control.dwb.rollouts.RolloutGenerator.limit_speed`."""
+        self._generator.limit_speed(limit, is_percentage)
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """The best sampled velocity.

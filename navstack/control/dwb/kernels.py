@@ -1,4 +1,4 @@
-"""Inner loops of DWB: trajectories, the cells they cross, and what they meet there."""
+"""Inner loops of DWB: trajectories, distances to cells, and totals."""
 
 import math
 
@@ -6,12 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.control.dwb.velocity_samples import project_velocity
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Grid
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
-OFF_MAP = -1  # cell index of a pose outside the costmap
 SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
 
 
@@ -87,72 +85,6 @@ def roll_out(
             sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
         for t in range(steps[k] + 1, length):
             x[k, t], y[k, t], yaw[k, t] = px, py, angle
-
-
-@njit()
-def cell_index(x: float, y: float, shape: tuple[int, int], grid: Grid) -> int:
-    """Index of the cell of a point in the flattened costmap; OFF_MAP outside (``Costmap2D::worldToMap``)."""
-    fx = (x - grid[0]) / grid[2]
-    fy = (y - grid[1]) / grid[2]
-    if fx >= 0.0 and fy >= 0.0 and fx < shape[1] and fy < shape[0]:
-        return int(fy) * shape[1] + int(fx)
-    return OFF_MAP
-
-
-@njit()
-def pose_cells(
-    x: FloatArray, y: FloatArray, lengths: IntArray, shape: tuple[int, int], grid: Grid, cells: CellArray
-) -> BoolArray:
-    """Write the cells (K, T) of the poses; the answer (K,) says which trajectories leave the map.
-
-    ``shape``: the map's height and width [cells].
-    """
-    leaves = np.zeros(len(x), dtype=np.bool_)
-    for k in range(len(x)):
-        n = lengths[k]
-        outside = False
-        for t in range(n):
-            cells[k, t] = cell_index(x[k, t], y[k, t], shape, grid)
-            outside |= cells[k, t] < 0
-        cells[k, n:] = cells[k, n - 1]
-        leaves[k] = outside
-    return leaves
-
-
-@njit()
-def nose_cells(
-    x: FloatArray, y: FloatArray, yaw: FloatArray, first: int, ahead: float, shape: tuple[int, int], grid: Grid
-) -> CellArray:
-    """Cells (K, T - first) of the points ``ahead`` [m] of the poses (K, T) from column ``first`` on."""
-    count, length = x.shape
-    cells = np.empty((count, length - first), dtype=np.int32)
-    for k in range(count):
-        for t in range(first, length):
-            nose_x = x[k, t] + ahead * math.cos(yaw[k, t])
-            nose_y = y[k, t] + ahead * math.sin(yaw[k, t])
-            cells[k, t - first] = cell_index(nose_x, nose_y, shape, grid)
-    return cells
-
-
-@njit()
-def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_scores: bool) -> FloatArray:
-    """Cost (K,) of the last pose, or of all, of trajectories with cells (K, T) in ``costs`` (cells,).
-
-    inf where any pose is off the map, unknown, or at least an inscribed obstacle (``base_obstacle.cpp``).
-    """
-    result = np.empty(len(cells))
-    for k in range(len(cells)):
-        total = 0.0
-        last = 0
-        for t in range(lengths[k]):
-            cell = cells[k, t]
-            last = costs[cell] if cell >= 0 else INSCRIBED_INFLATED_OBSTACLE
-            if last >= INSCRIBED_INFLATED_OBSTACLE:
-                total = math.inf
-                break
-            total += last
-        result[k] = total if sum_scores or total == math.inf else last
-    return result
 
 
 @njit()

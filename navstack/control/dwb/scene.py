@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from navstack.control.dwb.kernels import CellArray, pose_cells
+from navstack.control.dwb.kernels import CellArray
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.plan_handling import plan_cells
 from navstack.costmap.costmap import Costmap
@@ -31,19 +31,22 @@ class Scene:
         """The cells (S, 2) of the plan as mx, my, as far as the map is known."""
         return plan_cells(self.plan, self.costmap)
 
-    @property
+    @cached_property
     def cells(self) -> CellArray:
         """Flat cell index (K, T) of each pose, -1 off the map."""
-        return self._located[0]
+        assert self.rollouts is not None
+        return cells_of(self.rollouts.x, self.rollouts.y, self.costmap)
 
     @property
     def leaves_map(self) -> BoolArray:
         """Whether some pose of a trajectory (K,) is off the map."""
-        return self._located[1]
+        leaves: BoolArray = (self.cells < 0).any(axis=1)
+        return leaves
 
-    @cached_property
-    def _located(self) -> tuple[CellArray, BoolArray]:
-        assert self.rollouts is not None
-        r, c = self.rollouts, self.costmap
-        cells = np.empty(r.x.shape, dtype=np.int32)
-        return cells, pose_cells(r.x, r.y, r.lengths, c.data.shape, c.grid, cells)
+
+def cells_of(x: FloatArray, y: FloatArray, costmap: Costmap) -> CellArray:
+    """Index of the cell of each point in the flattened costmap; -1 off the map (``Costmap2D::worldToMap``)."""
+    fx, fy = (x - costmap.origin_x) / costmap.resolution, (y - costmap.origin_y) / costmap.resolution
+    inside = (fx >= 0.0) & (fy >= 0.0) & (fx < costmap.size_x) & (fy < costmap.size_y)
+    mx, my = (np.where(inside, each, 0.0).astype(np.int32) for each in (fx, fy))
+    return np.where(inside, my * np.int32(costmap.size_x) + mx, np.int32(-1))

@@ -71,10 +71,9 @@ class MapGridCritic(Critic):
         distances = self.distances(self.scored_cells(rollouts, scene, only_last), scene)
         if only_last:
             return distances[:, 0]
-        is_pose = np.arange(distances.shape[1]) < rollouts.lengths[:, None]
         if self._aggregation == "sum":
-            total: FloatArray = np.where(is_pose, distances, 0.0).sum(axis=1)
+            total: FloatArray = np.where(rollouts.is_pose, distances, 0.0).sum(axis=1)
             return total
         illegal = np.isinf(distances).any(axis=1)
-        product = np.where(is_pose & np.isfinite(distances), distances, 1.0).prod(axis=1)
+        product = np.where(rollouts.is_pose & np.isfinite(distances), distances, 1.0).prod(axis=1)
         return np.where(illegal, np.inf, product)
