@@ -160,22 +160,10 @@ def can_turn(costs: ByteArray, blocked: BoolArray, room: Room, x: float, y: floa
 
 @njit()
 def can_reach(
-    costs: ByteArray,
-    blocked: BoolArray,
-    corridor: float,
-    turning: float,
-    allow_unknown: bool,
-    x0: float,
-    y0: float,
-    x1: float,
-    y1: float,
+    costs: ByteArray, blocked: BoolArray, room: Room, turning: float, x0: float, y0: float, x1: float, y1: float
 ) -> bool:
-    """Whether the robot can drive along a line and turn at its end; :class:`Room` in parts, which are quick to pass."""
-    return (
-        is_line_free(costs, blocked, x0, y0, x1, y1)
-        and has_room(costs, x1, y1, turning, allow_unknown)
-        and (corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, corridor, allow_unknown))
-    )
+    """Whether the robot can drive along a line and turn at its end, which takes ``turning`` [cells] there."""
+    return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(costs, x1, y1, turning, room.allow_unknown)
 
 
 @njit()

@@ -173,33 +173,27 @@ def _input_sizes(sizes: Sizes) -> list[tuple[int, int]]:
 
 def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     """Sparsity of A z = 0, z = (u0, x1, u1, x2, ...), and where each entry stands in (by_state, by_jerk, -1)."""
-    by_jerk, minus_one = _X * _X * steps, _X * (_X + _U) * steps
-    entries = []  # row, column, place
-    for k in range(steps):
-        for row in range(_X):
-            entries += [(_X * k + row, _ROW * k + i, by_jerk + (k * _U + i) * _X + row) for i in range(_U)]
-            entries.append((_X * k + row, _ROW * k + _U + row, minus_one))
-            if k > 0:
-                first = _ROW * (k - 1) + _U
-                entries += [(_X * k + row, first + i, (k * _X + i) * _X + row) for i in range(_X)]
-    return _pattern(entries, _X * steps, _ROW * steps)
+    states, jerks = _X * _X * steps, _X * _U * steps
+    by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
+    by_jerk = ca.horzsplit(_numbers(states, _X, _U * steps), _U)
+    minus_one = (states + jerks) * ca.DM.eye(_X)
+    here = ca.diagcat(*(ca.horzcat(block, minus_one) for block in by_jerk))
+    before = ca.diagcat(*(ca.horzcat(ca.DM(_X, _U), block) for block in by_state[1:]))  # of the first step: fixed
+    return _ordered(here + ca.diagcat(ca.DM(_X, 0), before, ca.DM(0, _ROW)))
 
 
 def _hessian_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     """Sparsity of the block-diagonal Hessian, and where each entry stands in (curvature, jerk_curvature)."""
-    jerk_curvature = _X * _X * steps
-    entries = []
-    for k in range(steps):
-        first = _ROW * k
-        entries += [
-            (first + i, first + j, jerk_curvature + (k * _U + j) * _U + i) for j in range(_U) for i in range(_U)
-        ]
-        first += _U
-        entries += [(first + i, first + j, (k * _X + j) * _X + i) for j in range(_X) for i in range(_X)]
-    return _pattern(entries, _ROW * steps, _ROW * steps)
+    by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
+    by_jerk = ca.horzsplit(_numbers(_X * _X * steps, _U, _U * steps), _U)
+    return _ordered(ca.diagcat(*(block for pair in zip(by_jerk, by_state, strict=True) for block in pair)))
 
 
-def _pattern(entries: list[tuple[int, int, int]], rows: int, columns: int) -> tuple[ca.Sparsity, list[int]]:
-    ordered = sorted(entries, key=lambda entry: (entry[1], entry[0]))  # by columns, as CasADi stores them
-    pattern = ca.Sparsity.triplet(rows, columns, [entry[0] for entry in ordered], [entry[1] for entry in ordered])
-    return pattern, [entry[2] for entry in ordered]
+def _numbers(first: int, rows: int, columns: int) -> ca.DM:
+    """A matrix of the numbers from ``first`` on, column by column."""
+    return ca.reshape(ca.DM(range(first, first + rows * columns)), rows, columns)
+
+
+def _ordered(places: ca.DM) -> tuple[ca.Sparsity, list[int]]:
+    """The sparsity of a matrix, and its entries in CasADi's order."""
+    return places.sparsity(), [int(place) for place in places.nonzeros()]
