@@ -14,12 +14,6 @@ SAME_HEADING = 1e-4  # [rad]
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones
 
 
-@njit(inline="always")
-def means_contact(cost: int) -> bool:
-    """Whether the robot's centre must not be in a cell of this cost."""
-    return cost >= INSCRIBED_INFLATED_OBSTACLE and cost != NO_INFORMATION
-
-
 @njit()
 def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntArray) -> bool:
     """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends; off the map none does.
@@ -33,7 +27,7 @@ def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntA
         is_inside = (fx >= 0.0) & (fy >= 0.0) & (fx < width) & (fy < height)
         cells[i] = np.int64(fy) * width + np.int64(fx) if is_inside else -1
     for i in range(1, len(cells) - 1):
-        if cells[i] >= 0 and means_contact(flat[_u(cells[i])]):
+        if cells[i] >= 0 and INSCRIBED_INFLATED_OBSTACLE <= flat[_u(cells[i])] < NO_INFORMATION:
             return True
     return False
 

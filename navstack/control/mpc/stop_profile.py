@@ -98,40 +98,21 @@ def progress_jerk(
     too_far = _overshoot(v, a, wanted, remaining, deceleration, jerk, dt)
     if too_far <= 0.0:
         return wanted
-    return _last_fitting(v, a, lowest, wanted, too_far, remaining, deceleration, jerk, dt)
-
-
-@njit()
-def _last_fitting(
-    v: float,
-    a: float,
-    low: float,
-    high: float,
-    too_far: float,
-    remaining: float,
-    deceleration: float,
-    jerk: float,
-    dt: float,
-) -> float:
-    """The largest jerk from ``low`` to ``high`` after which the stop fits (regula falsi, Illinois); ``low`` if none."""
-    too_near = _overshoot(v, a, low, remaining, deceleration, jerk, dt)
-    if too_near > 0.0:
-        return low
-    last = 0
-    for _ in range(30):
-        if too_near > -_CLOSE:
+    too_near, last = _overshoot(v, a, lowest, remaining, deceleration, jerk, dt), 0
+    for _ in range(30):  # the largest jerk after which the stop fits: regula falsi, Illinois
+        if too_near > -_CLOSE:  # close enough, or too far even so
             break
-        middle = low - too_near * (high - low) / (too_far - too_near)
+        middle = lowest - too_near * (wanted - lowest) / (too_far - too_near)
         over = _overshoot(v, a, middle, remaining, deceleration, jerk, dt)
         if over <= 0.0:
-            low, too_near = middle, over
+            lowest, too_near = middle, over
             too_far *= 0.5 if last == -1 else 1.0
             last = -1
         else:
-            high, too_far = middle, over
+            wanted, too_far = middle, over
             too_near *= 0.5 if last == 1 else 1.0
             last = 1
-    return low
+    return lowest
 
 
 @njit()

@@ -52,9 +52,9 @@ class PathAlignCritic(Critic):
         blocked = reached - np.count_nonzero(scene.free[:reached])
         if blocked > max(_MOST_IGNORED, own.max_path_occupancy_ratio * reached):
             return None
-        poses, step = (rollouts.x, rollouts.y, rollouts.yaw), own.trajectory_point_step
         path = (scene.path_x[:reached], scene.path_y[:reached], scene.path_yaw[:reached])
-        return Scores(mean_misalignment(*poses, step, *path, scene.free[:reached], own.use_path_orientations))
+        free, step = scene.free[:reached], own.trajectory_point_step
+        return Scores(mean_misalignment(rollouts, step, path, free, own.use_path_orientations))
 
 
 class PathAngleCritic(Critic):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
@@ -55,26 +56,21 @@ def free_points(px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid
     return free
 
 
-@njit(
-    ahead="float32[:, ::1], float32[:, ::1], float32[:, ::1], int64, float32[::1], float32[::1], float32[::1], "
-    "bool[::1], bool"
-)
+@njit(ahead=f"{ROLLOUTS}, int64, UniTuple(float32[::1], 3), bool[::1], bool")
 def mean_misalignment(
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
+    rollouts: Rollouts,
     step: int,
-    px: Float32Array,
-    py: Float32Array,
-    pyaw: Float32Array,
+    path: tuple[Float32Array, Float32Array, Float32Array],
     free: BoolArray,
     use_orientations: bool,
 ) -> Float32Array:
-    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the path's point as far along.
+    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the point as far along of a ``path`` x, y, yaw.
 
     How far along is measured in length driven; poses whose point is not ``free`` do not count
     (``path_align_critic.cpp``).
     """
+    _, x, y, yaw, _, _ = rollouts
+    px, py, pyaw = path
     steps, count = x.shape
     length = np.zeros(len(px), dtype=np.float32)
     for i in range(1, len(px)):
