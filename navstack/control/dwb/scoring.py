@@ -121,10 +121,8 @@ class Scoring:
                 given.append(critic.raw_costs(self._drive(scene), scene))
             if score.kind != NOTHING:
                 counted.append((score.kind, score.number, scale))
-        kinds, numbers, scales = zip(*counted, strict=True) if counted else ((), (), ())
-        terms = Terms(
-            np.array(kinds, dtype=np.int64), np.array(numbers, dtype=np.float64), np.array(scales, np.float32)
-        )
+        table = np.array(counted, dtype=np.float64).reshape(-1, 3)
+        terms = Terms(table[:, 0].astype(np.int64), table[:, 1].copy(), table[:, 2].astype(np.float32))
         return terms, np.array(given, dtype=np.float64) if given else np.empty((0, 0))
 
     def _drive(self, scene: Scene) -> Rollouts:

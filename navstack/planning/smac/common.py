@@ -22,11 +22,11 @@ def searched(
     Raises:
         GoalOccupiedError: the goal is blocked on it, and nothing beside it will do.
     """
-    is_coarse = not isinstance(params, SmacLatticeParams) and params.downsample_costmap
-    ground = downsampled(costmap, params.downsampling_factor) if is_coarse else costmap
-    if params.tolerance < 1e-3 and blocked[ground.cost_at(goal.x, goal.y)]:
-        raise goal_occupied(goal, ground)
-    return ground
+    if not isinstance(params, SmacLatticeParams) and params.downsample_costmap:
+        costmap = downsampled(costmap, params.downsampling_factor)
+    if params.tolerance < 1e-3 and blocked[costmap.cost_at(goal.x, goal.y)]:
+        raise goal_occupied(goal, costmap)
+    return costmap
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:
