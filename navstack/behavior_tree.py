@@ -129,12 +129,14 @@ class NavigateToPose:
         decided = self._controller_server.decision
         if decided is None or decided.stamp != now:
             return ()
-        return self._controller_server.alternatives
+        return self._controller_server.controller.alternatives
 
     def options(self, now: float) -> tuple[Option, ...]:
         """What the controller weighed in its last cycle before ``now`` [s]; none where something else drives."""
         decided = self._controller_server.decision
-        return self._controller_server.options if decided is not None and now - decided.stamp < _LATELY else ()
+        return (
+            self._controller_server.controller.options if decided is not None and now - decided.stamp < _LATELY else ()
+        )
 
     def replan(self, state: RobotState) -> Twist2D | None:
         """Compute a new path when one is due; every failure is counted and answered as the tree says.
@@ -174,7 +176,7 @@ class NavigateToPose:
         if self._recovering:
             return None
         self._driver = TREE
-        rests = self.status is Status.SUCCEEDED and self._controller_server.acts_at_rest
+        rests = self.status is Status.SUCCEEDED and self._controller_server.controller.acts_at_rest
         if not (self.status is Status.RUNNING or rests) or not (self._following and self._local_costmap.is_current):
             return Twist2D()
         if not rests and self._controller_server.goal_reached(state):
@@ -212,7 +214,9 @@ class NavigateToPose:
             self._plan_retried = True
             self._global_costmap.clear_entirely()
             return  # and try again after the costmap's next update; until then the old path is followed
-        if self._controller_server.acts_at_rest and (self._following or error.code in PLANNER_RECOVERY_HELPS):
+        if self._controller_server.controller.acts_at_rest and (
+            self._following or error.code in PLANNER_RECOVERY_HELPS
+        ):
             self._next_plan = state.stamp + REPLANNING_PERIOD
             if not self._following:
                 self._follow(Path(self._goal.as_array()[None]), state.stamp)

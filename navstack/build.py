@@ -118,7 +118,7 @@ def build_navigator(
         PROGRESS_CHECKERS[progress_checker.type].create(progress_checker.params, parts={}),
     )
     for costmap in (local_costmap, global_costmap):
-        costmap.on_speed_limit(controller_server.set_speed_limit)
+        costmap.on_speed_limit(controller.set_speed_limit)
     tracker = (tracker or _tracker(nav2, static_map)) if controller.wants_tracks else None
     tree = NavigateToPose(
         build_planner(nav2, global_costmap),

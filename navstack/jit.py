@@ -43,14 +43,14 @@ def processor() -> str:
 
 
 def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
-    """``numba.njit(**options)``; what ``cache=True`` keeps is known by :func:`source_stamp`.
+    """``numba.njit`` with a cache on disk, in which compiled code is known by :func:`source_stamp`.
 
     Args:
         ahead: for a kernel that deliveries call from Python, the types of its arguments in numba's notation; named
             tuples as its module knows them. Nothing is compiled before the first call unless somebody asks for it.
         options: of numba.
     """
-    decorate: Callable[[Kernel], Kernel] = numba.njit(**options)  # noqa: TID251
+    decorate: Callable[[Kernel], Kernel] = numba.njit(**{"cache": True, **options})  # noqa: TID251
 
     def compiled(function: Kernel) -> Kernel:
         config: Any = numba.config
@@ -64,6 +64,11 @@ def njit(ahead: str = "", **options: Any) -> Callable[[Kernel], Kernel]:
         return cast(Kernel, kernel)
 
     return compiled
+
+
+def tuple_of(kind: Any, params: Any, **more: float) -> Any:
+    """A named tuple for kernels: of ``more``, and of the parameters that are named like its other fields."""
+    return kind(**more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more})
 
 
 @cache

@@ -89,29 +89,22 @@ class Navigator:
         tracker: PeopleTracker | None = None,
     ) -> None:
         self._localizer = localizer
-        self._local_costmap = local_costmap
-        self._global_costmap = global_costmap
         self._tree = tree
         self._smoother = smoother
         self._monitor = monitor
         self._stops_when_lost = stops_when_lost
         self._tracker = tracker
-        self._local_clock = Clock(frequencies.local_costmap)
-        self._global_clock = Clock(frequencies.global_costmap)
-        self._control_clock = Clock(frequencies.controller)
-        self._behavior_clock = Clock(frequencies.behaviors)
-        self._smoother_clock = Clock(frequencies.smoother)
-        self._costmaps = ((local_costmap, self._local_clock), (global_costmap, self._global_clock))
-        map_clocks = (self._local_clock, self._global_clock)
-        self._clocks = (*map_clocks, self._control_clock, self._behavior_clock, self._smoother_clock)
+        self._clocks = tuple(map(Clock, frequencies))
+        local_clock, global_clock, self._control_clock, self._behavior_clock, self._smoother_clock = self._clocks
+        self._costmaps = ((local_costmap, local_clock), (global_costmap, global_clock))
         self.belief = Belief(Pose2D())
 
     def reset(self, goal: Pose2D, initial_belief: Belief, generators: Generators) -> None:
         """Take a new goal (map frame) and start from an initial belief; nothing of earlier goals is left."""
         self.belief = initial_belief
         self._localizer.reset(initial_belief, generators.localizer)
-        self._local_costmap.reset()
-        self._global_costmap.reset()
+        for costmap, _ in self._costmaps:
+            costmap.reset()
         self._tree.reset(goal, generators.planner, generators.controller)
         self._smoother.reset()
         self._monitor.reset()

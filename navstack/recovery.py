@@ -4,8 +4,8 @@ The actions are those of ``navigate_to_pose_w_replanning_and_recovery.xml``; the
 are those of nav2_behavior_tree's RoundRobin.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from navstack.behaviors.behavior import BehaviorGoal
 from navstack.behaviors.behavior_server import BehaviorServer
@@ -22,63 +22,12 @@ WAIT = WaitGoal(duration=5.0)
 BACK_UP = BackUpGoal(target_x=0.30, speed=0.15, time_allowance=TIME_ALLOWANCE)
 
 
-class RecoveryAction(ABC):
-    """One thing to try."""
+class RecoveryAction(NamedTuple):
+    """One thing to try. What it cannot begin, and how it has failed, are raised as BehaviorError."""
 
     name: str
-
-    @abstractmethod
-    def begin(self, state: RobotState) -> bool:
-        """Begin; whether that was all.
-
-        Raises:
-            BehaviorError: it cannot begin.
-        """
-
-    @abstractmethod
-    def step(self, state: RobotState) -> Twist2D | None:
-        """The command of this behavior cycle; None: it has succeeded.
-
-        Raises:
-            BehaviorError: it has failed.
-        """
-
-
-class ClearCostmaps(RecoveryAction):
-    """Forget all obstacles; those that are still seen come back with the next update."""
-
-    name = "clear_costmaps"
-
-    def __init__(self, costmaps: Sequence[LayeredCostmap]) -> None:
-        self._costmaps = costmaps
-
-    def begin(self, state: RobotState) -> bool:
-        """Clear at once."""
-        for costmap in self._costmaps:
-            costmap.clear_entirely()
-        return True
-
-    def step(self, state: RobotState) -> Twist2D | None:
-        """Nothing is left to do."""
-        return None
-
-
-class RunBehavior(RecoveryAction):
-    """Have the behavior server run a behavior."""
-
-    def __init__(self, server: BehaviorServer, name: str, goal: BehaviorGoal) -> None:
-        self._server = server
-        self.name = name
-        self._goal = goal
-
-    def begin(self, state: RobotState) -> bool:
-        """Start the behavior."""
-        self._server.start(self.name, self._goal, state)
-        return False
-
-    def step(self, state: RobotState) -> Twist2D | None:
-        """One cycle of it."""
-        return self._server.step(state)
+    begin: Callable[[RobotState], bool]  # whether that was all
+    step: Callable[[RobotState], Twist2D | None]  # the command of this behavior cycle; None: it has succeeded
 
 
 class RoundRobin:
@@ -152,12 +101,25 @@ class RoundRobin:
 def default_recoveries(
     server: BehaviorServer, global_costmap: LayeredCostmap, local_costmap: LayeredCostmap
 ) -> RoundRobin:
-    """RecoveryActions of the default tree: clear both costmaps, spin, wait, back up."""
+    """Those of the default tree: clear both costmaps, spin, wait, back up."""
+
+    def clear(_: RobotState) -> bool:
+        for costmap in (local_costmap, global_costmap):
+            costmap.clear_entirely()  # what is still seen comes back with the next update
+        return True
+
+    def run(name: str, goal: BehaviorGoal) -> RecoveryAction:
+        def begin(state: RobotState) -> bool:
+            server.start(name, goal, state)
+            return False
+
+        return RecoveryAction(name, begin, server.step)
+
     return RoundRobin(
         [
-            ClearCostmaps([local_costmap, global_costmap]),
-            RunBehavior(server, "spin", SPIN),
-            RunBehavior(server, "wait", WAIT),
-            RunBehavior(server, "backup", BACK_UP),
+            RecoveryAction("clear_costmaps", clear, lambda _: None),
+            run("spin", SPIN),
+            run("wait", WAIT),
+            run("backup", BACK_UP),
         ]
     )

@@ -9,10 +9,11 @@ from scipy import ndimage
 from harness.bench import twins
 from harness.bench.component import Component, Prepared, golden, require_agreement, shipped_map
 from harness.world.lidar_kernels import cast_grid, clearance_field
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS
 from navstack.localization.free_space import FreeSpace
-from navstack.localization.likelihood_field import LikelihoodField, farthest_code, squared_distances
+from navstack.localization.likelihood_field import LikelihoodField, farthest_code
 from navstack.localization.motion_model import motion_model_of
 from navstack.localization.particle_filter import ParticleFilter
 from navstack.params.amcl import AmclParams

@@ -229,7 +229,7 @@ def check_velocities(case: Case, comparison: Comparison) -> None:
     facts = case.file.meta[case.name]
     velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
     generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)
-    comparison.equal("velocities", generator.sampler.sample(Twist2D(*velocity)), case.file[case.name])
+    comparison.equal("velocities", generator.sample(Twist2D(*velocity)), case.file[case.name])
 
 
 def check_plan(case: Case, comparison: Comparison) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.jit import njit
+from navstack.jit import njit, tuple_of
 from navstack.params.expected_contact import ContactPrices
 from navstack.types import FloatArray, IntArray, Pose2D, Track
 
@@ -66,7 +66,7 @@ class ContactPricing:
 
     def __init__(self, params: ContactPrices) -> None:
         self._params = params
-        self.rates = ContactRates(*(float(getattr(params, name)) for name in ContactRates._fields))
+        self.rates: ContactRates = tuple_of(ContactRates, params)
         self.contact_usd = np.array(params.contact_usd)
 
     def people(self, tracks: Sequence[Track], pose: Pose2D, stamp: float) -> FloatArray:
@@ -74,20 +74,20 @@ class ContactPricing:
         return nearest(tracks, pose, stamp, self._params.max_tracks, self._params.range)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def spread_at(person: FloatArray, t: float, position_std: float, drift_std: float) -> float:
     """Standard deviation [m] of the place of a person (FIELDS,) who walks on for ``t`` [s]."""
     known = math.sqrt(0.36 * position_std**2 + person[5] + person[6] * min(t, _KNOWN) ** 2)
     return min(known, _MOST_SPREAD) + 0.4 * position_std + drift_std * t
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def chance(z: float) -> float:
     """Probability that a standard normal variable exceeds ``z``, by the logistic function."""
     return 1.0 / (1.0 + math.exp(_LOGISTIC * z))
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def contact_cost(closing: float, contact_usd: FloatArray) -> float:
     """What a counted contact costs [USD] at a closing speed [m/s], between the prices of whole numbers."""
     last = len(contact_usd) - 1
@@ -96,7 +96,7 @@ def contact_cost(closing: float, contact_usd: FloatArray) -> float:
     return float(contact_usd[i] + (place - i) * (contact_usd[i + 1] - contact_usd[i]))
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def gap_to(rx: float, ry: float, half_length: float, half_width: float) -> tuple[float, float, float]:
     """Distance [m] from a box about the origin to a point, negative inside, and the direction to it (unit length)."""
     ex, ey = abs(rx) - half_length, abs(ry) - half_width
@@ -109,7 +109,7 @@ def gap_to(rx: float, ry: float, half_length: float, half_width: float) -> tuple
     return ex, math.copysign(1.0, rx), 0.0
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def touch_price(closing: float, rates: ContactRates, contact_usd: FloatArray) -> float:
     """What touching somebody costs [USD] at a predicted closing speed [m/s]."""
     counted = chance((rates.counted_speed - closing) / rates.speed_std)
@@ -117,9 +117,8 @@ def touch_price(closing: float, rates: ContactRates, contact_usd: FloatArray) ->
 
 
 @njit(
-    cache=True,
     ahead="float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1], float64[:, ::1], "
-    f"float64[:, ::1], float64[:, ::1], {BODY}, NamedUniTuple(float64, 5, ContactRates), float64[::1]",
+    f"float64[:, ::1], float64[:, ::1], {BODY}, NamedUniTuple(float64, 5, ContactRates), float64[::1]"
 )
 def expected_contacts(
     x: FloatArray,

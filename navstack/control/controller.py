@@ -11,6 +11,13 @@ from navstack.errors import ParameterError
 from navstack.types import Path, RobotState, Track, Twist2D
 
 
+def limited_speed(largest: float, limit: float, is_percentage: bool) -> float:
+    """The largest speed [m/s] under a speed filter's ``limit``, see :meth:`Controller.set_speed_limit`."""
+    if limit == 0.0:
+        return largest
+    return largest * limit / 100.0 if is_percentage else limit
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
     """What a controller may know of the robot's vicinity."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from navstack.control.controller import Controller, Surroundings
-from navstack.control.decision import Alternative, DecisionRecord, Option
+from navstack.control.decision import DecisionRecord
 from navstack.control.goal_checker import GoalChecker
 from navstack.control.progress_checker import ProgressChecker
 from navstack.errors import ControlError, InvalidPathError, NoLegalVelocity, NoProgressError, PatienceExceededError
@@ -25,10 +25,10 @@ class ControllerServer:
         progress_checker: ProgressChecker,
     ) -> None:
         self._params = params
-        self._controller = controller
+        self.controller = controller
         self._goal_checker = goal_checker
         self._progress_checker = progress_checker
-        self._plan: Path | None = None
+        self.plan: Path | None = None  # what is followed
         self._goal: Pose2D | None = None  # the plan's last pose; None: it has none
         self._last_valid = 0.0  # [s] when the controller last found a command
         self._failed_decision: DecisionRecord | None = None
@@ -37,7 +37,7 @@ class ControllerServer:
     def reset(self, rng: np.random.Generator) -> None:
         """Forget the goal and everything learnt on the way to it; all chance in control is drawn from ``rng``."""
         self.stopwatch.clear()
-        self._controller.seed(rng)
+        self.controller.seed(rng)
         self._failed_decision = None
         self._forget_attempt()
 
@@ -49,55 +49,31 @@ class ControllerServer:
 
     def begin_again(self, now: float) -> None:
         """Start another attempt with the same plan."""
-        if self._plan is not None:
-            self.begin(self._plan, now)
+        if self.plan is not None:
+            self.begin(self.plan, now)
 
     def resume(self, now: float) -> None:
         """Go on after a time in which no command was asked for: neither progress nor patience counts it."""
-        self._controller.resume()
+        self.controller.resume()
         self._progress_checker.reset()
         self._last_valid = now
 
     def set_plan(self, plan: Path) -> None:
         """Take over a newer plan to the same goal; whether that is reached is asked afresh (``setPlannerPath``)."""
-        self._plan = plan
+        self.plan = plan
         self._goal = Pose2D(*plan.poses[-1].tolist()) if len(plan) else None
         self._goal_checker.reset()
-
-    def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Hand a speed filter's limit to the controller (``speedLimitCallback``)."""
-        self._controller.set_speed_limit(limit, is_percentage)
-
-    @property
-    def plan(self) -> Path | None:
-        """What is followed; None: nothing is."""
-        return self._plan
 
     @property
     def decision(self) -> DecisionRecord | None:
         """How the controller decided when it was last asked; None: it does not tell."""
-        return self._controller.decision or self._failed_decision
-
-    @property
-    def alternatives(self) -> tuple[Alternative, ...]:
-        """See :class:`~navstack.control.controller.Controller`."""
-        return self._controller.alternatives
-
-    @property
-    def options(self) -> tuple[Option, ...]:
-        """See :class:`~navstack.control.controller.Controller`."""
-        return self._controller.options
+        return self.controller.decision or self._failed_decision
 
     def goal_reached(self, state: RobotState) -> bool:
         """Whether the plan's last pose is reached, as the goal checker sees it."""
         if self._goal is None:
             return False
         return self._goal_checker.is_goal_reached(state.pose, self._goal, self._thresholded(state.twist))
-
-    @property
-    def acts_at_rest(self) -> bool:
-        """See :class:`~navstack.control.controller.Controller`."""
-        return self._controller.acts_at_rest
 
     def compute_command(self, state: RobotState, surroundings: Surroundings, expects_progress: bool = True) -> Twist2D:
         """The command of this cycle; standstill while the controller fails within its tolerance.
@@ -106,7 +82,7 @@ class ControllerServer:
             ControlError: no plan, no progress, no command for longer than ``failure_tolerance``, or at once what
                 more attempts would not cure.
         """
-        if self._plan is None or self._goal is None:
+        if self.plan is None or self._goal is None:
             raise InvalidPathError("there is no plan to follow")
         on_the_way = not expects_progress or self._progress_checker.check(state.odom_pose, state.stamp)
         if not on_the_way:  # measured as with local_costmap.global_frame: odom
@@ -115,9 +91,9 @@ class ControllerServer:
         measured = state if twist is state.twist else replace(state, twist=twist)
         try:
             with self.stopwatch:
-                command = self._controller.compute_velocity(measured, self._plan, surroundings)
+                command = self.controller.compute_velocity(measured, self.plan, surroundings)
         except ControlError as error:
-            self._failed_decision = self._controller.decision  # before a new attempt makes the controller forget it
+            self._failed_decision = self.controller.decision  # before a new attempt makes the controller forget it
             if error.code != NoLegalVelocity.code:
                 raise
             self._be_patient(error, state.stamp)
@@ -126,8 +102,8 @@ class ControllerServer:
         return command
 
     def _forget_attempt(self) -> None:
-        self._plan = self._goal = None
-        self._controller.reset()
+        self.plan = self._goal = None
+        self.controller.reset()
         self._goal_checker.reset()
         self._progress_checker.reset()
 

@@ -7,51 +7,56 @@ from navstack.jit import njit
 from navstack.types import ByteArray, FloatArray, Pose2D
 
 
-@njit(cache=True)
+@njit()
 def line_cost(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
     """The greatest cost on a Bresenham line between two cells of the grid, both included (``line_iterator.hpp``).
 
     LETHAL_OBSTACLE wherever there is a lethal cell, whether or not another one is unknown.
     """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
+    width = costs.shape[1]
     step_x = 1 if x1 >= x0 else -1
-    step_y = 1 if y1 >= y0 else -1
+    step_y = width if y1 >= y0 else -width
     along, across = max(dx, dy), min(dx, dy)
+    step_along, step_aside = (step_x, step_y) if dx >= dy else (step_y, step_x)
+    flat = costs.reshape(-1)
+    cell = y0 * width + x0
     error = along // 2
     worst = 0
-    x, y = x0, y0
     for _ in range(along + 1):
-        cost = int(costs[y, x])
+        cost = int(flat[cell])
         if cost == LETHAL_OBSTACLE:
             return LETHAL_OBSTACLE
         worst = max(worst, cost)
         error += across
-        if error >= along:
-            error -= along
-            x, y = x + step_x, y + step_y
-        elif dx >= dy:
-            x += step_x
-        else:
-            y += step_y
+        aside = 1 if error >= along else 0  # no branch: it would be guessed wrong too often
+        cell += step_along + aside * step_aside
+        error -= aside * along
     return worst
 
 
-@njit(cache=True, ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
+@njit(ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64, float64, float64")
 def outline_cost(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> int:
     """The greatest cost 0..255 under the outline of ``footprint`` (V, 2) at a pose; LETHAL_OBSTACLE off the map.
 
     As upstream, an unknown cell hides the lethal ones under later edges, but none under its own or earlier ones.
     """
-    return walk_outline(costs, grid, footprint, x, y, yaw, True)
+    return walk_outline(costs, grid, footprint, x, y, math.cos(yaw), math.sin(yaw), True)
 
 
-@njit(cache=True)
+@njit()
 def walk_outline(
-    costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float, unknown_hides: bool
+    costs: ByteArray,
+    grid: Grid,
+    footprint: FloatArray,
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    unknown_hides: bool,
 ) -> int:
     """See :func:`outline_cost`; unless ``unknown_hides``, LETHAL_OBSTACLE wherever there is a lethal cell."""
     height, width = costs.shape
-    cosine, sine = math.cos(yaw), math.sin(yaw)
     count = len(footprint)
     worst = 0
     last_x = last_y = 0
@@ -71,7 +76,7 @@ def walk_outline(
     return worst
 
 
-@njit(cache=True)
+@njit()
 def is_occupied(costs: ByteArray, grid: Grid, footprint: FloatArray, x: float, y: float, yaw: float) -> bool:
     """Whether the outline at (x, y, yaw) lies on a lethal cell or reaches over the map's edge.
 

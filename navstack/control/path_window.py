@@ -56,7 +56,7 @@ class PathWindow:
         return window
 
 
-@njit(cache=True)
+@njit()
 def nearest_pose(poses: FloatArray, first: int, x: float, y: float, search_distance: float) -> tuple[int, int]:
     """The pose (of N, >= 1) nearest to (x, y) up to ``search_distance`` [m] along the plan from pose ``first``.
 
@@ -78,7 +78,7 @@ def nearest_pose(poses: FloatArray, first: int, x: float, y: float, search_dista
     return nearest, stop
 
 
-@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
 def window_bounds(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float, extent: float
 ) -> tuple[int, int]:
@@ -97,7 +97,7 @@ def window_bounds(
     return nearest, end
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64")
+@njit(ahead="float64[:, ::1], float64, float64, float64")
 def in_base_frame(poses: FloatArray, x: float, y: float, yaw: float) -> FloatArray:
     """Poses (N, 3) of the map frame, seen from a robot at (x, y, yaw); yaws in [-pi, pi)."""
     cosine, sine = math.cos(yaw), math.sin(yaw)

@@ -55,7 +55,7 @@ class PlanWindow:
         return near
 
 
-@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
+@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64, float64")
 def window_bounds(
     poses: FloatArray, first: int, x: float, y: float, behind: float, ahead: float, search_length: float
 ) -> tuple[int, int]:
@@ -81,7 +81,7 @@ def window_bounds(
     return begin, end
 
 
-@njit(cache=True)
+@njit()
 def densify(poses: FloatArray, resolution: float) -> FloatArray:
     """Points (M, 2) along poses (N, >= 2), filled up where a gap exceeds two cells.
 
@@ -114,7 +114,7 @@ def densify(poses: FloatArray, resolution: float) -> FloatArray:
     return points
 
 
-@njit(cache=True)
+@njit()
 def cells_of_points(points: FloatArray, costs: ByteArray, grid: Grid) -> IntArray:
     """The cells (S, 2), as (mx, my), of the first stretch of points (M, 2) that lies on known cells of the map.
 

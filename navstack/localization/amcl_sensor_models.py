@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.localization.amcl_kernels import cast_rays, count_agreeing, sum_over_beams
-from navstack.localization.likelihood_field import LikelihoodField, squared_distances
+from navstack.localization.likelihood_field import LikelihoodField
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, LaserScan, Pose2D
 

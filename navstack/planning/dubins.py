@@ -13,60 +13,47 @@ from navstack.jit import njit
 from navstack.planning.ompl_kernels import has_room, is_free
 from navstack.types import BoolArray, ByteArray, FloatArray
 
-# Left, straight, right as signs of curvature, for each word.
+# Left, straight, right as signs of curvature, for each word; every second one is the mirror image of the one before.
 WORDS = np.array(((1, 0, 1), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (-1, 1, -1), (1, -1, 1)), dtype=np.float64)
 SAME = 1e-9
 
 
-@njit(cache=True)
+@njit()
 def _turn(angle: float) -> float:
     """The angle in [0, 2 pi); hardly less than a whole turn is none."""
     wrapped = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
     return 0.0 if wrapped > 2.0 * math.pi - SAME else wrapped
 
 
-@njit(cache=True)
+@njit()
 def _segments(word: int, d: float, a: float, b: float) -> tuple[float, float, float]:
-    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper."""
+    """Lengths of a word's three segments for radius 1 (NaN: the word does not lead there); d, a, b as in the paper.
+
+    Words come in pairs: the second one is the first one in a mirror, where angles count the other way round.
+    """
+    if word % 2 == 1:
+        a, b = -a, -b
     sa, sb, ca, cb, cab = math.sin(a), math.sin(b), math.cos(a), math.cos(b), math.cos(a - b)
-    if word == 0:  # LSL
+    if word < 2:  # LSL
         p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sa - sb)
         theta = math.atan2(cb - ca, d + sa - sb)
         return _turn(theta - a), math.sqrt(max(p2, 0.0)), _turn(b - theta)
-    if word == 1:  # RSR
-        p2 = 2.0 + d * d - 2.0 * cab + 2.0 * d * (sb - sa)
-        theta = math.atan2(ca - cb, d - sa + sb)
-        return _turn(a - theta), math.sqrt(max(p2, 0.0)), _turn(theta - b)
-    if word == 2:  # LSR
+    if word < 4:  # LSR
         p2 = -2.0 + d * d + 2.0 * cab + 2.0 * d * (sa + sb)
         if p2 < 0.0:
             return math.nan, math.nan, math.nan
         p = math.sqrt(p2)
         theta = math.atan2(-ca - cb, d + sa + sb) - math.atan2(-2.0, p)
         return _turn(theta - a), p, _turn(theta - b)
-    if word == 3:  # RSL
-        p2 = -2.0 + d * d + 2.0 * cab - 2.0 * d * (sa + sb)
-        if p2 < 0.0:
-            return math.nan, math.nan, math.nan
-        p = math.sqrt(p2)
-        theta = math.atan2(ca + cb, d - sa - sb) - math.atan2(2.0, p)
-        return _turn(a - theta), p, _turn(b - theta)
-    if word == 4:  # RLR
-        cosine = (6.0 - d * d + 2.0 * cab + 2.0 * d * (sa - sb)) / 8.0
-        if abs(cosine) > 1.0:
-            return math.nan, math.nan, math.nan
-        p = 2.0 * math.pi - math.acos(cosine)
-        t = _turn(a - math.atan2(ca - cb, d - sa + sb) + 0.5 * p)
-        return t, p, _turn(a - b - t + p)
-    cosine = (6.0 - d * d + 2.0 * cab - 2.0 * d * (sa - sb)) / 8.0  # LRL
+    cosine = (6.0 - d * d + 2.0 * cab + 2.0 * d * (sa - sb)) / 8.0  # RLR
     if abs(cosine) > 1.0:
         return math.nan, math.nan, math.nan
     p = 2.0 * math.pi - math.acos(cosine)
-    t = _turn(-a + math.atan2(-ca + cb, d + sa - sb) + 0.5 * p)
-    return t, p, _turn(b - a - t + p)
+    t = _turn(a - math.atan2(ca - cb, d - sa + sb) + 0.5 * p)
+    return t, p, _turn(a - b - t + p)
 
 
-@njit(cache=True)
+@njit()
 def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[int, float, float, float]:
     """The word of the shortest curve between poses (3,) and its three lengths, in the unit of ``radius``."""
     dx, dy = end[0] - start[0], end[1] - start[1]
@@ -80,7 +67,7 @@ def shortest_word(start: FloatArray, end: FloatArray, radius: float) -> tuple[in
     return word, lengths[0] * radius, lengths[1] * radius, lengths[2] * radius
 
 
-@njit(cache=True)
+@njit()
 def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> FloatArray:
     """Poses (N, 3) along the shortest curve, at most ``step`` apart, both ends among them."""
     word, t, p, q = shortest_word(start, end, radius)
@@ -110,7 +97,7 @@ def curve(start: FloatArray, end: FloatArray, radius: float, step: float) -> Flo
     return poses
 
 
-@njit(cache=True)
+@njit()
 def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
     """Whether a convex polygon (N, 2) in [cells] and a cell's square have a common point (separating axes)."""
     x0, y0 = corners[:, 0].min(), corners[:, 1].min()
@@ -129,7 +116,7 @@ def overlaps_cell(corners: FloatArray, column: int, row: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit()
 def stands_free(
     costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, pose: FloatArray
 ) -> bool:
@@ -155,7 +142,7 @@ def stands_free(
     return True
 
 
-@njit(cache=True)
+@njit()
 def is_curve_free(
     costs: ByteArray, blocked: BoolArray, footprint: FloatArray, reach: float, allow_unknown: bool, poses: FloatArray
 ) -> bool:

@@ -1,12 +1,13 @@
 """Checks of start and goal that every planner makes, and the poses of a path."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
-from navstack.errors import GoalOccupiedError, GoalOutsideMapError, StartOutsideMapError
-from navstack.types import FloatArray, Pose2D
+from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
+from navstack.types import FloatArray, IntArray, Pose2D
 
 NEAREST_FREE_RADIUS = 5.0  # [m] per axis, how far an error message looks for a free cell
 
@@ -44,6 +45,22 @@ def goal_occupied(goal: Pose2D, costmap: Costmap) -> GoalOccupiedError:
     return GoalOccupiedError(occupied("goal", goal, costmap))
 
 
+def no_path(start: Pose2D, goal: Pose2D, tolerance: float | None = None, or_else: str = "") -> NoPathFoundError:
+    """The error that nothing connects start and goal, or what lies within ``tolerance`` [m] of it."""
+    near = "" if tolerance is None else f"within {tolerance:g} m of "
+    return NoPathFoundError(
+        f"no path from ({start.x:g}, {start.y:g}) m to {near}({goal.x:g}, {goal.y:g}) m; check whether obstacles or "
+        f"their inflation close the way{or_else}"
+    )
+
+
+def to_cells(poses: FloatArray, costmap: Costmap) -> FloatArray:
+    """Poses (N, 3) with their places in [cells] from the map's lower left corner."""
+    cells = poses.copy()
+    cells[:, :2] = (poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+    return cells
+
+
 def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
     """Distance to the nearest cell centre of cost below 253 within a 10 m square, in [m]; inf: none."""
     mx, my = costmap.world_to_map(pose.x, pose.y)
@@ -72,6 +89,15 @@ def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:
     if len(poses) > 2 and np.all(np.abs(step) < 1e-4):  # two equal last poses
         step = poses[-1, :2] - poses[-3, :2]
     poses[-1, 2] = math.atan2(step[1], step[0])
+
+
+def way_back(last: int, first: int, width: int, parent: Callable[[int], int]) -> IntArray:
+    """The cells (N, 2) as column, row from number ``first`` to ``last``, each the parent of the next."""
+    chain = [last]
+    while chain[-1] != first:
+        chain.append(parent(chain[-1]))
+    cells = np.array(chain[::-1])
+    return np.stack((cells % width, cells // width), axis=1)
 
 
 def dense_poses(points: FloatArray, goal_yaw: float, costmap: Costmap) -> FloatArray:

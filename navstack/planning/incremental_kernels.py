@@ -25,7 +25,7 @@ SETTLED = 2  # a dirty block that has not been written since it was last rolled 
 UNSETTLED = np.uint64(0x0101010101010101)  # eight dirty blocks that have been
 
 
-@njit(cache=True)
+@njit()
 def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
     """Whether two arrays differ in BLOCK_SIZE places; loops of fixed length over bytes become vector instructions."""
     found, first = np.uint8(0), np.uint64(begin)
@@ -35,9 +35,7 @@ def differ(one: ByteArray, other: ByteArray, begin: int) -> bool:
 
 
 @njit(
-    cache=True,
-    ahead="float32[::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64, UniTuple(int64, "
-    "4), bool",
+    ahead="float32[::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64, UniTuple(int64, 4), bool"
 )
 def take_in_changes(
     potential: Float32Array,
@@ -72,7 +70,7 @@ def take_in_changes(
     return level
 
 
-@njit(cache=True, ahead="float64[:, ::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64")
+@njit(ahead="float64[:, ::1], Array(uint8, 1, 'C', readonly=True), uint8[::1], float32[::1], int64")
 def crosses_costlier(
     points: FloatArray, costs: ByteArray, known: ByteArray, crossing: Float32Array, width: int
 ) -> bool:
@@ -84,7 +82,7 @@ def crosses_costlier(
     return False
 
 
-@njit(cache=True)
+@njit()
 def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, level: float, edge: Buffers) -> int:
     """Set the potentials of ``level`` and above back to POT_HIGH.
 
@@ -112,7 +110,7 @@ def roll_back(potential: Float32Array, dirty: ByteArray, tops: Float32Array, lev
     return count
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def reaches(tops: Float32Array, first: int, lowest: float) -> bool:
     """Whether one of eight tops is at least ``lowest``."""
     found = np.uint8(0)
@@ -121,7 +119,7 @@ def reaches(tops: Float32Array, first: int, lowest: float) -> bool:
     return bool(found != 0)
 
 
-@njit(cache=True)
+@njit()
 def cut_block(potential: Float32Array, block: int, level: float, tops: Float32Array) -> None:
     """Set the potentials of ``level`` and above in a block to POT_HIGH; ``tops`` takes the highest of the others, or 0.
 
@@ -142,7 +140,7 @@ def cut_block(potential: Float32Array, block: int, level: float, tops: Float32Ar
     tops.view(np.int32)[block] = top
 
 
-@njit(cache=True)
+@njit()
 def seed_edge(
     potential: Float32Array,
     edge: Buffers,
@@ -175,7 +173,7 @@ def seed_edge(
     return count
 
 
-@njit(cache=True)
+@njit()
 def flag_edge(potential: Float32Array, begin: int, width: int, level: float, flags: ByteArray) -> None:
     """Flag the cells of a block just below ``level`` beside which a cell is unreached, by vector instructions.
 
@@ -193,7 +191,7 @@ def flag_edge(potential: Float32Array, begin: int, width: int, level: float, fla
         flags[j] = (potential[n] >= lowest) & (potential[n] < below) & (beside | above)
 
 
-@njit(cache=True)
+@njit()
 def push_unreached(
     potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, n: int, buffer: Buffers, count: int
 ) -> int:
@@ -206,10 +204,7 @@ def push_unreached(
     return count
 
 
-@njit(
-    cache=True,
-    ahead=f"{FIELD}, float32[::1], int64, int64, float64, float64, float64",
-)
+@njit(ahead=f"{FIELD}, float32[::1], int64, int64, float64, float64, float64")
 def respread(
     field: Field,
     tops: Float32Array,  # (blocks,) see roll_back

@@ -3,9 +3,8 @@
 import numpy as np
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
-from navstack.errors import NoPathFoundError
 from navstack.params.planners import NavfnParams
-from navstack.planning.endpoints import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.endpoints import face_along_last_step, goal_occupied, no_path, require_on_map, single_pose
 from navstack.planning.navfn_kernels import round_half_away
 from navstack.planning.planner import Planner
 from navstack.planning.potential_field import NOWHERE, PotentialField
@@ -106,14 +105,6 @@ def end_at(poses: FloatArray, goal: Pose2D) -> FloatArray:
             poses[-1] = target
             return poses
     return np.vstack((poses, target))
-
-
-def no_path(start: Pose2D, goal: Pose2D, tolerance: float) -> NoPathFoundError:
-    """The error that nothing connects start and goal."""
-    return NoPathFoundError(
-        f"no path from ({start.x:g}, {start.y:g}) m to within {tolerance:g} m of ({goal.x:g}, {goal.y:g}) m; "
-        "check whether obstacles or their inflation close the way"
-    )
 
 
 SLACK = 8000.0  # of potential (8 m of free cells) that a path may cost more than the bound says

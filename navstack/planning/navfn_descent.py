@@ -16,13 +16,13 @@ EXHAUSTED = -2  # the buffer is too short for the path
 STEP = np.float32(0.5)  # [cells] pathStep
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def length(x: float, y: float) -> float:
     """C's hypotf: the length of a vector of float32."""
     return np.float32(math.sqrt(np.float64(x) * np.float64(x) + np.float64(y) * np.float64(y)))
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]:
     """Unit vector of steepest descent in a reached cell; (0, 0) where there is none (gradCell)."""
     dx = dy = np.float32(0.0)
@@ -43,14 +43,14 @@ def gradient(potential: Float32Array, width: int, n: int) -> tuple[float, float]
     return np.float32(norm * dx), np.float32(norm * dy)
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def take_corner(potential: Float32Array, width: int, n: int, i: int, corners: Float32Array) -> None:
     """The gradient of cell ``n`` plus the offset of corner ``i`` (right, above, both), into its row of ``corners``."""
     n += (i & 1) + width * (i >> 1)
     corners[i, 0], corners[i, 1] = gradient(potential, width, n)
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def take_corners(potential: Float32Array, width: int, n: int, held: int, corners: Float32Array) -> None:
     """The gradients (4, 2) of a cell and its three upper right neighbours: right, above, both.
 
@@ -70,7 +70,7 @@ def take_corners(potential: Float32Array, width: int, n: int, held: int, corners
         take_corner(potential, width, n, i, corners)
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[float, float]:
     """Gradient at the offset (dx, dy) from a cell, bilinear between the ``corners`` of :func:`take_corners`."""
     rest_x, rest_y = 1.0 - np.float64(dx), 1.0 - np.float64(dy)
@@ -81,7 +81,7 @@ def interpolated_gradient(corners: Float32Array, dx: float, dy: float) -> tuple[
     return np.float32(rest_y * x1 + np.float32(dy * x2)), np.float32(rest_y * y1 + np.float32(dy * y2))
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def all_reached(potential: Float32Array, width: int, n: int) -> bool:
     """Whether a cell and its eight neighbours have a potential."""
     for row in (n - width, n, n + width):
@@ -90,7 +90,7 @@ def all_reached(potential: Float32Array, width: int, n: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit()
 def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     """The neighbour of least potential among eight, or the cell itself.
 
@@ -106,7 +106,7 @@ def lowest_neighbour(potential: Float32Array, width: int, n: int) -> int:
     return best
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> tuple[int, float, float]:
     """Half a cell down the gradient from cell ``n`` and offset (dx, dy); cell -1 where the gradient is zero."""
     x, y = interpolated_gradient(corners, dx, dy)
@@ -126,7 +126,7 @@ def advance(corners: Float32Array, width: int, n: int, dx: float, dy: float) -> 
     return n, dx, dy
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def step(
     potential: Float32Array,
     width: int,
@@ -153,7 +153,7 @@ def step(
     return m, dx, dy, n
 
 
-@njit(cache=True, ahead="float32[::1], int64, int64, int64, float32[:, ::1]")
+@njit(ahead="float32[::1], int64, int64, int64, float32[:, ::1]")
 def descend(potential: Float32Array, width: int, start: int, source: int, path: Float32Array) -> int:
     """Follow the gradient from cell ``start`` to the potential's ``source`` in half-cell steps (calcPath).
 
@@ -188,7 +188,7 @@ def descend(potential: Float32Array, width: int, start: int, source: int, path: 
     return EXHAUSTED
 
 
-@njit(cache=True, ahead="float32[::1], int64, UniTuple(float64, 2), float64, UniTuple(float64, 3)")
+@njit(ahead="float32[::1], int64, UniTuple(float64, 2), float64, UniTuple(float64, 3)")
 def nearest_reachable(
     potential: Float32Array, width: int, goal: tuple[float, float], tolerance: float, grid: Grid
 ) -> tuple[float, float]:
@@ -213,7 +213,7 @@ def nearest_reachable(
     return best_x, best_y
 
 
-@njit(cache=True)
+@njit()
 def potential_at(potential: Float32Array, width: int, x: float, y: float) -> float:
     """Potential of the grid point nearest to a point in [cells]; POT_HIGH off the map."""
     if x < 0.0 or y < 0.0:

@@ -69,7 +69,7 @@ def cost_tables(allow_unknown: bool) -> tuple[Float32Array, Float32Array]:
     return crossing.astype(np.float32), gain.astype(np.float32)
 
 
-@njit(cache=True, ahead="float32[::1], uint8[::1]")
+@njit(ahead="float32[::1], uint8[::1]")
 def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
     """Set the potential back to POT_HIGH in the dirty blocks only; their number is a multiple of 8."""
     words = dirty.view(np.uint64)
@@ -82,7 +82,7 @@ def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
                 potential[i * BLOCK_SIZE : min(potential.size, (i + 1) * BLOCK_SIZE)] = POT_HIGH
 
 
-@njit(cache=True)
+@njit()
 def set_border(potential: Float32Array, width: int, value: float) -> None:
     """Write ``value`` into the outermost cells."""
     last_row = potential.size - width
@@ -93,7 +93,7 @@ def set_border(potential: Float32Array, width: int, value: float) -> None:
         potential[row + width - 1] = value
 
 
-@njit(cache=True)
+@njit()
 def planar_wave(left: float, right: float, up: float, down: float, cost: float) -> float:
     """Potential of a cell of crossing cost ``cost`` from its four neighbours' (updateCell).
 
@@ -112,14 +112,14 @@ def planar_wave(left: float, right: float, up: float, down: float, cost: float) 
     return np.float32(other + np.float32(cost * factor))
 
 
-@njit(cache=True)
+@njit()
 def distance_cost(n: int, width: int, target_x: int, target_y: int) -> float:
     """A*'s heuristic: the straight line to the target through free cells (updateCellAstar)."""
     x, y = np.int64(n) % width, np.int64(n) // width
     return np.float32(math.hypot(x - target_x, y - target_y) * COST_NEUTRAL)
 
 
-@njit(cache=True)
+@njit()
 def remaining(n: int, ahead: Float32Array, width: int, target_x: int, target_y: int) -> float:
     """A lower bound of the cost from a cell to the target; see :func:`run_wave`."""
     if ahead.size > 0:
@@ -127,7 +127,7 @@ def remaining(n: int, ahead: Float32Array, width: int, target_x: int, target_y: 
     return np.float32(STRAIGHT_SHARE * distance_cost(n, width, target_x, target_y))
 
 
-@njit(cache=True)
+@njit()
 def unmark(potential: Float32Array, buffer: Buffers, count: int) -> None:
     """Take the waiting mark off the cells of a buffer."""
     for i in range(count):
@@ -135,7 +135,7 @@ def unmark(potential: Float32Array, buffer: Buffers, count: int) -> None:
         potential[n] = -potential[n]
 
 
-@njit(cache=True)
+@njit()
 def seed_wave(
     potential: Float32Array,
     costs: ByteArray,
@@ -155,7 +155,7 @@ def seed_wave(
     return count
 
 
-@njit(cache=True)
+@njit()
 def push(potential: Float32Array, buffer: Buffers, count: int, n: int, value: float, lowest: float) -> int:
     """Let cell ``n`` of potential ``value`` wait in a buffer if it could be lowered; returns the new count."""
     if value > lowest and count < buffer.size:
@@ -165,7 +165,7 @@ def push(potential: Float32Array, buffer: Buffers, count: int, n: int, value: fl
     return count
 
 
-@njit(cache=True)
+@njit()
 def push_neighbours(
     potential: Float32Array,
     costs: ByteArray,
@@ -184,7 +184,7 @@ def push_neighbours(
     return push(potential, buffer, count, n + row, potential[n + row], new + gain[costs[n + row]])
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def fetch_cell(potential: Float32Array, costs: ByteArray, n: int, row: int) -> None:
     """Prefetch what a visit of cell ``n`` reads; the neighbours along x are beside it in memory."""
     for m in (n, n - row, n + row):
@@ -192,7 +192,7 @@ def fetch_cell(potential: Float32Array, costs: ByteArray, n: int, row: int) -> N
         prefetch(costs, m)
 
 
-@njit(cache=True)
+@njit()
 def run_wave(
     field: Field,
     target: int,
@@ -252,10 +252,7 @@ def run_wave(
     return threshold if n_current > 0 or n_overflow > 0 else POT_HIGH
 
 
-@njit(
-    cache=True,
-    ahead=f"{FIELD}, int64, int64, bool, float64, float32[::1], float64",
-)
+@njit(ahead=f"{FIELD}, int64, int64, bool, float64, float32[::1], float64")
 def propagate(
     field: Field,
     source: int,  # cell where the potential is 0
@@ -279,7 +276,7 @@ def propagate(
     return threshold
 
 
-@njit(cache=True, ahead="float64")
+@njit(ahead="float64")
 def round_half_away(value: float) -> int:
     """C's round(): halves go away from zero."""
     return int(math.copysign(math.floor(abs(value) + 0.5), value))

@@ -25,7 +25,7 @@ def blocked_table(max_allowed_cost: int, allow_unknown: bool) -> BoolArray:
     return blocked
 
 
-@njit(cache=True)
+@njit()
 def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown: bool) -> bool:
     """Whether a disc holds no part of an obstacle's cell (cost 254, or unknown where that counts); all in [cells].
 
@@ -43,7 +43,7 @@ def has_room(costs: ByteArray, x: float, y: float, radius: float, allow_unknown:
     return True
 
 
-@njit(cache=True)
+@njit()
 def has_corridor(
     costs: ByteArray, x0: float, y0: float, x1: float, y1: float, radius: float, allow_unknown: bool
 ) -> bool:
@@ -56,7 +56,7 @@ def has_corridor(
     return True
 
 
-@njit(cache=True)
+@njit()
 def are_connected(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether free cells, each beside the next, lead from one free point to another; points in [cells]."""
     width, cells = costs.shape[1], costs.size
@@ -76,7 +76,7 @@ def are_connected(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1
     return bool(reached[target])
 
 
-@njit(cache=True)
+@njit()
 def is_free(costs: ByteArray, blocked: BoolArray, x: float, y: float) -> bool:
     """Whether the point (x, y) in [cells] from the map's corner lies in a free cell of ``costs`` (height, width)."""
     if not (0.0 <= x < costs.shape[1] and 0.0 <= y < costs.shape[0]):
@@ -84,7 +84,7 @@ def is_free(costs: ByteArray, blocked: BoolArray, x: float, y: float) -> bool:
     return not blocked[costs[int(y), int(x)]]
 
 
-@njit(cache=True)
+@njit()
 def is_line_free(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether every cell that a straight line touches is free; points in [cells].
 
@@ -109,7 +109,7 @@ def is_line_free(costs: ByteArray, blocked: BoolArray, x0: float, y0: float, x1:
     return True
 
 
-@njit(cache=True)
+@njit()
 def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> float:
     """Mean costmap value at half-cell steps along a straight line within the map; points in [cells]."""
     steps = max(1, math.ceil(2.0 * math.hypot(x1 - x0, y1 - y0)))
@@ -122,7 +122,7 @@ def line_cost(costs: ByteArray, x0: float, y0: float, x1: float, y1: float) -> f
     return total / (steps + 1)
 
 
-@njit(cache=True)
+@njit()
 def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: int, radius: float) -> tuple[int, int]:
     """The free cell nearest to a cell within ``radius`` [cells]; (-1, -1) where there is none."""
     best, best_column, best_row = radius * radius + 1e-9, -1, -1
@@ -135,7 +135,7 @@ def nearest_free_cell(costs: ByteArray, blocked: BoolArray, column: int, row: in
     return best_column, best_row
 
 
-@njit(cache=True)
+@njit()
 def is_edge_free(costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether the robot can drive along a straight line, in either direction; points in [cells]."""
     if not is_line_free(costs, blocked, x0, y0, x1, y1):
@@ -143,7 +143,7 @@ def is_edge_free(costs: ByteArray, blocked: BoolArray, room: Room, x0: float, y0
     return room.corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, room.corridor, room.allow_unknown)
 
 
-@njit(cache=True)
+@njit()
 def is_polyline_free(costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray) -> bool:
     """Whether the robot can drive along all pieces of a polyline (N, 2) in [cells]."""
     for i in range(1, len(points)):
@@ -152,33 +152,21 @@ def is_polyline_free(costs: ByteArray, blocked: BoolArray, room: Room, points: F
     return True
 
 
-@njit(cache=True)
+@njit()
 def can_turn(costs: ByteArray, blocked: BoolArray, room: Room, x: float, y: float) -> bool:
     """Whether the robot can stand at a point, in [cells], and turn there into any direction."""
     return is_free(costs, blocked, x, y) and has_room(costs, x, y, room.turning, room.allow_unknown)
 
 
-@njit(cache=True)
+@njit()
 def can_reach(
-    costs: ByteArray,
-    blocked: BoolArray,
-    corridor: float,
-    turning: float,
-    allow_unknown: bool,
-    x0: float,
-    y0: float,
-    x1: float,
-    y1: float,
+    costs: ByteArray, blocked: BoolArray, room: Room, turning: float, x0: float, y0: float, x1: float, y1: float
 ) -> bool:
-    """Whether the robot can drive along a line and turn at its end; :class:`Room` in parts, which are quick to pass."""
-    return (
-        is_line_free(costs, blocked, x0, y0, x1, y1)
-        and has_room(costs, x1, y1, turning, allow_unknown)
-        and (corridor <= 0.0 or has_corridor(costs, x0, y0, x1, y1, corridor, allow_unknown))
-    )
+    """Whether the robot can drive along a line and turn at its end, which takes ``turning`` [cells] there."""
+    return is_edge_free(costs, blocked, room, x0, y0, x1, y1) and has_room(costs, x1, y1, turning, room.allow_unknown)
 
 
-@njit(cache=True)
+@njit()
 def shortcut(
     costs: ByteArray, blocked: BoolArray, room: Room, points: FloatArray, cost_weight: float, draws: FloatArray
 ) -> FloatArray:
@@ -207,7 +195,7 @@ def shortcut(
     return path
 
 
-@njit(cache=True)
+@njit()
 def cumulative_length(path: FloatArray) -> FloatArray:
     """Length of a polyline (N, 2) up to each of its points."""
     along = np.zeros(len(path))
@@ -216,14 +204,14 @@ def cumulative_length(path: FloatArray) -> FloatArray:
     return along
 
 
-@njit(cache=True)
+@njit()
 def point_at(path: FloatArray, along: FloatArray, distance: float) -> FloatArray:
     """The point (2,) at a distance along a polyline whose cumulative length is ``along``."""
     x, y = np.interp(distance, along, path[:, 0]), np.interp(distance, along, path[:, 1])
     return np.array((x, y))
 
 
-@njit(cache=True)
+@njit()
 def weighted_length(costs: ByteArray, cost_weight: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Length of a straight line in [cells], times 1 + cost_weight * mean cost / 252."""
     length = math.hypot(x1 - x0, y1 - y0)
@@ -232,7 +220,7 @@ def weighted_length(costs: ByteArray, cost_weight: float, x0: float, y0: float, 
     return length
 
 
-@njit(cache=True)
+@njit()
 def polyline_cost(costs: ByteArray, path: FloatArray, cost_weight: float) -> float:
     """Length of a polyline in [cells], each piece times 1 + cost_weight * mean cost / 252."""
     total = 0.0

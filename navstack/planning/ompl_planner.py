@@ -10,7 +10,7 @@ from navstack.errors import NoPathFoundError, PlanningError, StartOccupiedError
 from navstack.params.planners import OmplParams
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.dubins import is_curve_free
-from navstack.planning.endpoints import dense_poses, goal_occupied, occupied, require_on_map, single_pose
+from navstack.planning.endpoints import dense_poses, goal_occupied, occupied, require_on_map, single_pose, to_cells
 from navstack.planning.ompl_kernels import (
     Room,
     are_connected,
@@ -116,13 +116,7 @@ class OmplPlanner(Planner):
 
     def _cost(self, poses: FloatArray, costmap: Costmap) -> float:
         """Of a path (N, 3) [m], in [cells]."""
-        return float(polyline_cost(costmap.data, self._cells(poses, costmap), self._params.cost_weight))
-
-    def _cells(self, poses: FloatArray, costmap: Costmap) -> FloatArray:
-        """Poses (N, 3) in [cells, cells, rad]."""
-        cells = poses.copy()
-        cells[:, :2] = (poses[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
-        return cells
+        return float(polyline_cost(costmap.data, to_cells(poses, costmap), self._params.cost_weight))
 
     def _search(
         self, start: Pose2D, goal: Pose2D, costmap: Costmap, seed: int, draws: FloatArray
@@ -239,7 +233,7 @@ class OmplPlanner(Planner):
 
     def _is_free(self, poses: FloatArray, costmap: Costmap) -> bool:
         """Whether the robot has room along a path (N, 3) and where it turns on it."""
-        cells, room = self._cells(poses, costmap), self._room(costmap.resolution)
+        cells, room = to_cells(poses, costmap), self._room(costmap.resolution)
         if self._params.state_space == "SE2":
             hull = self._hull / costmap.resolution
             return bool(is_curve_free(costmap.data, self._blocked, hull, room.turning, room.allow_unknown, cells))

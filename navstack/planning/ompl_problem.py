@@ -43,8 +43,7 @@ class Query:
             return self.can_drive(start, end)  # its end is one of the poses that are tried
         x, y = end[0], end[1]
         turning = 0.0 if self._is_end(x, y) else self.room.turning
-        room = (self.room.corridor, turning, self.room.allow_unknown)
-        return bool(can_reach(self.costs, self.blocked, *room, start[0], start[1], x, y))
+        return bool(can_reach(self.costs, self.blocked, self.room, turning, start[0], start[1], x, y))
 
     def can_drive(self, start: FloatArray, end: FloatArray) -> bool:
         """Whether the way between two states that are free themselves is free."""

@@ -47,12 +47,7 @@ class PotentialField:
     @property
     def potential(self) -> Float32Array:
         """(height, width) cost of the way from the source; POT_HIGH where the wave has not been."""
-        return self._flat.reshape(self._shape)
-
-    @property
-    def flat(self) -> Float32Array:
-        """The potential (height * width,) by cell number."""
-        return self._flat
+        return self.flat.reshape(self._shape)
 
     def expand(
         self,
@@ -70,7 +65,7 @@ class PotentialField:
         """
         if costmap.data.shape != self._shape:
             self._resize((costmap.size_y, costmap.size_x))
-        clear_potential(self._flat, self._dirty)
+        clear_potential(self.flat, self._dirty)
         return float(propagate(self._field(costmap), source, target, use_astar, margin, ahead, limit))
 
     def resume(
@@ -82,24 +77,24 @@ class PotentialField:
     def _field(self, costmap: Costmap) -> Field:
         """What the kernels take, with the costs of a costmap."""
         tables = (self._crossing, self._gain)
-        return Field(self._flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers)
+        return Field(self.flat, self._dirty, flat_costs(costmap), *tables, costmap.size_x, self._buffers)
 
     def nearest_reached(self, goal: Pose2D, costmap: Costmap, tolerance: float) -> Pose2D | None:
         """The goal, or the reached point nearest to it within ``tolerance`` [m] per axis, with the goal's yaw."""
-        x, y = nearest_reachable(self._flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid)
+        x, y = nearest_reachable(self.flat, self._shape[1], (goal.x, goal.y), tolerance, costmap.grid)
         return None if np.isnan(x) else Pose2D(float(x), float(y), goal.yaw)
 
     def descend(self, start: int, source: int) -> FloatArray | None:
         """Points (N, 2) in [cells] from cell ``start`` down to ``source``; None where the gradient leads nowhere."""
         count = EXHAUSTED
-        while (count := descend(self._flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
+        while (count := descend(self.flat, self._shape[1], start, source, self._path)) == EXHAUSTED:
             self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)
         return self._path[:count].astype(np.float64) if count > 0 else None
 
     def _resize(self, shape: tuple[int, int]) -> None:
         self._shape = shape
         cells = shape[0] * shape[1]
-        self._flat: Float32Array = np.full(cells, POT_HIGH)
+        self.flat: Float32Array = np.full(cells, POT_HIGH)  # (height * width,) the potential by cell number
         blocks = -(-(cells // BLOCK_SIZE + 1) // 8) * 8  # whole words
         self._dirty: ByteArray = np.zeros(blocks, dtype=np.uint8)
         self._tops: Float32Array = np.zeros(self._dirty.size, dtype=np.float32)

@@ -14,13 +14,7 @@ SAME_HEADING = 1e-4  # [rad]
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones
 
 
-@njit(cache=True, inline="always")
-def means_contact(cost: int) -> bool:
-    """Whether the robot's centre must not be in a cell of this cost."""
-    return cost >= INSCRIBED_INFLATED_OBSTACLE and cost != NO_INFORMATION
-
-
-@njit(cache=True)
+@njit()
 def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntArray) -> bool:
     """Whether the robot's centre means contact at one of the places (2, N) [m] but the ends; off the map none does.
 
@@ -33,12 +27,12 @@ def meets_obstacle(places: FloatArray, costs: ByteArray, grid: Grid, cells: IntA
         is_inside = (fx >= 0.0) & (fy >= 0.0) & (fx < width) & (fy < height)
         cells[i] = np.int64(fy) * width + np.int64(fx) if is_inside else -1
     for i in range(1, len(cells) - 1):
-        if cells[i] >= 0 and means_contact(flat[_u(cells[i])]):
+        if cells[i] >= 0 and INSCRIBED_INFLATED_OBSTACLE <= flat[_u(cells[i])] < NO_INFORMATION:
             return True
     return False
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _relax_one(
     given: FloatArray, old: FloatArray, new: FloatArray, i: int, x: float, y: float, weights: tuple[float, float]
 ) -> tuple[float, float, float, float]:
@@ -51,7 +45,7 @@ def _relax_one(
     return x, y, abs(x - old_x), abs(y - old_y)
 
 
-@njit(cache=True)
+@njit()
 def sweep_twice(
     given: FloatArray, old: FloatArray, once: FloatArray, twice: FloatArray, weights: tuple[float, float]
 ) -> tuple[float, float]:
@@ -82,7 +76,7 @@ def sweep_twice(
     return change, next_change
 
 
-@njit(cache=True)
+@njit()
 def relax(
     poses: FloatArray, weights: tuple[float, float], tolerance: float, max_its: int, costs: ByteArray, grid: Grid
 ) -> bool:
@@ -113,7 +107,7 @@ def relax(
     return at_rest
 
 
-@njit(cache=True)
+@njit()
 def stretch_ends(poses: FloatArray) -> IntArray:
     """Indices of the poses (N, 3) where the path turns back or turns on the spot, and of the last pose."""
     ends = np.empty(2 * len(poses), dtype=np.int64)
@@ -132,7 +126,7 @@ def stretch_ends(poses: FloatArray) -> IntArray:
     return ends[: count + 1]
 
 
-@njit(cache=True)
+@njit()
 def face_along(poses: FloatArray, backwards: bool) -> None:
     """Set the yaw of each pose (N, 3) but the last to the direction of the next one, or away from it, in place.
 

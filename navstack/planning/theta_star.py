@@ -6,17 +6,21 @@ import math
 import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from navstack.errors import NoPathFoundError, StartOccupiedError
+from navstack.errors import StartOccupiedError
 from navstack.jit import njit
 from navstack.params.planners import ThetaStarParams
 from navstack.planning.endpoints import (
     dense_poses,
     face_along_last_step,
     goal_occupied,
+    no_path,
     occupied,
     require_on_map,
     single_pose,
+    to_cells,
+    way_back,
 )
+from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner
 from navstack.types import BoolArray, ByteArray, FloatArray, IntArray, Path, Pose2D
 
@@ -30,8 +34,7 @@ class ThetaStarPlanner(Planner):
     def __init__(self, params: ThetaStarParams) -> None:
         self._params = params
         costs = np.arange(256)
-        self._is_open: BoolArray = costs < INSCRIBED_INFLATED_OBSTACLE
-        self._is_open[NO_INFORMATION] = params.allow_unknown
+        self._is_open: BoolArray = ~blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
         level = np.where(costs == NO_INFORMATION, LETHAL_OBSTACLE - 1.0, LOWEST + SHARE * costs)
         self._crossing: FloatArray = params.w_traversal_cost * (level / HIGHEST) ** 2
 
@@ -51,18 +54,15 @@ class ThetaStarPlanner(Planner):
             raise goal_occupied(goal, costmap)
         ends = (costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y))
         weights = (params.w_euc_cost, min(params.w_heuristic_cost, params.w_euc_cost, 1.0))
-        cells = search_lines(
+        parents = search_lines(
             costmap.data, self._is_open, self._crossing, ends[0], ends[1], params.how_many_corners, weights
         )
-        if len(cells) == 0:
-            raise NoPathFoundError(
-                f"no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m; check whether obstacles or "
-                "their inflation close the way"
-            )
+        if len(parents) == 0:
+            raise no_path(start, goal)
+        first, last = (row * costmap.size_x + column for column, row in ends)
+        cells = way_back(last, first, costmap.size_x, lambda n: int(parents[n]))
         points = cells.astype(np.float64) + 0.5
-        corner = np.array((costmap.origin_x, costmap.origin_y))
-        points[0] = (start.as_array()[:2] - corner) / costmap.resolution
-        points[-1] = (goal.as_array()[:2] - corner) / costmap.resolution
+        points[[0, -1]] = to_cells(np.stack((start.as_array(), goal.as_array())), costmap)[:, :2]
         poses = dense_poses(points, goal.yaw, costmap)
         poses[-1] = goal.as_array()
         if params.use_final_approach_orientation:
@@ -70,7 +70,7 @@ class ThetaStarPlanner(Planner):
         return Path(poses, stamp)
 
 
-@njit(cache=True)
+@njit()
 def line_of_sight(
     costs: ByteArray, is_open: BoolArray, crossing: FloatArray, x: int, y: int, end_x: int, end_y: int
 ) -> float:
@@ -96,7 +96,7 @@ def line_of_sight(
     return total
 
 
-@njit(cache=True)
+@njit()
 def search_lines(
     costs: ByteArray,
     is_open: BoolArray,
@@ -106,7 +106,7 @@ def search_lines(
     corners: int,
     weights: tuple[float, float],
 ) -> IntArray:
-    """The cells (n, 2) at which the lines of a path meet, from start to goal (column, row); none: (0, 2).
+    """The cell (height * width,) from which a line leads to each cell on the path from start to goal; empty: none.
 
     Args:
         costs: (height, width).
@@ -130,7 +130,7 @@ def search_lines(
             continue
         is_done[n] = True
         if n == last:
-            return corners_of(parents, first, last, width)
+            return parents
         x, y = n % width, n // width
         maybe = parents[parents[n]]
         u, v = maybe % width, maybe // width
@@ -148,17 +148,4 @@ def search_lines(
             if not is_done[m] and total < travelled[m]:
                 travelled[m], parents[m] = total, n
                 heapq.heappush(heap, (total + weights[1] * math.hypot(goal[0] - u, goal[1] - v), m))
-    return np.empty((0, 2), dtype=np.int64)
-
-
-@njit(cache=True)
-def corners_of(parents: IntArray, first: int, last: int, width: int) -> IntArray:
-    """The cells (n, 2) as column, row from the first to the last, each the parent of the next."""
-    count, n = 1, last
-    while n != first:
-        n, count = parents[n], count + 1
-    cells, n = np.empty((count, 2), dtype=np.int64), last
-    for i in range(count - 1, -1, -1):
-        cells[i, 0], cells[i, 1] = n % width, n // width
-        n = parents[n]
-    return cells
+    return parents[:0]

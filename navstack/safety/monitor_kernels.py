@@ -9,7 +9,7 @@ NO_COLLISION = -1.0
 ROUNDING = 1e-6  # [m] more than any rounding below
 
 
-@njit(cache=True)
+@njit()
 def is_inside(x: float, y: float, vertices: FloatArray) -> bool:
     """Whether a point lies in a polygon (V, 2): a ray along +x crosses its edges an odd number of times.
 
@@ -25,7 +25,7 @@ def is_inside(x: float, y: float, vertices: FloatArray) -> bool:
     return inside
 
 
-@njit(cache=True)
+@njit()
 def extent(vertices: FloatArray, radius: float) -> float:
     """A distance in [m] from the robot beyond which no point lies in its zone; see :func:`are_inside`."""
     farthest = radius
@@ -34,7 +34,7 @@ def extent(vertices: FloatArray, radius: float) -> float:
     return farthest + ROUNDING
 
 
-@njit(cache=True)
+@njit()
 def are_inside(
     points: FloatArray, count: int, x: float, y: float, yaw: float, vertices: FloatArray, radius: float, enough: int
 ) -> bool:
@@ -59,7 +59,7 @@ def are_inside(
     return found >= enough
 
 
-@njit(cache=True)
+@njit()
 def within_reach(points: FloatArray, reach: float) -> tuple[FloatArray, int]:
     """The points (n, 2) within ``reach`` [m] of the origin, first in an array, and their number."""
     near = points.copy()
@@ -71,10 +71,7 @@ def within_reach(points: FloatArray, reach: float) -> tuple[FloatArray, int]:
     return near, count
 
 
-@njit(
-    cache=True,
-    ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64",
-)
+@njit(ahead="float64[:, ::1], float64[:, ::1], float64, int64, float64, float64, float64, float64, float64")
 def collision_time(
     points: FloatArray,
     vertices: FloatArray,

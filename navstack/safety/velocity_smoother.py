@@ -59,29 +59,22 @@ class VelocitySmoother:
             self._command = (0.0, 0.0, 0.0)
         self._stopped = False
         current = self._last if self._params.feedback == "OPEN_LOOP" else _axes(measured)
-        x, y, theta = self._last = self._step(current, self._command)
-        dead_x, dead_y, dead_theta = self._params.deadband_velocity
-        return Twist2D(
-            0.0 if abs(x) < dead_x else x, 0.0 if abs(y) < dead_y else y, 0.0 if abs(theta) < dead_theta else theta
-        )
+        self._last = self._step(current, self._command)
+        deadbands = zip(self._last, self._params.deadband_velocity, strict=True)
+        return Twist2D(*(0.0 if abs(velocity) < dead else velocity for velocity, dead in deadbands))
 
     def _step(self, current: Axes, command: Axes) -> Axes:
         """One cycle from ``current`` towards ``command``.
 
         Per axis the deceleration limits the change where the speed falls or changes its sign.
         """
-        (bx, by, bt), (ax, ay, at), (wx, wy, wt) = self._bounds, current, command
-        change_x, limit_x = _change(ax, wx, *bx)
-        change_y, limit_y = _change(ay, wy, *by)
-        change_t, limit_t = _change(at, wt, *bt)
-        if self._params.scale_velocities:
-            scale = min(_scale(change_x, limit_x), _scale(change_y, limit_y), _scale(change_t, limit_t))
-            change_x, change_y, change_t = scale * change_x, scale * change_y, scale * change_t
-        return (
-            ax + min(max(change_x, -limit_x), limit_x),
-            ay + min(max(change_y, -limit_y), limit_y),
-            at + min(max(change_t, -limit_t), limit_t),
+        axes = zip(current, command, self._bounds, strict=True)
+        changes = [_change(now, asked, *bounds) for now, asked, bounds in axes]
+        scale = min(_scale(*change) for change in changes) if self._params.scale_velocities else 1.0
+        x, y, theta = (
+            now + min(max(scale * change, -limit), limit) for now, (change, limit) in zip(current, changes, strict=True)
         )
+        return x, y, theta
 
 
 def _change(now: float, asked: float, low: float, high: float, speeding_up: float, slowing_down: float) -> Pair:

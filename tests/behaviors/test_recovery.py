@@ -4,24 +4,24 @@ import pytest
 
 from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.errors import BehaviorError
-from navstack.recovery import BACK_UP, SPIN, WAIT, RecoveryAction, RoundRobin, default_recoveries
+from navstack.recovery import BACK_UP, SPIN, WAIT, RoundRobin, default_recoveries
 from navstack.types import Pose2D, RobotState, Twist2D
 
 STATE = RobotState(Pose2D(), Twist2D())
 TURN = Twist2D(angular_z=1.0)
 
 
-class Act(RecoveryAction):
+class Act:
     """Does what its script says: "now" succeeds at once, "later" after one cycle, "no" cannot begin, "fails" later."""
 
     def __init__(self, name: str, script: str, log: list[str]) -> None:
-        self._name, self.script, self._log = name, script, log
+        self.name, self.script, self._log = name, script, log
 
     def begin(self, state: RobotState) -> bool:
-        self._log.append(self._name)
+        self._log.append(self.name)
         self._cycles = 0
         if self.script == "no":
-            raise BehaviorError("UNAVAILABLE", 0, self._name)
+            raise BehaviorError("UNAVAILABLE", 0, self.name)
         return self.script == "now"
 
     def step(self, state: RobotState) -> Twist2D | None:
@@ -29,7 +29,7 @@ class Act(RecoveryAction):
         if self._cycles == 1:
             return TURN
         if self.script == "fails":
-            raise BehaviorError("COLLISION_AHEAD", 703, self._name)
+            raise BehaviorError("COLLISION_AHEAD", 703, self.name)
         return None
 
 

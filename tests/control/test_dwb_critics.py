@@ -54,7 +54,7 @@ def make_scene(costs: np.ndarray | None = None, pose: Pose2D = HERE, **more: obj
 
 def roll_out(params: DwbParams, scene: Scene) -> Rollouts:
     rollouts = RolloutGenerator(params, 20.0).generate(scene.pose, scene.velocity)
-    scene.locate(rollouts)
+    scene.rollouts = rollouts
     return rollouts
 
 

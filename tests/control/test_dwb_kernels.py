@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from navstack.control.dwb import kernels, velocity_samples
+from navstack.control.dwb.critics.align import PathAlignCritic
+from navstack.control.dwb.critics.base_obstacle import BaseObstacleCritic
+from navstack.control.dwb.rollouts import Rollouts
+from navstack.control.dwb.scene import Scene, cells_of
 from navstack.control.dwb.velocity_samples import largest_steps
 from navstack.control.footprint_cost import footprint_cost, line_cost
-from navstack.control.mppi.body import outline_worst
 from navstack.control.plan_handling import cells_of_points, densify, window_bounds
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from navstack.params.dwb import DwbParams
-from navstack.types import Pose2D
+from navstack.params.dwb import AlignParams, DwbParams, ObstacleParams
+from navstack.types import Pose2D, Twist2D
 
 ORIGIN = (-1.0, -0.5)
 RESOLUTION = 0.05
@@ -135,33 +138,14 @@ def test_step_counts_follow_the_command() -> None:
     assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]
 
 
-def test_pose_cells_equal_the_costmaps_own_rule() -> None:
-    rng = np.random.default_rng(2)
-    x, y = random_poses(rng, 30, 12)
-    lengths = rng.integers(1, 13, 30)
-    cells = np.empty(x.shape, dtype=np.int32)
-    leaves = kernels.pose_cells(x, y, lengths, SHAPE, (*ORIGIN, RESOLUTION), cells)
+def test_cells_equal_the_costmaps_own_rule() -> None:
+    x, y = random_poses(np.random.default_rng(2), 30, 12)
     costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
-    for k in range(30):
-        expected = []
-        for t in range(12):
-            mx, my = costmap.world_to_map(x[k, min(t, lengths[k] - 1)], y[k, min(t, lengths[k] - 1)])
-            expected.append(my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
-        assert cells[k].tolist() == expected
-        assert leaves[k] == (-1 in expected)
-
-
-@pytest.mark.parametrize("first", [0, 11])
-def test_nose_cells_equal_the_cells_of_the_moved_poses(first: int) -> None:
-    rng = np.random.default_rng(7)
-    x, y = random_poses(rng, 30, 12)
-    yaw = rng.uniform(-4.0, 4.0, x.shape)
-    ours = kernels.nose_cells(x, y, yaw, first, 0.3, SHAPE, (*ORIGIN, RESOLUTION))
-    costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
-    for k in range(30):
-        for t in range(first, 12):
-            mx, my = costmap.world_to_map(x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t]))
-            assert ours[k, t - first] == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
+    found = cells_of(x, y, costmap)
+    assert found.dtype == np.int32 and 0.02 < (found < 0).mean() < 0.3
+    for point, cell in zip(zip(x.ravel(), y.ravel(), strict=True), found.ravel(), strict=True):
+        mx, my = costmap.world_to_map(*point)
+        assert cell == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
 
 
 @pytest.mark.parametrize("sum_scores", [False, True])
@@ -170,15 +154,37 @@ def test_obstacle_costs_equal_the_twin(sum_scores: bool) -> None:
     costs = rng.choice(
         np.array((0, 10, 100, 252, 253, 254, 255), dtype=np.uint8), 200, p=(0.4, 0.3, 0.2, 0.07, 0.01, 0.01, 0.01)
     )
-    cells = rng.integers(0, 200, (80, 10)).astype(np.int32)
-    cells[rng.random(cells.shape) < 0.01] = -1
-    lengths = rng.integers(1, 11, 80)
-    ours = kernels.obstacle_costs(cells, lengths, costs, sum_scores)
+    costmap = Costmap(costs.reshape(10, 20), 1.0, 0.0, 0.0)
+    cells, lengths = rng.integers(0, 200, (80, 10)), rng.integers(1, 11, 80)
+    cells[rng.random(cells.shape) < 0.03] = -1
+    for k in range(80):
+        cells[k, lengths[k] :] = cells[k, lengths[k] - 1]
+    x, y = np.where(cells < 0, -1.0, cells % 20 + 0.5), cells // 20 + 0.5
+    scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
+    scene.rollouts = Rollouts(np.empty((80, 3)), lengths - 1, lengths, 1.0, lambda: (x, y, np.zeros_like(x)))
+    critic = BaseObstacleCritic(ObstacleParams(sum_scores=sum_scores), DwbParams(critics=()))
+    ours = critic.raw_costs(scene.rollouts, scene)
     for k in range(80):
         seen = [int(costs[c]) if c >= 0 else 255 for c in cells[k, : lengths[k]]]
         expected = math.inf if max(seen) >= 253 else sum(seen) if sum_scores else seen[-1]
         assert ours[k] == expected
     assert 10 < np.isinf(ours).sum() < 70
+
+
+@pytest.mark.parametrize("only_last", [False, True])
+def test_noses_are_looked_for_ahead_of_the_poses(only_last: bool) -> None:
+    rng = np.random.default_rng(7)
+    x, y = random_poses(rng, 30, 12)
+    yaw = rng.uniform(-4.0, 4.0, x.shape)
+    costmap = Costmap(np.zeros(SHAPE, dtype=np.uint8), RESOLUTION, *ORIGIN)
+    scene = Scene(Pose2D(), Twist2D(), 0.0, Pose2D(), np.empty((0, 3)), costmap, np.empty((0, 2)))
+    rollouts = Rollouts(np.empty((30, 3)), np.full(30, 11), np.full(30, 12), 1.0, lambda: (x, y, yaw))
+    critic = PathAlignCritic(AlignParams(forward_point_distance=0.3), DwbParams(critics=()))
+    ours, first = critic.scored_cells(rollouts, scene, only_last), 11 if only_last else 0
+    for k in range(30):
+        for t in range(first, 12):
+            mx, my = costmap.world_to_map(x[k, t] + 0.3 * math.cos(yaw[k, t]), y[k, t] + 0.3 * math.sin(yaw[k, t]))
+            assert ours[k, t - first] == (my * SHAPE[1] + mx if costmap.contains(mx, my) else -1)
 
 
 def test_nearest_seed_equals_the_breadth_first_wave_front() -> None:
@@ -265,8 +271,6 @@ def test_an_unknown_cell_hides_lethal_ones_under_later_edges_only() -> None:
         costs = np.zeros((100, 100), dtype=np.uint8)
         costs[lethal], costs[unknown] = LETHAL_OBSTACLE, NO_INFORMATION
         assert footprint_cost(Costmap(costs, 0.05, -2.475, -2.475), bar, Pose2D()) == expected
-        place = (2.475 / 0.05, 2.475 / 0.05, 1.0, 0.0)
-        assert outline_worst(costs, *place, bar / 0.05) == expected
 
 
 def test_window_keeps_what_is_near_and_searches_only_so_far() -> None:

@@ -165,7 +165,7 @@ def test_people_cost_where_they_will_be_beside_the_line() -> None:
         stages = np.zeros((3, Sizes(3, 2, 3).stage))
         directions = rng.uniform(-math.pi, math.pi, 3)
         stages[:, at.TANGENT_X], stages[:, at.TANGENT_Y] = np.cos(directions), np.sin(directions)
-        fill_people(stages, times, 2, people, 3, keep)
+        fill_people(at.Horizon(stages, times, np.zeros(at.CIRCLES + 2)), people, keep)
         for stage, time, direction in zip(stages, times.cumsum(), directions, strict=True):
             left = np.array((-math.sin(direction), math.cos(direction)))
             for j, person in enumerate(people):

@@ -61,7 +61,7 @@ def test_the_cost_of_a_trajectory_is_that_of_the_program() -> None:
             found = [np.array(term).ravel() for term in symbolic(state, stage, shared)]
             expected[:8] += [dt * term @ term for term in found]
             expected[8:] += dt * (jerk[0] - stage[at.JERK]) ** 2, dt * jerk[1] ** 2
-        terms = cost_terms(states, jerks, stages, times, shared, sizes.people)
+        terms = cost_terms(states, jerks, at.Horizon(stages, times, shared))
         assert terms == pytest.approx(expected, rel=1e-9, abs=1e-12)
         excess = np.maximum(np.abs(states[1:, 3] * states[1:, 4]) - shared[at.LATERAL_LIMIT], 0.0)
         assert terms[at.W_LATERAL] == pytest.approx((times * excess**2).sum()) and excess.max() > 0.3
@@ -76,7 +76,7 @@ def test_the_quadratic_program_is_solved_as_by_another_solver() -> None:
     shared = shared[:-1]
     states = rollout(start, jerks, times)
     ours = MpcProblem(sizes, generated_code=False)
-    ours.step(states, jerks, stages, times, shared, bounds)
+    ours.step(states, jerks, at.Horizon(stages, times, shared), bounds)
     blocks = linearisation(sizes)
     z, cost, rules, before = [], 0.0, [], ca.MX.zeros(7)
     for k in range(6):
@@ -98,7 +98,7 @@ def test_it_runs_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) ->
     sizes = Sizes(12, 3, 2)
     given = problem(np.random.default_rng(17), sizes)
     start, jerks, stages, times, shared, bounds = given
-    arguments = (rollout(start, jerks, times), jerks, stages, times, shared, bounds)
+    arguments = (rollout(start, jerks, times), jerks, at.Horizon(stages, times, shared), bounds)
     monkeypatch.setattr(compiler, "find_compiler", lambda: None)
     machine = MpcProblem(sizes, generated_code=True)
     assert not machine.is_compiled

@@ -8,9 +8,9 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from navstack.control.footprint_cost import line_cost, outline_cost
+from navstack.control.footprint_cost import outline_cost, walk_outline
 from navstack.control.mppi import control_sequence
-from navstack.control.mppi.body import clearance, line_worst, make_body, outline_worst
+from navstack.control.mppi.body import clearance, make_body
 from navstack.control.mppi.critics import build_critics
 from navstack.control.mppi.optimizer import Noise, Optimizer
 from navstack.control.mppi.path_handler import first_cusp, window
@@ -238,7 +238,7 @@ def test_what_has_room_touches_nothing_within_it() -> None:
     for x, y, yaw in rng.uniform((-6.2, -6.2, -math.pi), (6.2, 6.2, math.pi), (4000, 3)):
         expected = outline_cost(grid.data, grid.grid, FOOTPRINT, x, y, yaw)
         place = ((x + 6.0) / 0.05, (y + 6.0) / 0.05, math.cos(yaw), math.sin(yaw))
-        assert outline_worst(grid.data, *place, body.corners) == expected
+        assert walk_outline(grid.data, (0.0, 0.0, 1.0), body.corners, *place, True) == expected
         touched += expected == 254
         room = clearance(grid.data, *place, body.circles, body.free_radius, body.radius, body.reach)
         near = np.array((x, y)) + rng.uniform(-1.0, 1.0, 2) * max(room, 0.0) * 0.05 / math.sqrt(2.0)
@@ -255,13 +255,6 @@ def test_what_has_room_touches_nothing_within_it() -> None:
     both_layers = replace(COSTS, inflation_layers={"earlier": earlier, "last": LAYER})
     assert not make_body(FOOTPRINT, True, both_layers, both_layers.inflation("earlier"), 0.05).reach.any()
     assert make_body(FOOTPRINT, True, both_layers, both_layers.inflation(""), 0.05).reach.any()
-
-
-def test_lines_are_bresenhams() -> None:
-    rng = np.random.default_rng(5)
-    costs = rng.integers(0, 256, (12, 12)).astype(np.uint8)
-    for x0, y0, x1, y1 in rng.integers(0, 12, (500, 4)):
-        assert line_worst(costs, x0, y0, x1, y1) == line_cost(costs, x0, y0, x1, y1)
 
 
 def test_the_furthest_point_is_found_without_looking_at_all():
@@ -316,9 +309,5 @@ def test_a_cusp_is_the_first_bend_by_more_than_a_right_angle():
 def test_a_sequence_alone_is_one_trajectory():
     rollouts = Rollouts.empty(30, 1)
     rollouts.v[:], rollouts.w[:] = 1.0, 0.0
-    roll_out(
-        *(rollouts.v, rollouts.w, FLOAT(math.pi / 2), FLOAT(0.1), FLOAT(0.1)),
-        *(rollouts.x, rollouts.y, rollouts.yaw, rollouts.cosine, rollouts.sine),
-    )
-    assert rollouts.count == 1
+    roll_out(rollouts, FLOAT(math.pi / 2), FLOAT(0.1), FLOAT(0.1))
     np.testing.assert_allclose(rollouts.y[:, 0], 0.1 * np.arange(1, 31), atol=1e-5)

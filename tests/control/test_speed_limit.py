@@ -6,7 +6,7 @@ import pytest
 from navstack.control.controller import Controller, Surroundings
 from navstack.control.controller_server import ControllerServer
 from navstack.control.dwb.dwb_controller import DwbController
-from navstack.control.dwb.velocity_samples import VelocitySampler
+from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.goal_checker import SimpleGoalChecker
 from navstack.control.progress_checker import SimpleProgressChecker
 from navstack.control.rotation_shim import RotationShimController
@@ -46,14 +46,14 @@ def limited(limit: float, is_percentage: bool) -> DwbParams:
 @pytest.mark.parametrize(("limit", "is_percentage"), [(50.0, True), (10.0, True), (100.0, True), (1.0, False)])
 @pytest.mark.parametrize("speed", [0.0, 1.2])
 def test_dwb_samples_as_if_its_limits_were_lower(limit: float, is_percentage: bool, speed: float) -> None:
-    sampler = VelocitySampler(PARAMS, 1.0)
+    sampler = RolloutGenerator(PARAMS, 20.0)
     sampler.limit_speed(limit, is_percentage)
-    expected = VelocitySampler(limited(limit, is_percentage), 1.0).sample(Twist2D(speed))
+    expected = RolloutGenerator(limited(limit, is_percentage), 20.0).sample(Twist2D(speed))
     np.testing.assert_allclose(sampler.sample(Twist2D(speed)), expected, atol=1e-12)
 
 
 def test_no_limit_restores_and_a_limit_above_the_largest_speed_changes_nothing() -> None:
-    free, sampler = VelocitySampler(PARAMS, 1.0), VelocitySampler(PARAMS, 1.0)
+    free, sampler = RolloutGenerator(PARAMS, 20.0), RolloutGenerator(PARAMS, 20.0)
     sampler.limit_speed(2.5, False)
     np.testing.assert_array_equal(sampler.sample(Twist2D()), free.sample(Twist2D()))
     sampler.limit_speed(0.5, False)
@@ -86,7 +86,7 @@ def server_of(controller: Controller) -> ControllerServer:
 
 
 @pytest.mark.parametrize("has_shim", [False, True])
-def test_the_server_hands_the_limit_on_and_it_outlives_a_new_goal(has_shim: bool) -> None:
+def test_the_limit_outlives_a_new_goal(has_shim: bool) -> None:
     controller: Controller = DwbController(PARAMS, FOOTPRINT, 20.0)
     if has_shim:
         controller = RotationShimController(RotationShimParams(), controller, FOOTPRINT, 20.0, 0.25)
@@ -94,7 +94,7 @@ def test_the_server_hands_the_limit_on_and_it_outlives_a_new_goal(has_shim: bool
     state, plan, surroundings = straight_ahead()
     speeds = []
     for limit in (0.0, 20.0, 0.0):
-        server.set_speed_limit(limit, True)
+        controller.set_speed_limit(limit, True)
         server.begin(plan, 0.0)
         speeds.append(server.compute_command(state, surroundings).linear_x)
     assert speeds[1] == pytest.approx(0.2 * 2.5, abs=0.05)
@@ -112,4 +112,4 @@ class Unlimited(Controller):
 
 def test_a_controller_that_cannot_limit_its_speed_says_so() -> None:
     with pytest.raises(ParameterError, match="Unlimited knows no speed limit, and a speed filter asks for 30%"):
-        server_of(Unlimited()).set_speed_limit(30.0, True)
+        Unlimited().set_speed_limit(30.0, True)

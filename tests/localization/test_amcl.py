@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from navstack.build import build_localizer
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.geometry import compose, relative_to
 from navstack.localization.amcl import INITIAL_VARIANCES, AmclLocalizer, pose_at
 from navstack.localization.amcl_kernels import cast_rays
-from navstack.localization.likelihood_field import squared_distances
 from navstack.params.amcl import AmclParams
 from navstack.types import Belief, Health, LaserScan, Observation, Odometry, Pose2D, Twist2D
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from navstack.build import build_localizer
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.amcl_gps import AmclGpsLocalizer
 from navstack.localization.amcl_kernels import cast_rays
-from navstack.localization.likelihood_field import squared_distances
 from navstack.params.amcl import AmclParams
 from navstack.params.amcl_gps import AmclGpsParams
 from navstack.params.nav2_file.file import load_nav2

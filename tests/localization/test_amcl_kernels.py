@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.localization.amcl_kernels import GROUP, cast_rays, count_agreeing, sum_over_beams
 from navstack.localization.amcl_sensor_models import Beams
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import BIN_ANGLE, BIN_LENGTH, count_bins, label_clusters, resample, sample_limit
-from navstack.localization.likelihood_field import LikelihoodField, squared_distances
+from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.motion_model import SHORTEST_BEARING, move_differential, move_omni
 from navstack.types import Pose2D
 

@@ -1,5 +1,7 @@
 """The rules of Nav2's default tree, one by one, with planners and controllers that fail as they are told."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -66,7 +68,7 @@ class FakeControllerServer:
     def goal_reached(self, state):
         return self.arrived
 
-    acts_at_rest = False
+    controller = SimpleNamespace(acts_at_rest=False)
 
     def compute_command(self, state, surroundings, expects_progress):
         if self.failures > 0:

@@ -61,6 +61,6 @@ def test_a_late_scan_counts_from_where_it_was_taken(room, make) -> None:
         localizer.pose = Pose2D(START.x, START.y, now)  # 1 rad/s
         scan = LaserScan(now - 0.2, ranges, -math.pi, math.pi / 180.0, 0.05, 30.0) if k == 30 else None
         navigator.tick(Observation(now, odometry=Odometry(now, localizer.pose, Twist2D()), scan=scan))
-    costmap = navigator._local_costmap.master
+    costmap = navigator._costmaps[0][0].master
     assert costmap.cost_at(START.x + 2.0 * math.cos(0.8), START.y + 2.0 * math.sin(0.8)) == 254
     assert costmap.cost_at(START.x + 2.0 * math.cos(1.0), START.y + 2.0 * math.sin(1.0)) < 254

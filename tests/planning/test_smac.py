@@ -21,6 +21,7 @@ from navstack.params.smac import (
     iterations_of,
 )
 from navstack.planning.dubins import shortest_word
+from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import RobotShape
 from navstack.planning.smac.common import downsampled
 from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
@@ -74,7 +75,9 @@ def test_the_grid_search_finds_the_cheapest_way(allow_unknown):
         travelled = np.full(costs.size, np.inf, dtype=np.float32)
         came_by = np.empty(costs.size, dtype=np.uint8)
         last = costs.shape[1] - 1, costs.shape[0] - 1
-        reached = search_grid(costs, allow_unknown, (0, 0), last, 2.0, Limits(0.0, 10**6, 10), travelled, came_by)
+        reached = search_grid(
+            costs, blocked_table(252, allow_unknown), (0, 0), last, 2.0, Limits(0.0, 10**6, 10), travelled, came_by
+        )
         if not np.isfinite(expected[-1]):
             assert reached == -1
             continue
@@ -105,7 +108,7 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     low = costs.reshape(20, 2, 25, 2).min(axis=(1, 3)) if coarse == 2 else costs
     square = (int(goal.pose[0]) // coarse, int(goal.pose[1]) // coarse)
     expected = ways_from(low, square, 2.0, True).reshape(low.shape)
-    blocked = np.zeros(256, dtype=np.bool_)
+    blocked = blocked_table(252, True)
     ground = Ground(costs, blocked, np.zeros((3, 2)), 0.0, True, np.zeros(costs.shape, dtype=np.uint8))
     places = np.random.default_rng(0).uniform((0.0, 0.0), costs.shape[::-1], (60, 2))
     right = [coarse * expected[int(y) // coarse, int(x) // coarse] for x, y in places]

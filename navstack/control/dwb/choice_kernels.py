@@ -38,11 +38,10 @@ class Drive(NamedTuple):
 
 
 @njit(
-    cache=True,
     ahead="float64[::1], NamedTuple((float64[:, ::1], int64[::1], float64[::1], float64[::1], float64[:, ::1]), "
     "Sampling), NamedTuple((int64[::1], float64[::1], float32[::1]), Terms), float64[:, ::1], "
     "float64[:, ::1], UniTuple(float64, 2), NamedTuple((uint8[:, ::1], UniTuple(float64, 3), "
-    "float64[:, ::1]), Surface), int64, float64[::1]",
+    "float64[:, ::1]), Surface), int64, float64[::1]"
 )
 def best_command(
     robot: FloatArray,
@@ -88,7 +87,7 @@ def best_command(
     return best, total
 
 
-@njit(cache=True)
+@njit()
 def choose(
     drive: Drive,
     terms: Terms,
@@ -127,7 +126,7 @@ def choose(
     return best, least
 
 
-@njit(cache=True)
+@njit()
 def is_legal(drive: Drive, k: int, kinds: IntArray, surface: Surface) -> bool:
     """Whether all poses of trajectory ``k``, whose end is legal, are legal to all critics.
 
@@ -164,7 +163,7 @@ def is_legal(drive: Drive, k: int, kinds: IntArray, surface: Surface) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit()
 def outline_score(x: float, y: float, yaw: float, surface: Surface) -> float:
     """The greatest cost 0..253 under the outline at a pose; inf where it is illegal or the pose is off the map."""
     costs, grid = surface.costs, surface.grid

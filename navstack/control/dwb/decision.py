@@ -1,11 +1,12 @@
 """How DWB decided one cycle."""
 
+from functools import cached_property
+
 import numpy as np
 
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore, DecisionRecord
 from navstack.control.dwb.scene import Scene
 from navstack.control.dwb.scoring import Scores, Scoring
-from navstack.types import Twist2D
 
 
 class Decision:
@@ -24,25 +25,18 @@ class Decision:
         """
         self._scoring = scoring
         self._scene = scene
-        self._scores: Scores | None = None
         self.choice = scoring.best(scene) or self.scores.best()
+        self.command = self.choice.command  # standstill if no velocity is legal
 
-    @property
+    @cached_property
     def scores(self) -> Scores:
         """Of all trajectories."""
-        if self._scores is None:
-            self._scores = self._scoring.score_all(self._scene)
-        return self._scores
+        return self._scoring.score_all(self._scene)
 
     @property
     def is_legal(self) -> bool:
         """Whether any trajectory was legal."""
         return self.choice.total < float("inf")
-
-    @property
-    def command(self) -> Twist2D:
-        """The chosen velocity; standstill if none is legal."""
-        return self.choice.command
 
     def record(self) -> DecisionRecord:
         """The decision in short."""

@@ -50,8 +50,6 @@ class DwbController(Controller):
         self._window = PlanWindow(
             params.prune_plan, params.prune_distance, params.forward_prune_distance, params.shorten_transformed_plan
         )
-        self._prepared = [critic for critic in self._critics.values() if _overrides(critic, "prepare")]
-        self._debriefed = [critic for critic in self._critics.values() if _overrides(critic, "debrief")]
         self._plan: Path | None = None
         self._goal = Pose2D()  # the plan's last pose
         self.last_decision: Decision | None = None
@@ -72,8 +70,8 @@ class DwbController(Controller):
         return () if self.last_decision is None else self.last_decision.alternatives()
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
-        """Sample within the limit; see :meth:`~navstack.control.dwb.velocity_samples.VelocitySampler.limit_speed`."""
-        self._generator.sampler.limit_speed(limit, is_percentage)
+        """Sample within the limit; see :meth:`~navstack.control.dwb.rollouts.RolloutGenerator.limit_speed`."""
+        self._generator.limit_speed(limit, is_percentage)
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """The best sampled velocity.
@@ -94,10 +92,10 @@ class DwbController(Controller):
         """Choose among all samples by the plan ``near`` the robot (N, 3) and remember the decision."""
         costmap, tracks = surroundings.costmap, surroundings.tracks
         scene = Scene(state.pose, state.twist, state.stamp, goal, near, costmap, self._footprint, tracks)
-        for critic in self._prepared:
+        for critic in self._critics.values():
             critic.prepare(scene)
         decision = Decision(self._scoring, scene)
-        for critic in self._debriefed:
+        for critic in self._critics.values():
             critic.debrief(scene, decision.command)
         self.last_decision = decision
         return decision
@@ -108,8 +106,3 @@ class DwbController(Controller):
         self._window.reset()
         for critic in self._critics.values():
             critic.reset()
-
-
-def _overrides(critic: Critic, method: str) -> bool:
-    """Whether a critic does anything in a method that most leave out."""
-    return getattr(type(critic), method) is not getattr(Critic, method)

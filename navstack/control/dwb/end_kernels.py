@@ -10,13 +10,13 @@ from navstack.types import FloatArray, IntArray
 
 TILE = 64  # trajectories that are driven side by side; a constant, so that the loops over them use vector instructions
 # Where in the buffer of a tile the values of its trajectories stand.
-X, Y, YAW, SINE, COSINE, VX, VX_STEP, VX_LOW, VX_HIGH = (TILE * i for i in range(9))
-RATE, RATE_STEP, RATE_LOW, RATE_HIGH, DT, TURN, TURN_SINE, TURN_COSINE = (TILE * i for i in range(9, 17))
+X, Y, YAW, SINE, COSINE, DT, TURN, TURN_SINE, TURN_COSINE, VX = (TILE * i for i in range(10))
+RATE = VX + 4 * TILE  # after each of both velocities: its change per step, its least and its greatest value
 BUFFER_SIZE = 17 * TILE
 LANES = 4  # a multiple of them is driven on, so that no loop has a rest
 
 
-@njit(cache=True)
+@njit()
 def end_poses(
     robot: FloatArray, commands: FloatArray, steps: IntArray, limits: FloatArray, sim_time: float
 ) -> FloatArray:
@@ -42,7 +42,7 @@ def end_poses(
     return ends
 
 
-@njit(cache=True)
+@njit()
 def by_falling_steps(steps: IntArray) -> IntArray:
     """Indices (K,) of the trajectories, the longest first, equals in their order."""
     longest = 0
@@ -61,7 +61,7 @@ def by_falling_steps(steps: IntArray) -> IntArray:
     return order
 
 
-@njit(cache=True)
+@njit()
 def start_tile(
     b: FloatArray,
     robot: FloatArray,
@@ -77,64 +77,56 @@ def start_tile(
     for i in range(TILE):
         k = order[min(first + i, len(order) - 1)]
         b[X + i], b[Y + i], b[YAW + i], b[SINE + i], b[COSINE + i] = robot[0], robot[1], robot[2], sine, cosine
-        _load(b, i, robot[3], robot[5], commands[k], limits, sim_time / steps[k])
+        b[DT + i] = sim_time / steps[k]
+        _load_axis(b, VX + i, robot[3], commands[k, 0], limits[0], b[DT + i])
+        _load_axis(b, RATE + i, robot[5], commands[k, 2], limits[2], b[DT + i])
 
 
-@njit(cache=True)
+@njit()
 def step_tile(b: FloatArray, active: int, changes: tuple[bool, bool]) -> tuple[bool, bool]:
     """Drive the first ``active`` trajectories one step; whether speeds and turns may differ in later steps."""
     lanes = (active + LANES - 1) // LANES * LANES
     speeds_change, turns_change = changes
     if speeds_change:
-        speeds_change = _speed_up(b, lanes)
+        speeds_change = _speed_up(b, VX, lanes)
     if turns_change:
-        turns_change = _turn(b, lanes)
+        turns_change = _speed_up(b, RATE, lanes)
+        _turn(b, lanes)
     _move(b, lanes)
     return speeds_change, turns_change
 
 
-@njit(cache=True)
-def _load(
-    b: FloatArray, i: int, speed: float, yaw_rate: float, command: FloatArray, limits: FloatArray, dt: float
-) -> None:
-    """Start a trajectory: each axis has its change per step, and the command as its bound on one side."""
-    b[DT + i] = dt
-    rises = speed < command[0]
-    b[VX + i] = speed
-    b[VX_STEP + i] = limits[0, 0 if rises else 1] * dt
-    b[VX_LOW + i] = -math.inf if rises else command[0]
-    b[VX_HIGH + i] = command[0] if rises else math.inf
-    rises = yaw_rate < command[2]
-    b[RATE + i] = yaw_rate
-    b[RATE_STEP + i] = limits[2, 0 if rises else 1] * dt
-    b[RATE_LOW + i] = -math.inf if rises else command[2]
-    b[RATE_HIGH + i] = command[2] if rises else math.inf
+@njit()
+def _load_axis(b: FloatArray, at: int, now: float, wanted: float, limits: FloatArray, dt: float) -> None:
+    """Put an axis of a trajectory into a buffer: velocity, change per step, and the command as bound on one side."""
+    rises = now < wanted
+    b[at], b[at + TILE] = now, limits[0 if rises else 1] * dt
+    b[at + 2 * TILE] = -math.inf if rises else wanted
+    b[at + 3 * TILE] = wanted if rises else math.inf
 
 
-@njit(cache=True)
-def _speed_up(b: FloatArray, count: int) -> bool:
-    """Find the speed of the next step of the first ``count`` trajectories; whether any later step's may differ."""
+@njit()
+def _speed_up(b: FloatArray, axis: int, count: int) -> bool:
+    """Find the next velocities of the first ``count`` trajectories; whether any later step's may differ.
+
+    ``axis``: VX or RATE, which their steps and bounds follow in the buffer.
+    """
     changes = 0
     for i in range(count):
-        vx = b[VX + i] + b[VX_STEP + i]
-        vx = b[VX_LOW + i] if vx < b[VX_LOW + i] else vx
-        vx = b[VX_HIGH + i] if vx > b[VX_HIGH + i] else vx
-        changes += vx != b[VX + i]
-        b[VX + i] = vx
+        speed = b[axis + i] + b[axis + TILE + i]
+        speed = b[axis + 2 * TILE + i] if speed < b[axis + 2 * TILE + i] else speed
+        speed = b[axis + 3 * TILE + i] if speed > b[axis + 3 * TILE + i] else speed
+        changes += speed != b[axis + i]
+        b[axis + i] = speed
     return changes > 0
 
 
-@njit(cache=True)
-def _turn(b: FloatArray, count: int) -> bool:
-    """Find the turn of the next step of the first ``count`` trajectories; whether any later step's may differ."""
-    changes = wide = 0
+@njit()
+def _turn(b: FloatArray, count: int) -> None:
+    """Find the turn of the next step of the first ``count`` trajectories."""
+    wide = 0
     for i in range(count):
-        rate = b[RATE + i] + b[RATE_STEP + i]
-        rate = b[RATE_LOW + i] if rate < b[RATE_LOW + i] else rate
-        rate = b[RATE_HIGH + i] if rate > b[RATE_HIGH + i] else rate
-        changes += rate != b[RATE + i]
-        b[RATE + i] = rate
-        turn = rate * b[DT + i]
+        turn = b[RATE + i] * b[DT + i]
         b[TURN + i] = turn
         wide += abs(turn) > SMALL_TURN
         s = turn * turn  # as in kernels.sine_cosine
@@ -148,10 +140,9 @@ def _turn(b: FloatArray, count: int) -> bool:
         for i in range(count):
             if abs(b[TURN + i]) > SMALL_TURN:
                 b[TURN_SINE + i], b[TURN_COSINE + i] = math.sin(b[TURN + i]), math.cos(b[TURN + i])
-    return changes > 0
 
 
-@njit(cache=True)
+@njit()
 def _move(b: FloatArray, count: int) -> None:
     """Drive the first ``count`` trajectories one step along their headings, then turn them."""
     for i in range(count):

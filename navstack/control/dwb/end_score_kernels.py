@@ -31,7 +31,7 @@ class Surface(NamedTuple):
     footprint: FloatArray  # (V, 2) [m]
 
 
-@njit(cache=True)
+@njit()
 def goal_cells(
     robot: FloatArray, terms: Terms, plan: FloatArray, seeds: IntArray, goal: tuple[float, float], surface: Surface
 ) -> tuple[IntArray, bool]:
@@ -53,7 +53,7 @@ def goal_cells(
     return goals, len(seeds) > 0
 
 
-@njit(cache=True)
+@njit()
 def score_ends(
     ends: FloatArray, terms: Terms, given: FloatArray, goals: IntArray, surface: Surface, cells: CellArray
 ) -> FloatArray:
@@ -83,7 +83,7 @@ def score_ends(
     return raw
 
 
-@njit(cache=True)
+@njit()
 def score_cells(kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, raw: FloatArray) -> None:
     """Write the scores (K,) of the cells (2, K): their cost, their distance to ``goal``, or 0 for one to the plan."""
     mx, my = cells[0], cells[1]
@@ -100,7 +100,7 @@ def score_cells(kind: int, cells: CellArray, goal: IntArray, costs: ByteArray, r
         raw[k] = score
 
 
-@njit(cache=True)
+@njit()
 def locate(ends: FloatArray, ahead: float, width: int, height: int, grid: Grid, cells: CellArray) -> None:
     """Write the cells (2, K) of the points ``ahead`` [m] of the ends; -1 off the map.
 

@@ -1,4 +1,4 @@
-"""Inner loops of DWB: trajectories, the cells they cross, and what they meet there."""
+"""Inner loops of DWB: trajectories, distances to cells, and totals."""
 
 import math
 
@@ -6,16 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.control.dwb.velocity_samples import project_velocity
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Grid
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
-OFF_MAP = -1  # cell index of a pose outside the costmap
 SMALL_TURN = 0.05  # [rad] up to which the series below are exact to the last bits
 
 
-@njit(cache=True)
+@njit()
 def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: float) -> IntArray:
     """Steps (K,) of the commands' (K, 3) trajectories: at most ``linear`` [m] and ``angular`` [rad] each.
 
@@ -31,7 +29,7 @@ def step_counts(commands: FloatArray, sim_time: float, linear: float, angular: f
     return steps
 
 
-@njit(cache=True)
+@njit()
 def sine_cosine(angle: float) -> tuple[float, float]:
     """Sine and cosine; a Taylor series to the ninth and eighth power for the small angles of one step."""
     if abs(angle) > SMALL_TURN:
@@ -42,7 +40,7 @@ def sine_cosine(angle: float) -> tuple[float, float]:
     return sine, cosine
 
 
-@njit(cache=True)
+@njit()
 def roll_out(
     start: FloatArray,
     velocity: FloatArray,
@@ -89,73 +87,7 @@ def roll_out(
             x[k, t], y[k, t], yaw[k, t] = px, py, angle
 
 
-@njit(cache=True)
-def cell_index(x: float, y: float, shape: tuple[int, int], grid: Grid) -> int:
-    """Index of the cell of a point in the flattened costmap; OFF_MAP outside (``Costmap2D::worldToMap``)."""
-    fx = (x - grid[0]) / grid[2]
-    fy = (y - grid[1]) / grid[2]
-    if fx >= 0.0 and fy >= 0.0 and fx < shape[1] and fy < shape[0]:
-        return int(fy) * shape[1] + int(fx)
-    return OFF_MAP
-
-
-@njit(cache=True)
-def pose_cells(
-    x: FloatArray, y: FloatArray, lengths: IntArray, shape: tuple[int, int], grid: Grid, cells: CellArray
-) -> BoolArray:
-    """Write the cells (K, T) of the poses; the answer (K,) says which trajectories leave the map.
-
-    ``shape``: the map's height and width [cells].
-    """
-    leaves = np.zeros(len(x), dtype=np.bool_)
-    for k in range(len(x)):
-        n = lengths[k]
-        outside = False
-        for t in range(n):
-            cells[k, t] = cell_index(x[k, t], y[k, t], shape, grid)
-            outside |= cells[k, t] < 0
-        cells[k, n:] = cells[k, n - 1]
-        leaves[k] = outside
-    return leaves
-
-
-@njit(cache=True)
-def nose_cells(
-    x: FloatArray, y: FloatArray, yaw: FloatArray, first: int, ahead: float, shape: tuple[int, int], grid: Grid
-) -> CellArray:
-    """Cells (K, T - first) of the points ``ahead`` [m] of the poses (K, T) from column ``first`` on."""
-    count, length = x.shape
-    cells = np.empty((count, length - first), dtype=np.int32)
-    for k in range(count):
-        for t in range(first, length):
-            nose_x = x[k, t] + ahead * math.cos(yaw[k, t])
-            nose_y = y[k, t] + ahead * math.sin(yaw[k, t])
-            cells[k, t - first] = cell_index(nose_x, nose_y, shape, grid)
-    return cells
-
-
-@njit(cache=True)
-def obstacle_costs(cells: CellArray, lengths: IntArray, costs: ByteArray, sum_scores: bool) -> FloatArray:
-    """Cost (K,) of the last pose, or of all, of trajectories with cells (K, T) in ``costs`` (cells,).
-
-    inf where any pose is off the map, unknown, or at least an inscribed obstacle (``base_obstacle.cpp``).
-    """
-    result = np.empty(len(cells))
-    for k in range(len(cells)):
-        total = 0.0
-        last = 0
-        for t in range(lengths[k]):
-            cell = cells[k, t]
-            last = costs[cell] if cell >= 0 else INSCRIBED_INFLATED_OBSTACLE
-            if last >= INSCRIBED_INFLATED_OBSTACLE:
-                total = math.inf
-                break
-            total += last
-        result[k] = total if sum_scores or total == math.inf else last
-    return result
-
-
-@njit(cache=True)
+@njit()
 def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int32:
     """Manhattan distance in [cells] from a cell to the nearest of the seeds (S,)."""
     x, y = np.int32(mx), np.int32(my)
@@ -165,7 +97,7 @@ def nearest(mx: int, my: int, seeds_x: CellArray, seeds_y: CellArray) -> np.int3
     return least
 
 
-@njit(cache=True)
+@njit()
 def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     """Manhattan distance (M,) in [cells] from flat cell indices (M,) to the nearest of the seeds (S, 2) as (mx, my).
 
@@ -180,7 +112,7 @@ def nearest_seed(cells: CellArray, width: int, seeds: IntArray) -> FloatArray:
     return distances
 
 
-@njit(cache=True)
+@njit()
 def add_weighted(raw: FloatArray, scales: Float32Array) -> Float32Array:
     """Totals (K,) of raw scores (C, K), accumulated in float32 in the critics' order, as ``TrajectoryScore`` does."""
     totals = np.zeros(raw.shape[1], dtype=np.float32)

@@ -8,10 +8,10 @@ import numpy as np
 
 from navstack.control.dwb.choice_kernels import Sampling
 from navstack.control.dwb.kernels import roll_out, step_counts
-from navstack.control.dwb.velocity_samples import VelocitySampler, largest_steps
+from navstack.control.dwb.velocity_samples import combine, largest_steps
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.dwb import DwbParams
-from navstack.types import FloatArray, IntArray, Pose2D, Twist2D
+from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
 
 MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make about 50 000
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
@@ -59,6 +59,11 @@ class Rollouts:
         """(K, T) in [rad], not wrapped."""
         return self._poses[2]
 
+    @property
+    def is_pose(self) -> BoolArray:
+        """Which places of the rows (K, T) hold poses; the others repeat the last one."""
+        return np.arange(self.x.shape[1]) < self.lengths[:, None]
+
     def yaw_at(self, time: float) -> FloatArray:
         """Heading (K,) in [rad] after ``time`` seconds, interpolated between the poses."""
         position = np.minimum(time / self.sim_time * self.steps, self.steps)
@@ -94,28 +99,57 @@ class RolloutGenerator:
         if name not in GENERATORS:
             raise UnknownNameError("trajectory generator", name, GENERATORS)
         ramps = name == STANDARD
-        period = params.sim_period or 1.0 / controller_frequency
-        self.sampler = VelocitySampler(params, params.sim_time if ramps else period)
-        self._params = params
-        p = params
-        limits = ((p.acc_lim_x, p.decel_lim_x), (p.acc_lim_y, p.decel_lim_y), (p.acc_lim_theta, p.decel_lim_theta))
-        times = (self.sampler.acceleration_time, p.sim_time, p.linear_granularity, p.angular_granularity)
+        self._params = p = params
+        reach = p.sim_time if ramps else p.sim_period or 1.0 / controller_frequency
+        axes = (
+            (p.min_vel_x, p.max_vel_x, p.acc_lim_x, p.decel_lim_x),
+            (p.min_vel_y, p.max_vel_y, p.acc_lim_y, p.decel_lim_y),
+            (-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta),
+        )
+        limits = [axis[2:] for axis in axes] if ramps else ((math.inf, -math.inf),) * 3
         self.sampling = Sampling(
-            self.sampler.axes,
-            self.sampler.counts,
-            self.sampler.speeds,
-            np.array(times, dtype=np.float64),
-            np.array(limits if ramps else ((math.inf, -math.inf),) * 3, dtype=np.float64),
+            np.array(axes, dtype=np.float64),
+            np.array((p.vx_samples, p.vy_samples, p.vtheta_samples)),
+            np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta), dtype=np.float64),
+            np.array((reach, p.sim_time, p.linear_granularity, p.angular_granularity), dtype=np.float64),
+            np.array(limits, dtype=np.float64),
         )
         stays_in_line = p.min_vel_y == p.max_vel_y == 0.0
         self.ends_suffice = stays_in_line and not (p.discretize_by_time or p.limit_vel_cmd_in_traj)
         self._length = largest_steps(params) + 1 + params.include_last_point
         self._buffer = np.empty((3, 0, self._length))
 
+    def limit_speed(self, limit: float, is_percentage: bool) -> None:
+        """Scale the largest velocities of all axes alike (``KinematicsHandler::setSpeedLimit``).
+
+        As upstream an absolute limit [m/s] that is not below ``max_speed_xy`` changes nothing: an earlier limit stays.
+        A ``limit`` of 0 takes every limit back.
+        """
+        p = self._params
+        most = np.array((p.max_vel_x, p.max_vel_y, p.max_vel_theta, p.max_speed_xy))
+        if limit != 0.0 and is_percentage:
+            most = most * limit / 100.0
+        elif 0.0 < limit < p.max_speed_xy:
+            most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
+        elif limit != 0.0:
+            return
+        axes, _, speeds, *_ = self.sampling
+        axes[:, 1], axes[2, 0], speeds[1] = most[:3], -most[2], most[3]
+
+    def sample(self, velocity: Twist2D) -> FloatArray:
+        """The samples (K, 3) of vx, vy, yaw rate that can be reached from ``velocity``, in Nav2's order.
+
+        x varies slowest, the yaw rate fastest (``xy_theta_iterator.cpp``).
+        """
+        current = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
+        axes, counts, speeds, times, _ = self.sampling
+        samples: FloatArray = combine(current, axes, counts, speeds, times[0])
+        return samples
+
     def generate(self, pose: Pose2D, velocity: Twist2D) -> Rollouts:
         """The trajectories from ``pose`` at ``velocity``."""
         p = self._params
-        samples = self.sampler.sample(velocity)
+        samples = self.sample(velocity)
         count = len(samples)
         if count > self._buffer.shape[1]:
             self._buffer = np.empty((3, count, self._length))

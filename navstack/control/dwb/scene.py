@@ -1,17 +1,18 @@
 """What the critics know of the situation in which trajectories are scored."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from navstack.control.dwb.kernels import CellArray, pose_cells
+from navstack.control.dwb.kernels import CellArray
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.plan_handling import plan_cells
 from navstack.costmap.costmap import Costmap
 from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Track, Twist2D
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class Scene:
     """One control cycle; everything in the map frame."""
 
@@ -23,35 +24,29 @@ class Scene:
     costmap: Costmap
     footprint: FloatArray  # (V, 2) [m] padded polygon in the base frame
     tracks: tuple[Track, ...] = ()  # of what moves about
-    _rollouts: Rollouts | None = field(init=False, default=None)  # of this scene
-    _located: tuple[CellArray, BoolArray] | None = field(init=False, default=None)  # once they were asked for
-    _path_cells: IntArray | None = field(init=False, default=None)  # once they were asked for
+    rollouts: Rollouts | None = field(init=False, default=None)  # of this scene, once there are any
 
-    @property
+    @cached_property
     def path_cells(self) -> IntArray:
         """The cells (S, 2) of the plan as mx, my, as far as the map is known."""
-        if self._path_cells is None:
-            self._path_cells = plan_cells(self.plan, self.costmap)
-        return self._path_cells
+        return plan_cells(self.plan, self.costmap)
 
-    def locate(self, rollouts: Rollouts) -> None:
-        """Take the ``rollouts`` whose poses :attr:`cells` and :attr:`leaves_map` are about."""
-        self._rollouts, self._located = rollouts, None
-
-    @property
+    @cached_property
     def cells(self) -> CellArray:
         """Flat cell index (K, T) of each pose, -1 off the map."""
-        return self._locations()[0]
+        assert self.rollouts is not None
+        return cells_of(self.rollouts.x, self.rollouts.y, self.costmap)
 
     @property
     def leaves_map(self) -> BoolArray:
         """Whether some pose of a trajectory (K,) is off the map."""
-        return self._locations()[1]
+        leaves: BoolArray = (self.cells < 0).any(axis=1)
+        return leaves
 
-    def _locations(self) -> tuple[CellArray, BoolArray]:
-        if self._located is None:
-            assert self._rollouts is not None
-            r, c = self._rollouts, self.costmap
-            cells = np.empty(r.x.shape, dtype=np.int32)
-            self._located = cells, pose_cells(r.x, r.y, r.lengths, c.data.shape, c.grid, cells)
-        return self._located
+
+def cells_of(x: FloatArray, y: FloatArray, costmap: Costmap) -> CellArray:
+    """Index of the cell of each point in the flattened costmap; -1 off the map (``Costmap2D::worldToMap``)."""
+    fx, fy = (x - costmap.origin_x) / costmap.resolution, (y - costmap.origin_y) / costmap.resolution
+    inside = (fx >= 0.0) & (fy >= 0.0) & (fx < costmap.size_x) & (fy < costmap.size_y)
+    mx, my = (np.where(inside, each, 0.0).astype(np.int32) for each in (fx, fy))
+    return np.where(inside, my * np.int32(costmap.size_x) + mx, np.int32(-1))

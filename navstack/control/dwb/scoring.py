@@ -64,12 +64,8 @@ class Scoring:
     def __init__(self, generator: RolloutGenerator, critics: Mapping[str, Critic]) -> None:
         self._generator = generator
         self._critics = dict(critics)
-        self._counted: list[tuple[int, float, float]] = []  # kind, number and scale of each of the terms
-        self._terms = _terms_of(self._counted)
         self._guess = 0  # index of the last choice, likely a good one again
         self._command: FloatArray = np.zeros(3)  # of the last choice: vx, vy, yaw rate
-        self._scene: Scene | None = None  # that the rollouts below are of
-        self._rollouts: Rollouts | None = None
 
     def score_all(self, scene: Scene) -> Scores:
         """Every critic's raw costs of every trajectory."""
@@ -87,15 +83,14 @@ class Scoring:
         pose, velocity, costmap = scene.pose, scene.velocity, scene.costmap
         if not self._generator.ends_suffice or velocity.linear_y != 0.0:
             return None
-        given = self._ask(scene)
-        if given is None:
+        asked = self._ask(scene)
+        if asked is None:
             return None
         robot = (pose.x, pose.y, pose.yaw, velocity.linear_x, velocity.linear_y, velocity.angular_z)
         index, total = best_command(
             np.array(robot, dtype=np.float64),
             self._generator.sampling,
-            self._terms,
-            given,
+            *asked,
             scene.plan,
             (scene.goal.x, scene.goal.y),
             Surface(costmap.data, costmap.grid, scene.footprint),
@@ -107,12 +102,12 @@ class Scoring:
         self._guess = index
         return Choice(int(index), float(total), Twist2D(*self._command.tolist()))
 
-    def _ask(self, scene: Scene) -> FloatArray | None:
-        """Find what the critics score in this cycle; the raw costs (G, K) of those that cannot say it in short.
+    def _ask(self, scene: Scene) -> tuple[Terms, FloatArray] | None:
+        """What the critics score in this cycle, and the raw costs (G, K) of those that cannot say it in short.
 
         None: a weight is negative, so that what is not looked at yet may lower a total.
         """
-        counted: list[tuple[int, float, float]] = []
+        counted: list[tuple[int, float, float]] = []  # kind, number and scale
         given: list[FloatArray] = []
         for critic in self._critics.values():
             scale = critic.scale(scene)
@@ -126,24 +121,12 @@ class Scoring:
                 given.append(critic.raw_costs(self._drive(scene), scene))
             if score.kind != NOTHING:
                 counted.append((score.kind, score.number, scale))
-        if counted != self._counted:
-            self._counted, self._terms = counted, _terms_of(counted)
-        return np.array(given, dtype=np.float64) if given else _NONE_GIVEN
+        table = np.array(counted, dtype=np.float64).reshape(-1, 3)
+        terms = Terms(table[:, 0].astype(np.int64), table[:, 1].copy(), table[:, 2].astype(np.float32))
+        return terms, np.array(given, dtype=np.float64) if given else np.empty((0, 0))
 
     def _drive(self, scene: Scene) -> Rollouts:
         """The trajectories, once per scene."""
-        if self._rollouts is None or scene is not self._scene:
-            self._scene, self._rollouts = scene, self._generator.generate(scene.pose, scene.velocity)
-            scene.locate(self._rollouts)
-        return self._rollouts
-
-
-_NONE_GIVEN: FloatArray = np.empty((0, 0))
-
-
-def _terms_of(counted: list[tuple[int, float, float]]) -> Terms:
-    return Terms(
-        np.array([kind for kind, _, _ in counted], dtype=np.int64),
-        np.array([number for _, number, _ in counted], dtype=np.float64),
-        np.array([scale for _, _, scale in counted], dtype=np.float32),
-    )
+        if scene.rollouts is None:
+            scene.rollouts = self._generator.generate(scene.pose, scene.velocity)
+        return scene.rollouts

@@ -6,55 +6,12 @@ import numpy as np
 
 from navstack.jit import njit
 from navstack.params.dwb import DwbParams
-from navstack.types import FloatArray, IntArray, Twist2D
+from navstack.types import FloatArray, IntArray
 
 EPSILON = 1e-5  # [m/s, rad/s] tolerance of all comparisons in one_d_velocity_iterator.hpp
 
 
-class VelocitySampler:
-    """Samples (K, 3) of vx, vy, yaw rate, after ``xy_theta_iterator.cpp``: x varies slowest, the yaw rate fastest."""
-
-    def __init__(self, params: DwbParams, acceleration_time: float) -> None:
-        """``acceleration_time`` [s] is how long the robot may accelerate from its velocity to a sample."""
-        p = params
-        self.acceleration_time = acceleration_time
-        self.axes = np.array(  # (3, 4) per axis: least and largest velocity, acceleration, deceleration
-            (
-                (p.min_vel_x, p.max_vel_x, p.acc_lim_x, p.decel_lim_x),
-                (p.min_vel_y, p.max_vel_y, p.acc_lim_y, p.decel_lim_y),
-                (-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta),
-            )
-        )
-        self.counts = np.array((p.vx_samples, p.vy_samples, p.vtheta_samples))
-        self.speeds = np.array((p.min_speed_xy, p.max_speed_xy, p.min_speed_theta), dtype=np.float64)
-        self._params = p
-
-    def limit_speed(self, limit: float, is_percentage: bool) -> None:
-        """Scale the largest velocities of all axes alike (``KinematicsHandler::setSpeedLimit``).
-
-        As upstream an absolute limit [m/s] that is not below ``max_speed_xy`` changes nothing: an earlier limit stays.
-        A ``limit`` of 0 takes every limit back.
-        """
-        p = self._params
-        most = np.array((p.max_vel_x, p.max_vel_y, p.max_vel_theta, p.max_speed_xy))
-        if limit != 0.0 and is_percentage:
-            most = most * limit / 100.0
-        elif 0.0 < limit < p.max_speed_xy:
-            most = np.append(most[:3] * (limit / p.max_speed_xy), limit)
-        elif limit != 0.0:
-            return
-        self.axes[:, 1] = most[:3]
-        self.axes[2, 0] = -most[2]
-        self.speeds[1] = most[3]
-
-    def sample(self, velocity: Twist2D) -> FloatArray:
-        """The samples (K, 3) that can be reached from ``velocity``."""
-        current = np.array((velocity.linear_x, velocity.linear_y, velocity.angular_z))
-        samples: FloatArray = combine(current, self.axes, self.counts, self.speeds, self.acceleration_time)
-        return samples
-
-
-@njit(cache=True)
+@njit()
 def project_velocity(start: float, acceleration: float, deceleration: float, dt: float, target: float) -> float:
     """The velocity ``dt`` seconds after ``start`` on the way to ``target``; the deceleration is negative."""
     if start < target:
@@ -62,7 +19,7 @@ def project_velocity(start: float, acceleration: float, deceleration: float, dt:
     return max(target, start + deceleration * dt)
 
 
-@njit(cache=True)
+@njit()
 def axis_samples(current: float, limits: FloatArray, count: int, time: float) -> FloatArray:
     """Velocities of one axis, by repeated addition of the increment, and 0 where the range straddles it.
 
@@ -90,7 +47,7 @@ def axis_samples(current: float, limits: FloatArray, count: int, time: float) ->
     return samples[:n]
 
 
-@njit(cache=True)
+@njit()
 def combine(
     current: FloatArray, limits: FloatArray, counts: IntArray, speeds: FloatArray, acceleration_time: float
 ) -> FloatArray:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.jit import njit
-from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
 FAR = 3.0  # [m] of clearance where nothing is near, and beyond what the scans show
 OFF_MAP = -1.0  # [m] of clearance off the map: nobody knows what is there
@@ -88,9 +89,8 @@ def _around(middle: float, resolution: float, count: int) -> tuple[int, int]:
 
 
 @njit(
-    cache=True,
     ahead="uint8[:, ::1], UniTuple(float64, 3), Array(uint8, 2, 'C', readonly=True), UniTuple(float64, 3), "
-    "float64[:, ::1]",
+    "float64[:, ::1]"
 )
 def unmapped_blocks(
     costs: ByteArray,
@@ -118,7 +118,7 @@ def unmapped_blocks(
     return blocked
 
 
-@njit(cache=True, ahead="bool[:, ::1], float64")
+@njit(ahead="bool[:, ::1], float64")
 def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
     """Distances [m] from cells' middles to the nearest blocked cell, negative within one: to the nearest free cell.
 
@@ -127,67 +127,15 @@ def signed_distances(blocked: BoolArray, cell: float) -> Float32Array:
     most = int(math.ceil(FAR / cell)) + 1
     metres = np.empty(blocked.shape, dtype=np.float32)
     for sign in (1.0, -1.0):
-        squared = squared_distances(blocked if sign > 0.0 else ~blocked, most)
+        squared = squared_distances(blocked if sign > 0.0 else ~blocked, most * most)
         for row in range(blocked.shape[0]):
             for column in range(blocked.shape[1]):
                 if blocked[row, column] == (sign < 0.0):
-                    metres[row, column] = sign * min(FAR, cell * (math.sqrt(squared[row, column]) - 0.5))
+                    metres[row, column] = sign * min(FAR, cell * (math.sqrt(np.float32(squared[row, column])) - 0.5))
     return metres
 
 
-@njit(cache=True)
-def squared_distances(marked: BoolArray, most: int) -> Float32Array:
-    """Squared distances [cells] to the nearest marked cell, right up to ``most`` cells.
-
-    Felzenszwalb & Huttenlocher 2012, Theory of Computing 8.
-    """
-    height, width = marked.shape
-    far = float(most)
-    squared = np.empty((height, width), dtype=np.float32)
-    for column in range(width):  # distances along each column
-        last = far
-        for row in range(height):
-            last = 0.0 if marked[row, column] else min(far, last + 1.0)
-            squared[row, column] = last
-        last = far
-        for row in range(height - 1, -1, -1):
-            last = 0.0 if marked[row, column] else last + 1.0
-            least = min(last, squared[row, column])
-            squared[row, column] = least * least
-    roots, borders = np.empty(width, dtype=np.int64), np.empty(width + 1)
-    parabolas = np.empty(width)
-    for row in range(height):
-        parabolas[:] = squared[row]
-        if not (parabolas == parabolas[0]).all():  # of equal parabolas each is the lowest above its own root
-            lower_envelope(parabolas, roots, borders, squared[row])
-    return squared
-
-
-@njit(cache=True)
-def lower_envelope(parabolas: FloatArray, roots: IntArray, borders: FloatArray, lowest: Float32Array) -> None:
-    """The lowest of unit parabolas, one above each cell (W,), at each cell: ``lowest`` (W,).
-
-    ``roots`` (W,) and ``borders`` (W + 1,) are room to work in.
-    """
-    count = 0
-    roots[0], borders[0], borders[1] = 0, -np.inf, np.inf
-    for q in range(1, len(parabolas)):
-        while True:
-            v = roots[count]
-            border = (parabolas[q] + q * q - parabolas[v] - v * v) / (2.0 * (q - v))
-            if border > borders[count]:
-                break
-            count -= 1
-        count += 1
-        roots[count], borders[count], borders[count + 1] = q, border, np.inf
-    count = 0
-    for q in range(len(parabolas)):
-        while borders[count + 1] < q:
-            count += 1
-        lowest[q] = (q - roots[count]) ** 2 + parabolas[roots[count]]
-
-
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: float, x: float, y: float) -> float:
     """The distance [m] that a grid has for a point of the map frame; ``beyond`` off it."""
     column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
@@ -195,7 +143,7 @@ def distance_at(metres: Float32Array, grid: tuple[float, float, float], beyond: 
     return metres[row, column] if 0 <= row < height and 0 <= column < width else beyond
 
 
-@njit(cache=True)
+@njit()
 def clearance_at(clearance: Clearance, x: float, y: float) -> float:
     """The clearance [m] of a point of the map frame."""
     off_map = OFF_MAP if len(clearance.mapped) else FAR

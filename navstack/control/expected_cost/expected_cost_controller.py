@@ -2,12 +2,11 @@
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
 from navstack.control.contact_risk import ContactRates, body_of, nearest
-from navstack.control.controller import Controller, Surroundings
+from navstack.control.controller import Controller, Surroundings, limited_speed
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost import told
@@ -26,6 +25,7 @@ from navstack.control.expected_cost.told import Cycle
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import cover
+from navstack.jit import tuple_of
 from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
 
@@ -81,10 +81,10 @@ class ExpectedCostController(Controller):
         self.acts_at_rest = given.evades_at_rest
         self._body = body_of(footprint)
         self._circles, self._circle_radius = cover(footprint, _CIRCLES)
-        self._limits: Limits = _of(Limits, given, goal_radius=xy_goal_tolerance)
-        self._spread: Spread = _of(Spread, given)
-        self._rates: Rates = _of(Rates, given)
-        self._touch: ContactRates = _of(ContactRates, given)
+        self._limits: Limits = tuple_of(Limits, given, goal_radius=xy_goal_tolerance)
+        self._spread: Spread = tuple_of(Spread, given)
+        self._rates: Rates = tuple_of(Rates, given)
+        self._touch: ContactRates = tuple_of(ContactRates, given)
         self._contact_usd = np.array(given.contact_usd)
         self._care = np.exp(-given.step * np.arange(1, given.steps + 1) / given.caution_time)
         self.seed(np.random.default_rng(0))
@@ -113,8 +113,7 @@ class ExpectedCostController(Controller):
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Drive no faster than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
         largest = self._params.max_speed
-        wanted = largest if limit == 0.0 else largest * limit / 100.0 if is_percentage else limit
-        self._limits = self._limits._replace(max_speed=min(largest, wanted))
+        self._limits = self._limits._replace(max_speed=min(largest, limited_speed(largest, limit, is_percentage)))
         self._make_motions()
 
     def _make_motions(self) -> None:
@@ -290,8 +289,3 @@ class ExpectedCostController(Controller):
     def options(self) -> tuple[Option, ...]:
         """See the base class; totals are dollars."""
         return () if self._cycle is None else told.options(self._cycle)
-
-
-def _of(kind: Any, params: ExpectedCostParams, **more: float) -> Any:
-    """A named tuple of ``more`` and of the parameters that are named like its other fields."""
-    return kind(**more, **{name: float(getattr(params, name)) for name in kind._fields if name not in more})

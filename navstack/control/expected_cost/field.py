@@ -65,7 +65,7 @@ def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
     return Costmap(walled, size, costmap.origin_x, costmap.origin_y)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def corner_of(
     values: FloatArray, origin_x: float, origin_y: float, cell: float, x: float, y: float
 ) -> tuple[int, int, float, float]:
@@ -79,7 +79,7 @@ def corner_of(
     return row, column, min(max(v - row, 0.0), 1.0), min(max(u - column, 0.0), 1.0)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def blend(values: FloatArray, row: int, column: int, up: float, right: float) -> float:
     """Bilinear interpolation between four cells."""
     low = values[row, column] * (1.0 - right) + values[row, column + 1] * right
@@ -87,7 +87,7 @@ def blend(values: FloatArray, row: int, column: int, up: float, right: float) ->
     return float(low * (1.0 - up) + high * up)
 
 
-@njit(cache=True, ahead=f"{FIELD}, float64, float64")
+@njit(ahead=f"{FIELD}, float64, float64")
 def cost_at(field: Field, x: float, y: float) -> float:
     """Cost to go [m] from a point of the map frame."""
     row, column, up, right = corner_of(field.cost, field.origin_x, field.origin_y, field.cell, x, y)

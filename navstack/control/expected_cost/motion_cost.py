@@ -90,7 +90,7 @@ SCENE = (
 )
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def wrapped(angle: float) -> float:
     """The same angle in [-pi, pi], from one in [-2 pi, 2 pi]."""
     if angle > math.pi:
@@ -98,7 +98,7 @@ def wrapped(angle: float) -> float:
     return angle + 2.0 * math.pi if angle < -math.pi else angle
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def limited(speed: float, turn: float, limits: Limits) -> tuple[float, float]:
     """Speed [m/s] and yaw rate [rad/s] within the limits; the turn goes before the speed."""
     turn = min(max(turn, -limits.max_yaw_rate), limits.max_yaw_rate)
@@ -107,7 +107,7 @@ def limited(speed: float, turn: float, limits: Limits) -> tuple[float, float]:
     return min(max(speed, -limits.max_reverse_speed), limits.max_speed), turn
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def step_of(v: float, omega: float, speed: float, turn: float, limits: Limits, dt: float) -> tuple[float, float]:
     """By how much speed and yaw rate change within a step towards what is wanted."""
     dv = speed - v
@@ -121,7 +121,7 @@ def step_of(v: float, omega: float, speed: float, turn: float, limits: Limits, d
     return dv, dw
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def turned(cos: float, sin: float, angle: float) -> tuple[float, float]:
     """A unit vector turned by a small angle [rad]: Taylor's series, to 1e-9 up to 0.2 rad."""
     squared = angle * angle
@@ -130,7 +130,7 @@ def turned(cos: float, sin: float, angle: float) -> tuple[float, float]:
     return c * cos - s * sin, s * cos + c * sin
 
 
-@njit(cache=True)
+@njit()
 def roll_out(
     motion: FloatArray, start: FloatArray, field: Field, limits: Limits, dt: float, states: FloatArray
 ) -> float:
@@ -172,7 +172,7 @@ def roll_out(
     return shaken
 
 
-@njit(cache=True)
+@njit()
 def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> float:
     """Seconds from the end of a motion to the goal: more where the robot looks elsewhere, less at speed.
 
@@ -199,7 +199,7 @@ def time_left(states: FloatArray, field: Field, limits: Limits, dt: float) -> fl
     return float(least)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def least_distance(
     state: FloatArray, circles: FloatArray, metres: Float32Array, grid: tuple[float, float, float], beyond: float
 ) -> float:
@@ -211,7 +211,7 @@ def least_distance(
     return least
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def closing_speed(
     state: FloatArray, person: FloatArray, rx: float, ry: float, nx: float, ny: float, body: Body
 ) -> float:
@@ -226,7 +226,7 @@ def closing_speed(
     return float((state[V] - state[OMEGA] * py - vx) * nx + (state[OMEGA] * px - vy) * ny)
 
 
-@njit(cache=True)
+@njit()
 def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms: FloatArray) -> float:
     """Add what people and obstacles may cost on the way.
 
@@ -284,7 +284,7 @@ def risk_of(states: FloatArray, scene: Scene, total: float, bound: float, terms:
     return total
 
 
-@njit(cache=True)
+@njit()
 def follow(motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, states: FloatArray) -> float:
     """Roll a motion out and price it.
 
@@ -305,7 +305,7 @@ def follow(motion: FloatArray, scene: Scene, bound: float, terms: FloatArray, st
     return risk_of(states, scene, terms[SHAKE] + terms[DELAY], bound, terms)
 
 
-@njit(cache=True, ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
+@njit(ahead=f"float64[:, ::1], {SCENE}, float64, float64[::1], float64[::1]")
 def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray, risks: FloatArray) -> int:
     """Price motions (M, FIELDS) one after the other; returns the best one's number, the first among equals; -1: none.
 
@@ -325,7 +325,7 @@ def price_all(motions: FloatArray, scene: Scene, bound: float, costs: FloatArray
     return best
 
 
-@njit(cache=True, ahead=f"float64[::1], {SCENE}, float64[::1], float64[:, ::1]")
+@njit(ahead=f"float64[::1], {SCENE}, float64[::1], float64[:, ::1]")
 def price_one(motion: FloatArray, scene: Scene, terms: FloatArray, states: FloatArray) -> float:
     """The cost [USD] of one motion; ``terms`` (6,) and ``states`` (N, 7) are written as by :func:`follow`."""
     return follow(motion, scene, math.inf, terms, states)

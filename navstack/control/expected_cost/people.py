@@ -44,10 +44,7 @@ class People(NamedTuple):
 PEOPLE = "NamedTuple((float64[:, :, ::1], float64[:, ::1], float64[::1], float64[::1]), People)"
 
 
-@njit(
-    cache=True,
-    ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}",
-)
+@njit(ahead=f"float64[:, ::1], float64, float64, int64, float64, NamedUniTuple(float64, 6, Spread), {CLEARANCE}")
 def predict(
     people: FloatArray, x: float, y: float, steps: int, step: float, spread: Spread, clearance: Clearance
 ) -> People:
@@ -81,7 +78,7 @@ def predict(
     return People(motion[:count], std[:count], weight[:count], radius[:count])
 
 
-@njit(cache=True)
+@njit()
 def go_on(
     person: FloatArray, step: float, spread: Spread, clearance: Clearance, motion: FloatArray, std: FloatArray
 ) -> None:
@@ -111,7 +108,7 @@ def go_on(
             std[n] += spread.turning_std * max(step * (n + 1) - max(stop - _HIDDEN, 0.0), 0.0)
 
 
-@njit(cache=True)
+@njit()
 def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -> tuple[int, float]:
     """The step at which somebody comes nearest to an edge beside the way, and the side it is on; -1: none does."""
     before = FAR
@@ -128,7 +125,7 @@ def corner_ahead(person: FloatArray, motion: FloatArray, clearance: Clearance) -
     return -1, 0.0
 
 
-@njit(cache=True)
+@njit()
 def turn(person: FloatArray, k: int, angle: float, step: float, motion: FloatArray) -> None:
     """Let ``motion`` (N, 4) turn by ``angle`` [rad] at step ``k``."""
     x, y = (person[0], person[1]) if k == 0 else (motion[k - 1, 0], motion[k - 1, 1])

@@ -34,12 +34,12 @@ class Ground(NamedTuple):
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
 
-@njit(cache=True)
+@njit()
 def _normalized(angle: float) -> float:
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
-@njit(cache=True)
+@njit()
 def velocity_to(
     target: tuple[float, float, float], pose: tuple[float, float, float], backward: bool, law: Law
 ) -> tuple[float, float]:
@@ -66,14 +66,14 @@ def velocity_to(
     return (turn / curvature if curvature != 0.0 else speed), turn
 
 
-@njit(cache=True)
+@njit()
 def turn_on_the_spot(angle: float, law: Law) -> float:
     """The rate in [rad/s] of a turn by ``angle`` [rad]."""
     rate = law.rotation_scaling_factor * angle * law.v_angular_max
     return math.copysign(max(abs(rate), law.v_angular_min_in_place), rate)
 
 
-@njit(cache=True)
+@njit()
 def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
     """Whether the footprint meets an obstacle at a pose in the base frame."""
     cosine, sine = math.cos(ground.pose[2]), math.sin(ground.pose[2])
@@ -85,7 +85,7 @@ def is_blocked(x: float, y: float, yaw: float, ground: Ground) -> bool:
 _GROUND = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3)), Ground)"
 
 
-@njit(cache=True, ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
+@njit(ahead=f"UniTuple(float64, 3), bool, bool, bool, NamedUniTuple(float64, 11, Law), {_GROUND}")
 def drive_to(
     target: tuple[float, float, float], backward: bool, turns_first: bool, looks: bool, law: Law, ground: Ground
 ) -> tuple[bool, float, float]:
@@ -126,7 +126,7 @@ def drive_to(
     return True, speed, turn
 
 
-@njit(cache=True, ahead=f"float64, int64, {_GROUND}")
+@njit(ahead=f"float64, int64, {_GROUND}")
 def can_turn(angle: float, looks: int, ground: Ground) -> bool:
     """Whether the robot can turn on the spot by ``angle`` [rad], by that many looks on the way."""
     for i in range(1, looks + 1):

@@ -14,7 +14,7 @@ import numpy as np
 
 from navstack.control.footprint_cost import walk_outline
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field
+from navstack.control.mpc.distance_field import FIELD, Field
 from navstack.control.mpc.people import predicted
 from navstack.control.mpc.stop_profile import highest_jerk, lowest_jerk, stop_after, stop_time
 from navstack.costmap.costmap import LETHAL_OBSTACLE
@@ -37,10 +37,8 @@ class Body(NamedTuple):
 
 
 @njit(
-    cache=True,
-    ahead="float64[::1], float64, float64, float64, float64[::1], int64, NamedTuple((uint8[:, ::1], "
-    "UniTuple(float64, 3), float64[::1], float64), Field), NamedTuple((float64[:, ::1], float64[::1], float64), "
-    "Body), float64[:, ::1]",
+    ahead=f"float64[::1], float64, float64, float64, float64[::1], int64, {FIELD}, "
+    "NamedTuple((float64[:, ::1], float64[::1], float64), Body), float64[:, ::1]"
 )
 def guarded(
     state: FloatArray,
@@ -93,7 +91,7 @@ def guarded(
     return stopping, kind, 1.0
 
 
-@njit(cache=True)
+@njit()
 def stopped(v: float, omega: float, a: float, alpha: float, kind: int, limits: FloatArray, time: float) -> FloatArray:
     """The motion (v, omega, a, alpha) ``time`` [s] after a stop began."""
     motion = np.empty(4)
@@ -113,7 +111,7 @@ def stopped(v: float, omega: float, a: float, alpha: float, kind: int, limits: F
     return motion
 
 
-@njit(cache=True)
+@njit()
 def _curve(omega: float, alpha: float, whole: float) -> tuple[float, float]:
     """Second and third coefficient of the cubic that brings (omega, alpha) to (0, 0) in ``whole`` [s].
 
@@ -122,7 +120,7 @@ def _curve(omega: float, alpha: float, whole: float) -> tuple[float, float]:
     return -(3.0 * omega + 2.0 * alpha * whole) / whole**2, (2.0 * omega + alpha * whole) / whole**3
 
 
-@njit(cache=True)
+@njit()
 def _duration(state: FloatArray, kind: int, limits: FloatArray) -> float:
     """How long a stop takes in [s]; nan where the kind is not possible within the yaw limits."""
     whole = stop_time(state[3], state[5], limits[at.MAX_DECELERATION], limits[at.MAX_JERK])
@@ -140,7 +138,7 @@ def _duration(state: FloatArray, kind: int, limits: FloatArray) -> float:
     return whole
 
 
-@njit(cache=True)
+@njit()
 def stop_is_safe(
     start: FloatArray,
     kind: int,
@@ -190,7 +188,7 @@ def stop_is_safe(
     return not _touches(x, y, yaw, field, body.footprint)
 
 
-@njit(cache=True)
+@njit()
 def _reach(footprint: FloatArray) -> float:
     """How far the farthest corner is from the base, in [m]."""
     farthest = 0.0
@@ -199,14 +197,14 @@ def _reach(footprint: FloatArray) -> float:
     return farthest
 
 
-@njit(cache=True)
+@njit()
 def _touches(x: float, y: float, yaw: float, field: Field, footprint: FloatArray) -> bool:
     """Whether the footprint's outline lies on an obstacle."""
-    worst = walk_outline(field.costs, field.grid, footprint, x, y, yaw, False)
+    worst = walk_outline(field.costs, field.grid, footprint, x, y, math.cos(yaw), math.sin(yaw), False)
     return bool(worst == LETHAL_OBSTACLE)
 
 
-@njit(cache=True)
+@njit()
 def _runs_into(x: float, y: float, yaw: float, time: float, body: Body, people: FloatArray) -> bool:
     """Whether one of the footprint's circles lies on a person ``time`` [s] from now."""
     cosine, sine = math.cos(yaw), math.sin(yaw)

@@ -32,6 +32,9 @@ class Field(NamedTuple):
     inscribed_radius: float  # [m]
 
 
+FIELD = "NamedTuple((uint8[:, ::1], UniTuple(float64, 3), float64[::1], float64), Field)"
+
+
 def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> FloatArray:
     """The distance (256,) in [m] that each cost stands for (the inverse of ``inflation_cost``); free is as 1."""
     costs = np.arange(256).clip(1, HIGHEST_FALLING_COST)
@@ -41,7 +44,7 @@ def distance_table(inscribed_radius: float, cost_scaling_factor: float) -> Float
     return table
 
 
-@njit(cache=True)
+@njit()
 def cell_distance(field: Field, mx: int, my: int) -> float:
     """The distance [m] from a cell to the nearest obstacle cell; far beyond the grid."""
     costs, (_, _, resolution), table, inscribed_radius = field
@@ -61,7 +64,7 @@ def cell_distance(field: Field, mx: int, my: int) -> float:
     return min(inscribed_radius, math.sqrt(least) * resolution)
 
 
-@njit(cache=True)
+@njit()
 def distance_at(field: Field, cx: float, cy: float) -> float:
     """The distance [m] at a point (cx, cy) in cells from the first cell's centre, linear between centres."""
     mx, my = math.floor(cx), math.floor(cy)
@@ -73,7 +76,7 @@ def distance_at(field: Field, cx: float, cy: float) -> float:
     return (1.0 - fy) * low + fy * high
 
 
-@njit(cache=True)
+@njit()
 def distance_and_gradient(field: Field, x: float, y: float, farthest: float) -> tuple[float, float, float]:
     """Distance [m] to the nearest obstacle cell and its gradient (at most 1 long) at a point of the map frame.
 

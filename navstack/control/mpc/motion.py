@@ -10,7 +10,7 @@ from navstack.types import FloatArray
 X, Y, YAW, V, OMEGA, A, ALPHA = range(7)  # of a state
 
 
-@njit(cache=True)
+@njit()
 def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) -> None:
     """Write the state (7,) after ``dt`` [s] under the jerks ``j`` [m/s3] and ``ja`` [rad/s3] into ``out``."""
     yaw, v, omega, a, alpha = state[2], state[3], state[4], state[5], state[6]
@@ -28,7 +28,7 @@ def advance(state: FloatArray, j: float, ja: float, dt: float, out: FloatArray) 
     out[6] = alpha + dt * ja
 
 
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64[::1]")
+@njit(ahead="float64[::1], float64[:, ::1], float64[::1]")
 def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArray:
     """The states (N + 1, 7) from ``start`` (7,) under jerks (N, 2) held for ``steps`` (N,) [s]."""
     states = np.empty((len(jerks) + 1, 7))
@@ -38,7 +38,7 @@ def rollout(start: FloatArray, jerks: FloatArray, steps: FloatArray) -> FloatArr
     return states
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64[::1], float64")
+@njit(ahead="float64[:, ::1], float64[::1], float64")
 def shifted(jerks: FloatArray, steps: FloatArray, elapsed: float) -> FloatArray:
     """The jerks (N, 2) on the same grid, ``elapsed`` [s] later: each step takes the mean over its time; 0 beyond."""
     count = len(jerks)

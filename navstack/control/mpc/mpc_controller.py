@@ -1,11 +1,11 @@
 """Jerk-limited model predictive control: this project's own controller plugin."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from navstack.control.controller import Controller, Surroundings
+from navstack.control.controller import Controller, Surroundings, limited_speed
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import STRAIGHTEN, Body, guarded, stopped
@@ -14,7 +14,7 @@ from navstack.control.mpc.motion import A, V, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, between, make_line, project
 from navstack.control.mpc.people import nearest_people
 from navstack.control.mpc.problem_numbers import bounds_of, limits_of, weights_of
-from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stage_layout import Horizon, Sizes
 from navstack.control.mpc.stages import (
     Clearances,
     Wishes,
@@ -23,14 +23,11 @@ from navstack.control.mpc.stages import (
     fill_people,
     fill_stages,
 )
-from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError
 from navstack.geometry import cover, footprint_radii, shortest_angular_distance
+from navstack.jit import tuple_of
 from navstack.params.mpc import MpcParams
 from navstack.types import FloatArray, Path, RobotState, Twist2D
-
-if TYPE_CHECKING:
-    from navstack.control.mpc.mpc_problem import MpcProblem
 
 NAME = "JerkLimitedMPC"
 _BOUND_SPEED = 2 + V  # place of the speed in the bounds: the jerks come first
@@ -71,29 +68,24 @@ class JerkLimitedMpcController(Controller):
             controller_frequency: control cycles per second, in [Hz].
             xy_goal_tolerance: of the goal checker in [m], within half of which the robot turns to the goal's yaw.
         """
+        from navstack.control.mpc.mpc_problem import MpcProblem  # CasADi takes a quarter of a second to load
+
         self._params = params
         self._footprint = np.ascontiguousarray(footprint)
         self._period = 1.0 / controller_frequency  # [s]
         self._goal_radius = 0.5 * xy_goal_tolerance  # [m]
         self._circles, radius = cover(footprint, params.footprint_circles)
-        self._keep = Clearances(
-            radius,
-            params.obstacle_margin,
-            params.person_margin,
-            params.uncertainty_gain,
-            params.max_uncertainty,
-            params.passing_bias,
-        )
+        self._keep: Clearances = tuple_of(Clearances, params, radius=radius)
         self._inscribed_radius = footprint_radii(footprint)[0]
         self._table = distance_table(self._inscribed_radius, params.inflation_cost_scaling_factor)
         self._limits = limits_of(params)
-        self._shared = np.concatenate((weights_of(params), (params.max_lateral_acceleration,), self._circles))
         self._bounds = bounds_of(params)
         sizes = Sizes(params.horizon, params.footprint_circles, params.max_tracks)
-        self._times = np.full(sizes.steps, params.step)  # [s]
-        self._times[0] = self._period
-        self._stages = np.zeros((sizes.steps, sizes.stage))
-        self._solver = _make_problem(sizes, params.generated_code)
+        times = np.full(sizes.steps, params.step)  # [s]
+        times[0] = self._period
+        shared = np.concatenate((weights_of(params), (params.max_lateral_acceleration,), self._circles))
+        self._horizon = Horizon(np.zeros((sizes.steps, sizes.stage)), times, shared)
+        self._solver = MpcProblem(sizes, params.generated_code)
         self._speed = params.max_speed  # [m/s] within the speed limit
         self.failures = 0  # solves that failed since the controller was made
         self.reset()
@@ -106,7 +98,7 @@ class JerkLimitedMpcController(Controller):
         self._stamp = -math.inf  # [s] of the last cycle
         self._motion = np.zeros(4)  # commanded last: v, omega, a, alpha
         self._stop = STRAIGHTEN  # the kind of stop found last
-        self._jerks = np.zeros_like(self._times, shape=(len(self._times), 2))  # of the last solution
+        self._jerks = np.zeros((len(self._horizon.times), 2))  # of the last solution
         self._turning = self._at_goal = False
         self._cycle: _Cycle | None = None  # the last
 
@@ -123,9 +115,8 @@ class JerkLimitedMpcController(Controller):
         rejected = int(cycle.share > 0.0)
         if cycle.jerks is None:
             return DecisionRecord(self._stamp, NAME, cycle.command, 1, rejected, status=cycle.status)
-        states = rollout(cycle.start, cycle.jerks, self._times)
-        raw = cost_terms(states, cycle.jerks, self._stages, self._times, self._shared, self._params.max_tracks)
-        weighted = raw * self._shared[: len(raw)]
+        raw = cost_terms(rollout(cycle.start, cycle.jerks, self._horizon.times), cycle.jerks, self._horizon)
+        weighted = raw * self._horizon.shared[: len(raw)]
         scores = tuple(
             CriticScore(name, float(one), float(other), 0)
             for name, one, other in zip(at.TERMS, raw, weighted, strict=True)
@@ -136,10 +127,7 @@ class JerkLimitedMpcController(Controller):
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Want no more than ``limit`` [m/s], or [%] of the largest speed, from now on; 0 lifts the limit."""
         largest = self._params.max_speed
-        if limit == 0.0:
-            self._speed = largest
-        else:
-            self._speed = min(largest, largest * limit / 100.0 if is_percentage else limit)
+        self._speed = min(largest, limited_speed(largest, limit, is_percentage))
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """The first motion of the best trajectory, or of a stop.
@@ -152,7 +140,7 @@ class JerkLimitedMpcController(Controller):
         start = self._start(state)
         self._limit_speed(start)
         people = nearest_people(surroundings.tracks, state.pose, state.stamp, self._params.max_tracks)
-        field = self._field(surroundings.costmap)
+        field = Field(surroundings.costmap.data, surroundings.costmap.grid, self._table, self._inscribed_radius)
         line = self._line
         assert line is not None
         wishes = self._wishes(start, line)
@@ -207,9 +195,6 @@ class JerkLimitedMpcController(Controller):
         largest = min(self._params.max_speed, max(self._speed, peak))
         self._limits[at.MAX_SPEED] = self._bounds[1, _BOUND_SPEED] = largest
 
-    def _field(self, costmap: Costmap) -> Field:
-        return Field(costmap.data, costmap.grid, self._table, self._inscribed_radius)
-
     def _wishes(self, start: FloatArray, line: PathLine) -> Wishes:
         """Follow the line, turn to it on the spot, or turn to the goal's yaw at its end."""
         assert self._plan is not None
@@ -231,25 +216,15 @@ class JerkLimitedMpcController(Controller):
         self, start: FloatArray, line: PathLine, wishes: Wishes, field: Field, people: FloatArray, stamp: float
     ) -> FloatArray | None:
         """The jerks (N, 2) of the best trajectory found; None: the solver failed."""
-        is_fresh = stamp - self._stamp < _STALE
-        jerks = shifted(self._jerks, self._times, stamp - self._stamp) if is_fresh else np.zeros_like(self._jerks)
+        is_fresh, times = stamp - self._stamp < _STALE, self._horizon.times
+        jerks = shifted(self._jerks, times, stamp - self._stamp) if is_fresh else np.zeros_like(self._jerks)
         for _ in range(1 if is_fresh else _FIRST_STEPS):
-            states = rollout(start, jerks, self._times)
-            self._fill(states, line, wishes, field, people)
-            improved = self._solver.step(states, jerks, self._stages, self._times, self._shared, self._bounds)
+            states = rollout(start, jerks, times)
+            fill_stages(self._horizon, states, line, self._segment, wishes, self._limits)
+            fill_obstacles(self._horizon, states, field, people, self._keep)
+            fill_people(self._horizon, people, self._keep)
+            improved = self._solver.step(states, jerks, self._horizon, self._bounds)
             if improved is None:
                 return None
             jerks = improved
         return jerks
-
-    def _fill(self, states: FloatArray, line: PathLine, wishes: Wishes, field: Field, people: FloatArray) -> None:
-        """Write the stages along a trajectory."""
-        fill_stages(self._stages, states, self._times, line, self._segment, wishes, self._limits)
-        fill_obstacles(self._stages, states, self._circles, field, people, self._keep)
-        fill_people(self._stages, self._times, len(self._circles), people, self._params.max_tracks, self._keep)
-
-
-def _make_problem(sizes: Sizes, generated_code: bool) -> "MpcProblem":
-    from navstack.control.mpc.mpc_problem import MpcProblem  # CasADi takes a quarter of a second to load
-
-    return MpcProblem(sizes, generated_code)

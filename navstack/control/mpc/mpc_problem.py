@@ -14,7 +14,7 @@ import numpy as np
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.compiled import compiled
-from navstack.control.mpc.stage_layout import Sizes
+from navstack.control.mpc.stage_layout import Horizon, Sizes
 from navstack.control.mpc.stages import best_between
 from navstack.types import FloatArray
 
@@ -36,7 +36,6 @@ class MpcProblem:
             sizes: steps, circles and people.
             generated_code: use compiled C where there is a compiler.
         """
-        self._sizes = sizes
         function, self.is_compiled = _gauss_newton_step(sizes, generated_code)
         steps = sizes.steps
         self._states, self._ends, self._jerks = np.zeros((steps, _X)), np.zeros((steps, _X)), np.zeros((steps, _U))
@@ -50,38 +49,28 @@ class MpcProblem:
             self._buffer.set_arg(i, memoryview(array.reshape(-1)))  # type: ignore[call-arg, arg-type]
         self._buffer.set_res(0, memoryview(self._change.reshape(-1)))  # type: ignore[call-arg, arg-type]
 
-    def step(
-        self,
-        states: FloatArray,
-        jerks: FloatArray,
-        stages: FloatArray,
-        times: FloatArray,
-        shared: FloatArray,
-        limits: FloatArray,
-    ) -> FloatArray | None:
+    def step(self, states: FloatArray, jerks: FloatArray, horizon: Horizon, limits: FloatArray) -> FloatArray | None:
         """The jerks (N, 2) on the way to the minimum of the problem linearised about a trajectory; None: it failed.
 
         Args:
             states: the trajectory's (N + 1, 7), a rollout of ``jerks``.
             jerks: (N, 2).
-            stages: (N, sizes.stage), see :mod:`~navstack.control.mpc.stage_layout`.
-            times: [s] of the steps (N,).
-            shared: (sizes.shared,).
+            horizon: see :mod:`~navstack.control.mpc.stage_layout`.
             limits: lower and upper (2, 9) of the jerks and the states at the steps' ends.
         """
         self._states[:], self._ends[:], self._jerks[:] = states[:-1], states[1:], jerks
-        self._stages[:], self._times[:], self._shared[:] = stages, times, shared
+        self._stages[:], self._times[:], self._shared[:] = horizon
         for bounds, limit, slack in ((self._low, limits[0], -_SLACK), (self._high, limits[1], _SLACK)):
             bounds[:, :_U] = limit[:_U] - jerks
             bounds[:, _U:] = limit[_U:] + slack - states[1:]
-        is_sound = np.isfinite(stages).all() and np.isfinite(states).all() and (self._low <= self._high).all()
+        is_sound = np.isfinite(horizon.stages).all() and np.isfinite(states).all() and (self._low <= self._high).all()
         self._change[:] = np.nan
         if is_sound:  # or CasADi prints the whole problem
             self._evaluate()
         if not self._is_solved():
             return None
         wanted = np.clip(jerks + self._change[:, :_U], limits[0, :_U], limits[1, :_U])
-        improved: FloatArray = best_between(states[0], jerks, wanted, stages, times, shared, self._sizes.people)
+        improved: FloatArray = best_between(states[0], jerks, wanted, horizon)
         return improved
 
     def _is_solved(self) -> bool:
@@ -184,33 +173,27 @@ def _input_sizes(sizes: Sizes) -> list[tuple[int, int]]:
 
 def _dynamics_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     """Sparsity of A z = 0, z = (u0, x1, u1, x2, ...), and where each entry stands in (by_state, by_jerk, -1)."""
-    by_jerk, minus_one = _X * _X * steps, _X * (_X + _U) * steps
-    entries = []  # row, column, place
-    for k in range(steps):
-        for row in range(_X):
-            entries += [(_X * k + row, _ROW * k + i, by_jerk + (k * _U + i) * _X + row) for i in range(_U)]
-            entries.append((_X * k + row, _ROW * k + _U + row, minus_one))
-            if k > 0:
-                first = _ROW * (k - 1) + _U
-                entries += [(_X * k + row, first + i, (k * _X + i) * _X + row) for i in range(_X)]
-    return _pattern(entries, _X * steps, _ROW * steps)
+    states, jerks = _X * _X * steps, _X * _U * steps
+    by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
+    by_jerk = ca.horzsplit(_numbers(states, _X, _U * steps), _U)
+    minus_one = (states + jerks) * ca.DM.eye(_X)
+    here = ca.diagcat(*(ca.horzcat(block, minus_one) for block in by_jerk))
+    before = ca.diagcat(*(ca.horzcat(ca.DM(_X, _U), block) for block in by_state[1:]))  # of the first step: fixed
+    return _ordered(here + ca.diagcat(ca.DM(_X, 0), before, ca.DM(0, _ROW)))
 
 
 def _hessian_pattern(steps: int) -> tuple[ca.Sparsity, list[int]]:
     """Sparsity of the block-diagonal Hessian, and where each entry stands in (curvature, jerk_curvature)."""
-    jerk_curvature = _X * _X * steps
-    entries = []
-    for k in range(steps):
-        first = _ROW * k
-        entries += [
-            (first + i, first + j, jerk_curvature + (k * _U + j) * _U + i) for j in range(_U) for i in range(_U)
-        ]
-        first += _U
-        entries += [(first + i, first + j, (k * _X + j) * _X + i) for j in range(_X) for i in range(_X)]
-    return _pattern(entries, _ROW * steps, _ROW * steps)
+    by_state = ca.horzsplit(_numbers(0, _X, _X * steps), _X)
+    by_jerk = ca.horzsplit(_numbers(_X * _X * steps, _U, _U * steps), _U)
+    return _ordered(ca.diagcat(*(block for pair in zip(by_jerk, by_state, strict=True) for block in pair)))
 
 
-def _pattern(entries: list[tuple[int, int, int]], rows: int, columns: int) -> tuple[ca.Sparsity, list[int]]:
-    ordered = sorted(entries, key=lambda entry: (entry[1], entry[0]))  # by columns, as CasADi stores them
-    pattern = ca.Sparsity.triplet(rows, columns, [entry[0] for entry in ordered], [entry[1] for entry in ordered])
-    return pattern, [entry[2] for entry in ordered]
+def _numbers(first: int, rows: int, columns: int) -> ca.DM:
+    """A matrix of the numbers from ``first`` on, column by column."""
+    return ca.reshape(ca.DM(range(first, first + rows * columns)), rows, columns)
+
+
+def _ordered(places: ca.DM) -> tuple[ca.Sparsity, list[int]]:
+    """The sparsity of a matrix, and its entries in CasADi's order."""
+    return places.sparsity(), [int(place) for place in places.nonzeros()]

@@ -25,6 +25,9 @@ class PathLine(NamedTuple):
     speed: FloatArray  # [m/s] that the curve here and those ahead allow
 
 
+LINE = "NamedUniTuple(float64[::1], 5, PathLine)"
+
+
 def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     """The line along the poses (N >= 1, 3) of a plan, under limits (8,) of :mod:`stage_layout`."""
     x, y = poses[:, 0], poses[:, 1]
@@ -44,7 +47,7 @@ def make_line(poses: FloatArray, limits: FloatArray) -> PathLine:
     return PathLine(x_line, y_line, s, heading, curve_speeds(s, heading, limits))
 
 
-@njit(cache=True, ahead="float64[::1]")
+@njit(ahead="float64[::1]")
 def smoothed(values: FloatArray) -> FloatArray:
     """The mean over up to ``_SMOOTHED`` neighbours on either side, fewer towards the ends, which stay."""
     count = len(values)
@@ -58,7 +61,7 @@ def smoothed(values: FloatArray) -> FloatArray:
     return result
 
 
-@njit(cache=True, ahead="float64[::1], float64[::1], float64[::1]")
+@njit(ahead="float64[::1], float64[::1], float64[::1]")
 def curve_speeds(s: FloatArray, heading: FloatArray, limits: FloatArray) -> FloatArray:
     """The speed at each point within the lateral and yaw limits there and, after braking, at all points ahead."""
     count = len(s)
@@ -77,7 +80,7 @@ def curve_speeds(s: FloatArray, heading: FloatArray, limits: FloatArray) -> Floa
     return speeds
 
 
-@njit(cache=True, ahead="NamedUniTuple(float64[::1], 5, PathLine), float64, float64, int64, int64")
+@njit(ahead=f"{LINE}, float64, float64, int64, int64")
 def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[int, float]:
     """The segment and the share 0..1 of it at the point nearest to (x, y), from segment ``first`` to ``last``."""
     best, best_share, least = first, 0.0, math.inf
@@ -91,13 +94,13 @@ def project(line: PathLine, x: float, y: float, first: int, last: int) -> tuple[
     return best, best_share
 
 
-@njit(cache=True, ahead="float64[::1], int64, float64")
+@njit(ahead="float64[::1], int64, float64")
 def between(values: FloatArray, segment: int, share: float) -> float:
     """A quantity of the line at a share of a segment."""
     return float(values[segment] + share * (values[segment + 1] - values[segment]))
 
 
-@njit(cache=True, ahead="NamedUniTuple(float64[::1], 5, PathLine), float64")
+@njit(ahead=f"{LINE}, float64")
 def at_distance(line: PathLine, s: float) -> tuple[int, float]:
     """The segment and the share of it at ``s`` [m] along the line; its ends beyond them."""
     count = len(line.s)

@@ -26,7 +26,7 @@ def nearest_people(tracks: Sequence[Track], pose: Pose2D, stamp: float, most: in
     return nearest
 
 
-@njit(cache=True)
+@njit()
 def predicted(person: FloatArray, time: float) -> tuple[float, float, float]:
     """Position (x, y) and its standard deviation per axis, all [m], ``time`` [s] from now at constant velocity."""
     variance = person[5] + time * (person[6] + time * person[7])

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from navstack.types import FloatArray
+
 # Of every step: the point of the path that the step's end is held against, and what is wanted there.
 FOOT_X, FOOT_Y = 0, 1  # [m] map frame
 TANGENT_X, TANGENT_Y = 2, 3  # unit vector along the path
@@ -60,6 +62,16 @@ class Sizes(NamedTuple):
         """Numbers of the whole horizon."""
         return CIRCLES + self.circles
 
+
+class Horizon(NamedTuple):
+    """What the solver is given of all steps, by the places above."""
+
+    stages: FloatArray  # (N, Sizes.stage)
+    times: FloatArray  # (N,) [s] of the steps
+    shared: FloatArray  # (Sizes.shared,)
+
+
+HORIZON = "NamedTuple((float64[:, ::1], float64[::1], float64[::1]), Horizon)"
 
 # The limits, in the order in which kernels take them.
 (

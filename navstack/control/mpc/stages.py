@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field, distance_and_gradient
+from navstack.control.mpc.distance_field import FIELD, Field, distance_and_gradient
 from navstack.control.mpc.motion import rollout
-from navstack.control.mpc.path_line import PathLine, at_distance, between, project
+from navstack.control.mpc.path_line import LINE, PathLine, at_distance, between, project
 from navstack.control.mpc.people import predicted
+from navstack.control.mpc.stage_layout import HORIZON, Horizon
 from navstack.control.mpc.stop_profile import progress_jerk
 from navstack.jit import njit
 from navstack.types import FloatArray
@@ -29,41 +30,39 @@ class Wishes(NamedTuple):
 
 
 class Clearances(NamedTuple):
-    """How far from obstacles the footprint's circles should stay."""
+    """How far from obstacles the footprint's circles should stay; fields but the first as in ``MpcParams``."""
 
     radius: float  # [m] of the circles
-    obstacle: float  # [m] beyond their rim
-    person: float  # [m] beyond both rims
+    obstacle_margin: float  # [m] beyond their rim
+    person_margin: float  # [m] beyond both rims
     uncertainty_gain: float  # [-]
     max_uncertainty: float  # [m]
-    bias: float  # [m] sideways
+    passing_bias: float  # [m] sideways
 
 
-@njit(
-    cache=True,
-    ahead="float64[:, ::1], float64[:, ::1], float64[::1], NamedUniTuple(float64[::1], 5, PathLine), int64, "
-    "NamedUniTuple(float64, 3, Wishes), float64[::1]",
-)
+@njit()
+def sizes_of(horizon: Horizon) -> tuple[int, int]:
+    """How many circles and people there is room for."""
+    circles = len(horizon.shared) - at.CIRCLES
+    return circles, (horizon.stages.shape[1] - at.BASE) // 3 - circles
+
+
+@njit(ahead=f"{HORIZON}, float64[:, ::1], {LINE}, int64, NamedUniTuple(float64, 3, Wishes), float64[::1]")
 def fill_stages(
-    stages: FloatArray,
-    states: FloatArray,
-    times: FloatArray,
-    line: PathLine,
-    segment: int,
-    wishes: Wishes,
-    limits: FloatArray,
+    horizon: Horizon, states: FloatArray, line: PathLine, segment: int, wishes: Wishes, limits: FloatArray
 ) -> None:
     """Write foot points, headings, and the fastest progress along the line that can stop at its end.
 
     Args:
-        stages: (N, ...) of :mod:`stage_layout`, written.
+        horizon: its stages are written.
         states: predicted (N + 1, 7).
-        times: [s] of the steps (N,).
         line: to follow.
         segment: of the line, at which the robot is.
         wishes: see there.
         limits: (8,).
     """
+    stages, times, _ = horizon
+    acceleration, deceleration, jerk = limits[at.MAX_ACCELERATION], limits[at.MAX_DECELERATION], limits[at.MAX_JERK]
     first, share = project(line, states[0, 0], states[0, 1], segment, segment)
     s, v, a = between(line.s, first, share), states[0, 3], states[0, 5]
     end = line.s[-1]
@@ -82,16 +81,7 @@ def fill_stages(
         stage[at.HEADING] = yaw = heading
         ahead, ahead_share = at_distance(line, s + v * times[k])
         allowed = min(wishes.speed, between(line.speed, ahead, ahead_share))
-        j = progress_jerk(
-            v,
-            a,
-            end - s,
-            allowed,
-            limits[at.MAX_ACCELERATION],
-            limits[at.MAX_DECELERATION],
-            limits[at.MAX_JERK],
-            times[k],
-        )
+        j = progress_jerk(v, a, end - s, allowed, acceleration, deceleration, jerk, times[k])
         s += times[k] * (v + times[k] * (a / 2.0 + times[k] * j / 6.0))
         v += times[k] * (a + 0.5 * times[k] * j)
         a += times[k] * j
@@ -99,16 +89,11 @@ def fill_stages(
         stage[at.SPEED], stage[at.JERK] = v, j
 
 
-@njit(
-    cache=True,
-    ahead="float64[:, ::1], float64[:, ::1], float64[::1], NamedTuple((uint8[:, ::1], UniTuple(float64, 3), "
-    "float64[::1], float64), Field), float64[:, ::1], NamedUniTuple(float64, 6, Clearances)",
-)
-def fill_obstacles(
-    stages: FloatArray, states: FloatArray, circles: FloatArray, field: Field, people: FloatArray, keep: Clearances
-) -> None:
+@njit(ahead=f"{HORIZON}, float64[:, ::1], {FIELD}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
+def fill_obstacles(horizon: Horizon, states: FloatArray, field: Field, people: FloatArray, keep: Clearances) -> None:
     """Write each circle's half-plane at the nearest static obstacle; see :func:`fill_stages`."""
-    clear = keep.radius + keep.obstacle + 0.5 * field.grid[2]  # distances are to cells' centres
+    stages, circles = horizon.stages, horizon.shared[at.CIRCLES :]
+    clear = keep.radius + keep.obstacle_margin + 0.5 * field.grid[2]  # distances are to cells' centres
     for k in range(len(stages)):
         state = states[k + 1]
         cosine, sine = math.cos(state[2]), math.sin(state[2])
@@ -122,7 +107,7 @@ def fill_obstacles(
                 stages[k, place + 2] = clear - distance + gx * x + gy * y
 
 
-@njit(cache=True)
+@njit()
 def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     for person in people:
         if math.hypot(person[0] - x, person[1] - y) < person[4] + _OWN:
@@ -130,14 +115,11 @@ def _belongs_to_person(x: float, y: float, people: FloatArray) -> bool:
     return False
 
 
-@njit(
-    cache=True,
-    ahead="float64[:, ::1], float64[::1], int64, float64[:, ::1], int64, NamedUniTuple(float64, 6, Clearances)",
-)
-def fill_people(
-    stages: FloatArray, times: FloatArray, circles: int, people: FloatArray, room: int, keep: Clearances
-) -> None:
+@njit(ahead=f"{HORIZON}, float64[:, ::1], NamedUniTuple(float64, 6, Clearances)")
+def fill_people(horizon: Horizon, people: FloatArray, keep: Clearances) -> None:
     """Write where people will be and how near is too near; see :func:`fill_stages`."""
+    stages, times, _ = horizon
+    circles, room = sizes_of(horizon)
     time = 0.0
     for k in range(len(stages)):
         time += times[k]
@@ -150,23 +132,19 @@ def fill_people(
             x, y, deviation = predicted(people[j], time)
             grown = min(keep.max_uncertainty, keep.uncertainty_gain * deviation)
             sideways = people[j, 2] * left_x + people[j, 3] * left_y  # [m/s] to the left
-            shift = -keep.bias if sideways < -_CROSSING else keep.bias  # pass behind who crosses, right of who does not
+            shift = (
+                -keep.passing_bias if sideways < -_CROSSING else keep.passing_bias
+            )  # pass behind who crosses, right of who does not
             stages[k, place], stages[k, place + 1] = x + shift * left_x, y + shift * left_y
-            stages[k, place + 2] = keep.radius + people[j, 4] + keep.person + grown
+            stages[k, place + 2] = keep.radius + people[j, 4] + keep.person_margin + grown
 
 
-@njit(cache=True)
-def cost_terms(
-    states: FloatArray,
-    jerks: FloatArray,
-    stages: FloatArray,
-    times: FloatArray,
-    shared: FloatArray,
-    people: int,
-) -> FloatArray:
+@njit()
+def cost_terms(states: FloatArray, jerks: FloatArray, horizon: Horizon) -> FloatArray:
     """The unweighted cost terms (10,) of a trajectory, in the order of the weights: sums of dt times squares."""
     terms = np.zeros(10)
-    circles = len(shared) - at.CIRCLES
+    stages, times, shared = horizon
+    circles, people = sizes_of(horizon)
     for k in range(len(stages)):
         stage, state, dt = stages[k], states[k + 1], times[k]
         dx, dy = state[0] - stage[at.FOOT_X], state[1] - stage[at.FOOT_Y]
@@ -201,7 +179,7 @@ def cost_terms(
     return terms
 
 
-@njit(cache=True)
+@njit()
 def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray) -> bool:
     """Whether the person at ``place`` of a stage is out of the reach of all circles, however the robot is turned."""
     span = max(abs(shared[at.CIRCLES]), abs(shared[len(shared) - 1]))  # the outermost circles
@@ -210,27 +188,16 @@ def is_far(state: FloatArray, stage: FloatArray, place: int, shared: FloatArray)
     return bool(reach <= 0.0 or dx * dx + dy * dy > (reach + span) ** 2)
 
 
-@njit(
-    cache=True,
-    ahead="float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], int64",
-)
-def best_between(
-    start: FloatArray,
-    jerks: FloatArray,
-    wanted: FloatArray,
-    stages: FloatArray,
-    times: FloatArray,
-    shared: FloatArray,
-    people: int,
-) -> FloatArray:
+@njit(ahead=f"float64[::1], float64[:, ::1], float64[:, ::1], {HORIZON}")
+def best_between(start: FloatArray, jerks: FloatArray, wanted: FloatArray, horizon: Horizon) -> FloatArray:
     """The cheapest of the trajectories from ``start`` (7,) after ``STEP_SHARES`` of the way to the wanted jerks."""
     best, least = wanted, math.inf
     for share in STEP_SHARES:
         tried = jerks + share * (wanted - jerks)
-        terms = cost_terms(rollout(start, tried, times), tried, stages, times, shared, people)
+        terms = cost_terms(rollout(start, tried, horizon.times), tried, horizon)
         cost = 0.0
         for i in range(len(terms)):
-            cost += shared[i] * terms[i]
+            cost += horizon.shared[i] * terms[i]
         if cost < least:
             best, least = tried, cost
     return best

@@ -13,7 +13,7 @@ from navstack.jit import njit
 _CLOSE = 1e-8  # [m] by which a stop may end too early
 
 
-@njit(cache=True)
+@njit()
 def stop_phases(v: float, a: float, deceleration: float, jerk: float) -> tuple[float, float, float, float]:
     """The fastest stop: sign s and durations t1, t2, t3 in [s] of jerk -s J, 0 and +s J."""
     sign = 1.0 if v + a * abs(a) / (2.0 * jerk) >= 0.0 else -1.0
@@ -26,14 +26,14 @@ def stop_phases(v: float, a: float, deceleration: float, jerk: float) -> tuple[f
     return sign, max(0.0, (a + peak) / jerk), max(0.0, hold), peak / jerk
 
 
-@njit(cache=True)
+@njit()
 def stop_time(v: float, a: float, deceleration: float, jerk: float) -> float:
     """How long the fastest stop takes, in [s]."""
     _, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
     return t1 + t2 + t3
 
 
-@njit(cache=True)
+@njit()
 def stop_after(v: float, a: float, deceleration: float, jerk: float, time: float) -> tuple[float, float, float]:
     """Distance, rate and its derivative ``time`` [s] after the fastest stop began; (end, 0, 0) once it is over."""
     sign, t1, t2, t3 = stop_phases(v, a, deceleration, jerk)
@@ -55,14 +55,14 @@ def stop_after(v: float, a: float, deceleration: float, jerk: float, time: float
     return distance, 0.0, 0.0
 
 
-@njit(cache=True)
+@njit()
 def stop_distance(v: float, a: float, deceleration: float, jerk: float) -> float:
     """How far the fastest stop goes, in [m] resp. [rad]."""
     distance, _, _ = stop_after(v, a, deceleration, jerk, math.inf)
     return distance
 
 
-@njit(cache=True)
+@njit()
 def highest_jerk(v: float, a: float, rate_limit: float, acceleration: float, jerk: float, dt: float) -> float:
     """The largest jerk for ``dt`` [s] after which ``v <= rate_limit`` can be kept for ever.
 
@@ -75,13 +75,13 @@ def highest_jerk(v: float, a: float, rate_limit: float, acceleration: float, jer
     return min(jerk, max(-jerk, (min(b, acceleration) - a) / dt))
 
 
-@njit(cache=True)
+@njit()
 def lowest_jerk(v: float, a: float, rate_limit: float, deceleration: float, jerk: float, dt: float) -> float:
     """The smallest jerk for ``dt`` [s] after which ``v >= rate_limit`` can be kept for ever."""
     return -highest_jerk(-v, -a, -rate_limit, deceleration, jerk, dt)
 
 
-@njit(cache=True)
+@njit()
 def progress_jerk(
     v: float, a: float, remaining: float, speed: float, acceleration: float, deceleration: float, jerk: float, dt: float
 ) -> float:
@@ -98,43 +98,24 @@ def progress_jerk(
     too_far = _overshoot(v, a, wanted, remaining, deceleration, jerk, dt)
     if too_far <= 0.0:
         return wanted
-    return _last_fitting(v, a, lowest, wanted, too_far, remaining, deceleration, jerk, dt)
-
-
-@njit(cache=True)
-def _last_fitting(
-    v: float,
-    a: float,
-    low: float,
-    high: float,
-    too_far: float,
-    remaining: float,
-    deceleration: float,
-    jerk: float,
-    dt: float,
-) -> float:
-    """The largest jerk from ``low`` to ``high`` after which the stop fits (regula falsi, Illinois); ``low`` if none."""
-    too_near = _overshoot(v, a, low, remaining, deceleration, jerk, dt)
-    if too_near > 0.0:
-        return low
-    last = 0
-    for _ in range(30):
-        if too_near > -_CLOSE:
+    too_near, last = _overshoot(v, a, lowest, remaining, deceleration, jerk, dt), 0
+    for _ in range(30):  # the largest jerk after which the stop fits: regula falsi, Illinois
+        if too_near > -_CLOSE:  # close enough, or too far even so
             break
-        middle = low - too_near * (high - low) / (too_far - too_near)
+        middle = lowest - too_near * (wanted - lowest) / (too_far - too_near)
         over = _overshoot(v, a, middle, remaining, deceleration, jerk, dt)
         if over <= 0.0:
-            low, too_near = middle, over
+            lowest, too_near = middle, over
             too_far *= 0.5 if last == -1 else 1.0
             last = -1
         else:
-            high, too_far = middle, over
+            wanted, too_far = middle, over
             too_near *= 0.5 if last == 1 else 1.0
             last = 1
-    return low
+    return lowest
 
 
-@njit(cache=True)
+@njit()
 def _overshoot(v: float, a: float, j: float, remaining: float, deceleration: float, jerk: float, dt: float) -> float:
     """How far beyond ``remaining`` [m] the fastest stop ends after jerk ``j`` for ``dt`` [s]."""
     way = dt * (v + dt * (a / 2.0 + dt * j / 6.0))

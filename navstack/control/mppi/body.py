@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
 from navstack.costmap.inflation import HIGHEST_FALLING_COST, inflation_cost
 from navstack.geometry import footprint_radii
 from navstack.jit import njit
@@ -85,7 +85,7 @@ def _least_distances(layer: InflationLayerParams, inscribed_radius: float) -> Fl
     return least
 
 
-@njit(cache=True)
+@njit()
 def clearance(
     costs: ByteArray,
     cx: float,
@@ -111,51 +111,3 @@ def clearance(
         my = int(cy + circles[i, 0] * sine + circles[i, 1] * cosine)
         worst = max(worst, int(costs[my, mx]))
     return min(edge, float(reach[worst]) - free_radius)
-
-
-@njit(cache=True)
-def outline_worst(costs: ByteArray, cx: float, cy: float, cosine: float, sine: float, corners: FloatArray) -> int:
-    """The greatest cost under the outline with ``corners`` (V, 2) in cells, of a body at (cx, cy), as ``outline_cost``.
-
-    Where a lethal cell is found, the rest is not looked at.
-    """
-    height, width = costs.shape
-    count = len(corners)
-    worst = 0
-    last_x = last_y = 0
-    for i in range(count + 1):
-        corner_x, corner_y = corners[i % count, 0], corners[i % count, 1]
-        fx = cx + corner_x * cosine - corner_y * sine
-        fy = cy + corner_x * sine + corner_y * cosine
-        if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
-            return LETHAL_OBSTACLE
-        mx, my = int(fx), int(fy)
-        if i > 0 and worst < LETHAL_OBSTACLE:
-            worst = max(worst, line_worst(costs, last_x, last_y, mx, my))
-        last_x, last_y = mx, my
-    return worst
-
-
-@njit(cache=True)
-def line_worst(costs: ByteArray, x0: int, y0: int, x1: int, y1: int) -> int:
-    """The greatest cost on the Bresenham line of ``line_cost``, and LETHAL_OBSTACLE where that says so."""
-    dx, dy = abs(x1 - x0), abs(y1 - y0)
-    width = costs.shape[1]
-    step_x = 1 if x1 >= x0 else -1
-    step_y = width if y1 >= y0 else -width
-    along, across = max(dx, dy), min(dx, dy)
-    step_along, step_aside = (step_x, step_y) if dx >= dy else (step_y, step_x)
-    flat = costs.reshape(-1)
-    cell = y0 * width + x0
-    error = along // 2
-    worst = 0
-    for _ in range(along + 1):
-        cost = int(flat[cell])
-        if cost == LETHAL_OBSTACLE:
-            return LETHAL_OBSTACLE
-        worst = max(worst, cost)
-        error += across
-        aside = 1 if error >= along else 0  # no branch: it would be guessed wrong too often
-        cell += step_along + aside * step_aside
-        error -= aside * along
-    return worst

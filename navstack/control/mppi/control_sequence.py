@@ -1,4 +1,4 @@
-"""The control sequence: how samples improve it, what it may be, how it is smoothed and shifted (``optimizer.cpp``)."""
+"""The control sequence: how samples improve it, what it may be, how it is smoothed (``optimizer.cpp``)."""
 
 import math
 
@@ -14,7 +14,7 @@ _SHORTEST = 21  # values of a sequence that is smoothed
 _LANES = 16  # partial sums, so that the processor adds several at once
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32[::1], float32, float32[::1]")
+@njit(ahead="float32[:, ::1], float32[::1], float32, float32[::1]")
 def add_control_costs(controls: Float32Array, sequence: Float32Array, factor: np.float32, costs: Float32Array) -> None:
     """Add ``factor`` times the samples' (rows 1..T of ``controls``) distance from ``sequence`` (T,), along it."""
     for t in range(len(sequence)):
@@ -23,13 +23,13 @@ def add_control_costs(controls: Float32Array, sequence: Float32Array, factor: np
             _add_deviation(controls[t + 1], wanted, factor * wanted, costs)
 
 
-@njit(cache=True)
+@njit()
 def _add_deviation(row: Float32Array, wanted: np.float32, factor: np.float32, costs: Float32Array) -> None:
     for b in range(len(costs)):
         costs[b] += factor * (row[b] - wanted)
 
 
-@njit(cache=True, ahead="float32[::1], float32")
+@njit(ahead="float32[::1], float32")
 def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
     """Shares (B,) of the trajectories in the next sequence, which sum up to 1: the cheaper, the more."""
     least = costs[0]
@@ -45,14 +45,14 @@ def softmax(costs: Float32Array, temperature: np.float32) -> Float32Array:
     return shares
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32[::1], float32[::1]")
+@njit(ahead="float32[:, ::1], float32[::1], float32[::1]")
 def weighted_mean(controls: Float32Array, shares: Float32Array, sequence: Float32Array) -> None:
     """Write the mean of rows 1..T of ``controls`` (T + 1, B), weighted by ``shares``, into ``sequence`` (T,)."""
     for t in range(len(sequence)):
         sequence[t] = _dot(controls[t + 1], shares)
 
 
-@njit(cache=True)
+@njit()
 def _dot(a: Float32Array, b: Float32Array) -> np.float32:
     """Inner product, in an order that does not depend on the machine."""
     sums = np.zeros(_LANES, dtype=np.float32)
@@ -68,7 +68,7 @@ def _dot(a: Float32Array, b: Float32Array) -> np.float32:
     return total
 
 
-@njit(cache=True, ahead="float32[::1], float32, float32, float32, float32")
+@njit(ahead="float32[::1], float32, float32, float32, float32")
 def limit(sequence: Float32Array, least: np.float32, most: np.float32, fall: np.float32, rise: np.float32) -> None:
     """Keep a sequence (T,) within [``least``, ``most``], and its changes from one value to the next in [fall, rise]."""
     last = min(most, max(sequence[0], least))
@@ -79,15 +79,13 @@ def limit(sequence: Float32Array, least: np.float32, most: np.float32, fall: np.
         sequence[t] = last
 
 
-@njit(cache=True)
 def limit_curvature(v: Float32Array, w: Float32Array, radius: np.float32) -> None:
     """Turn no tighter than ``radius`` [m] (``AckermannMotionModel::applyConstraints``)."""
-    for t in range(len(v)):
-        most = abs(v[t]) / radius
-        w[t] = min(most, max(w[t], -most))
+    most = np.abs(v) / radius
+    w[:] = np.clip(w, -most, most)
 
 
-@njit(cache=True, ahead="float32[::1], float32[::1]")
+@njit(ahead="float32[::1], float32[::1]")
 def smooth(sequence: Float32Array, history: Float32Array) -> None:
     """Smooth a sequence (T,) that follows on ``history`` (4,), the commands of late; a short one stays as it is.
 
@@ -106,10 +104,3 @@ def smooth(sequence: Float32Array, history: Float32Array) -> None:
         for i in range(len(_FILTER)):
             total += _FILTER[i] * padded[t + i]
         sequence[t] = total
-
-
-@njit(cache=True, ahead="float32[::1]")
-def shift(sequence: Float32Array) -> None:
-    """Drop the first value; the last one is repeated."""
-    for t in range(len(sequence) - 1):
-        sequence[t] = sequence[t + 1]

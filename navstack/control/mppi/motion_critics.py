@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from navstack.control.mppi.critic import Critic, Scores
-from navstack.control.mppi.motion_kernels import mean_size, sum_below, sum_outside, sum_too_tight
+from navstack.control.mppi.motion_kernels import sum_outside
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
 from navstack.params.mppi import MppiParams
+from navstack.types import Float32Array
 
 
 class ConstraintCritic(Critic):
@@ -30,7 +31,7 @@ class ConstraintCritic(Critic):
         speeds = rollouts.v if rollouts.vy is None else np.copysign(np.hypot(rollouts.v, rollouts.vy), rollouts.v)
         outside = sum_outside(speeds, steps, self._least, self._most)
         if self._radius > 0.0:
-            outside += sum_too_tight(rollouts.v, rollouts.w, steps, np.float32(self._radius))
+            outside += sum_too_tight(rollouts.v[:steps], rollouts.w[:steps], np.float32(self._radius))
         return Scores(outside * self._dt)
 
 
@@ -59,7 +60,8 @@ class TwirlingCritic(Critic):
         """See the base class."""
         if scene.goal_distance < self._xy_goal_tolerance:
             return None
-        return Scores(mean_size(rollouts.w, len(rollouts.x)))
+        rates = rollouts.w[: len(rollouts.x)]
+        return Scores(np.abs(rates).sum(axis=0) / np.float32(len(rates)))
 
 
 class VelocityDeadbandCritic(Critic):
@@ -67,13 +69,24 @@ class VelocityDeadbandCritic(Critic):
 
     def __init__(self, name: str, params: MppiParams) -> None:
         super().__init__(name, params)
-        self._v, self._vy, self._w = (np.float32(abs(speed)) for speed in self._own.deadband_velocities)
+        v, vy, w = (np.float32(abs(speed)) for speed in self._own.deadband_velocities)
+        self._least = (v, w, vy)  # in the order of the controls
         self._dt = np.float32(params.model_dt)
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class."""
         steps = len(rollouts.x)
-        below = sum_below(rollouts.v, steps, self._v) + sum_below(rollouts.w, steps, self._w)
-        if rollouts.vy is not None:
-            below += sum_below(rollouts.vy, steps, self._vy)
-        return Scores(below * self._dt)
+        below = [
+            np.maximum(least - np.abs(speeds[:steps]), np.float32(0.0)).sum(axis=0)
+            for speeds, least in zip(rollouts.controls, self._least, strict=False)
+        ]
+        return Scores(sum(below[1:], start=below[0]) * self._dt)
+
+
+def sum_too_tight(v: Float32Array, w: Float32Array, radius: np.float32) -> Float32Array:
+    """By how much the radii of the curves (T, B) are below ``radius`` [m], in all (B,)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tight = np.maximum(radius - np.abs(v) / np.abs(w), np.float32(0.0))
+    tight[w == 0.0] = 0.0  # straight on is no curve; Nav2 divides by zero where it stands, too
+    total: Float32Array = tight.sum(axis=0)
+    return total

@@ -6,7 +6,7 @@ import numpy as np
 
 from navstack.control.mppi.body import Body, make_body
 from navstack.control.mppi.critic import Critic, Scores
-from navstack.control.mppi.obstacle_kernels import Poses, cost_scores, obstacle_scores
+from navstack.control.mppi.obstacle_kernels import cost_scores, obstacle_scores
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
@@ -17,27 +17,39 @@ from navstack.types import FloatArray
 _HIGHEST = 254.0  # cost by which CostCritic's weight is divided
 
 
-class CostCritic(Critic):
-    """The costs under the trajectory; a collision makes it all but impossible (``cost_critic.cpp``)."""
+class _ObstacleCritic(Critic):
+    """What both critics know of the robot's body and of the costmap's inflation."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
         super().__init__(name, params)
-        self.weight /= _HIGHEST
         self._costs, self._footprint = params.local_costs, footprint
+        self._layer = self._costs.inflation(self._own.inflation_layer_name)
         self._body: Body | None = None
+
+    def body_on(self, scene: Scene) -> Body:
+        """The robot's body in cells of the costmap, made once."""
+        if self._body is None:
+            outline = self._own.consider_footprint
+            self._body = make_body(self._footprint, outline, self._costs, self._layer, scene.grid[2])
+        return self._body
+
+
+class CostCritic(_ObstacleCritic):
+    """The costs under the trajectory; a collision makes it all but impossible (``cost_critic.cpp``)."""
+
+    def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
+        super().__init__(name, params, footprint)
+        self.weight /= _HIGHEST
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class."""
         own = self._own
-        if self._body is None:
-            layer = self._costs.inflation(own.inflation_layer_name)
-            self._body = make_body(self._footprint, own.consider_footprint, self._costs, layer, scene.grid[2])
         raw, hits = cost_scores(
-            _poses(rollouts),
+            rollouts,
             own.trajectory_point_step,
             scene.costs,
             scene.grid,
-            self._body,
+            self.body_on(scene),
             own.consider_footprint and scene.has_unknown,
             own.near_collision_cost,
             np.float32(own.critical_cost),
@@ -48,13 +60,11 @@ class CostCritic(Critic):
         return Scores(raw / np.float32(looked_at), int(hits.sum()))
 
 
-class ObstaclesCritic(Critic):
+class ObstaclesCritic(_ObstacleCritic):
     """The distances to obstacles, as the inflated costmap tells them (``obstacles_critic.cpp``)."""
 
     def __init__(self, name: str, params: MppiParams, footprint: FloatArray) -> None:
-        super().__init__(name, params)
-        self._costs, self._footprint = params.local_costs, footprint
-        self._layer = self._costs.inflation(self._own.inflation_layer_name)
+        super().__init__(name, params, footprint)
         self._inscribed_radius = footprint_radii(footprint)[0]
         self._distances = np.zeros(256)
         if self._layer is not None and self._layer.cost_scaling_factor > 0.0:
@@ -62,21 +72,18 @@ class ObstaclesCritic(Critic):
             self._distances = self._inscribed_radius - (
                 np.log(costs / INSCRIBED_INFLATED_OBSTACLE) / self._layer.cost_scaling_factor
             )
-        self._body: Body | None = None
 
     def score(self, rollouts: Rollouts, scene: Scene) -> Scores:
         """See the base class; the raw score holds its two weights."""
         own, layer = self._own, self._layer
-        if self._body is None:
-            self._body = make_body(self._footprint, own.consider_footprint, self._costs, layer, scene.grid[2])
         reach = math.inf  # no distances
         if layer is not None and layer.inflation_radius > 0.0 and layer.cost_scaling_factor > 0.0:
             reach = -math.inf if scene.goal_distance < own.near_goal_distance else layer.inflation_radius
         near, repulsion, hits = obstacle_scores(
-            _poses(rollouts),
+            rollouts,
             scene.costs,
             scene.grid,
-            self._body,
+            self.body_on(scene),
             self._distances,
             self._inscribed_radius,
             own.collision_margin_distance,
@@ -86,7 +93,3 @@ class ObstaclesCritic(Critic):
         repulsion = (repulsion - repulsion.min()) / np.float32(len(rollouts.x))
         raw = np.float32(own.critical_weight) * near + np.float32(own.repulsion_weight) * repulsion
         return Scores(raw, int(hits.sum()))
-
-
-def _poses(rollouts: Rollouts) -> Poses:
-    return Poses(rollouts.x, rollouts.y, rollouts.yaw, rollouts.cosine, rollouts.sine)

@@ -1,73 +1,49 @@
 """Inner loops of the critics that look at the costmap."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from navstack.control.footprint_cost import outline_cost
-from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance, outline_worst
+from navstack.control.footprint_cost import outline_cost, walk_outline
+from navstack.control.mppi.body import OUTLINE_SLACK, Body, clearance
+from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 
 CellArray = npt.NDArray[np.int32]
+_CELLS = (0.0, 0.0, 1.0)  # the grid of places that are given in cells
 
 
-class Poses(NamedTuple):
-    """Of B trajectories, each (T, B)."""
-
-    x: Float32Array  # [m]
-    y: Float32Array  # [m]
-    yaw: Float32Array  # [rad]
-    cosine: Float32Array  # of the yaw
-    sine: Float32Array
-
-
-@njit(cache=True)
+@njit()
 def pose_costs(
     x: Float32Array,
     y: Float32Array,
     costs: ByteArray,
-    origin_x: np.float32,
-    origin_y: np.float32,
-    scale: np.float32,
+    frame: tuple[np.float32, np.float32, np.float32],
     cells: CellArray,
     found: ByteArray,
 ) -> None:
     """Find the costs (n,) of the cells under points (n,); NO_INFORMATION off the map.
 
-    ``scale``: cells per [m]; ``cells`` (n,) is room for what is computed on the way.
+    ``frame``: x and y of the costmap's origin [m], and cells per [m]; ``cells`` (n,) receives their indices in the
+    flattened costmap, -1 off the map.
     """
     height, width = np.int32(costs.shape[0]), np.int32(costs.shape[1])
-    _cells(x, y, origin_x, origin_y, scale, width, height, cells)
-    flat = costs.reshape(-1)
-    for b in range(len(cells)):
-        found[b] = NO_INFORMATION if cells[b] < 0 else flat[cells[b]]
-
-
-@njit(cache=True)
-def _cells(
-    x: Float32Array,
-    y: Float32Array,
-    origin_x: np.float32,
-    origin_y: np.float32,
-    scale: np.float32,
-    width: np.int32,
-    height: np.int32,
-    cells: CellArray,
-) -> None:
-    """Indices (n,) of the cells under points (n,) in the flattened costmap; -1 off the map."""
     zero, outside = np.float32(0.0), np.int32(-1)
+    origin_x, origin_y, scale = frame
     for b in range(len(cells)):
         fx, fy = (x[b] - origin_x) * scale, (y[b] - origin_y) * scale
         inside = (fx >= zero) & (fy >= zero) & (fx < np.float32(width)) & (fy < np.float32(height))
         cell = np.int32(fy) * width + np.int32(fx)
         cells[b] = cell if inside else outside
+    flat = costs.reshape(-1)
+    for b in range(len(cells)):
+        found[b] = NO_INFORMATION if cells[b] < 0 else flat[cells[b]]
 
 
-@njit(cache=True)
+@njit()
 def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
     """Whether a cost under the robot, outline or centre, means collision (``CostCritic::inCollision``)."""
     if cost == INSCRIBED_INFLATED_OBSTACLE:
@@ -75,10 +51,10 @@ def is_collision(cost: int, uses_outline: bool, tracks_unknown: bool) -> bool:
     return cost == LETHAL_OBSTACLE or (cost == NO_INFORMATION and not tracks_unknown)
 
 
-@njit(cache=True)
+@njit()
 def touch_outlines(
     t: int,
-    poses: Poses,
+    rollouts: Rollouts,
     found: ByteArray,
     check_from: int,
     costs: ByteArray,
@@ -95,7 +71,7 @@ def touch_outlines(
     may move before it can touch anything: ``room`` in cells from the pose ``seen``; both are renewed. Every question is
     asked of all bodies before the next one is, without branches: they would be guessed wrong too often.
     """
-    x, y, yaw, cosine, sine = poses
+    _, x, y, yaw, cosine, sine = rollouts
     _, corners, circles, free_radius, radius, reach, _, _, tracks_unknown = body
     height, width = costs.shape
     scale = 1.0 / grid[2]
@@ -122,14 +98,14 @@ def touch_outlines(
     for i in range(left):
         b = asked[i]
         cx, cy = (x[t, b] - grid[0]) * scale, (y[t, b] - grid[1]) * scale
-        worst = outline_worst(costs, cx, cy, cosine[t, b], sine[t, b], corners)
+        worst = walk_outline(costs, _CELLS, corners, cx, cy, cosine[t, b], sine[t, b], True)
         hits[b] = is_collision(worst, True, tracks_unknown)
         if not has_unknown:
             edge = min(min(cx, width - cx), min(cy, height - cy)) - radius
             room[b] = min(edge, reach[worst] - OUTLINE_SLACK)
 
 
-@njit(cache=True)
+@njit()
 def _add_costs(
     found: ByteArray, near: np.float32, critical: np.float32, share: np.float32, scores: Float32Array
 ) -> None:
@@ -140,13 +116,12 @@ def _add_costs(
 
 
 @njit(
-    cache=True,
-    ahead="NamedUniTuple(float32[:, ::1], 5, Poses), int64, uint8[:, ::1], UniTuple(float64, 3), "
+    ahead=f"{ROLLOUTS}, int64, uint8[:, ::1], UniTuple(float64, 3), "
     "NamedTuple((float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[::1], bool, "
-    "float64, bool), Body), bool, int64, float32, float32, bool",
+    "float64, bool), Body), bool, int64, float32, float32, bool"
 )
 def cost_scores(
-    poses: Poses,
+    rollouts: Rollouts,
     step: int,
     costs: ByteArray,
     grid: Grid,
@@ -162,32 +137,32 @@ def cost_scores(
     A pose at ``near_collision_cost`` or more counts ``critical_cost``, a trajectory that collides ``collision_cost`` in
     all. Others count only if obstacles ``repels``. Free space costs nothing.
     """
-    steps, count = poses.x.shape
+    steps, count = rollouts.x.shape
     scores = np.zeros(count, dtype=np.float32)
     hits = np.zeros(count, dtype=np.bool_)
-    origin_x, origin_y, scale = np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2])
+    frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
     cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
     room, seen = np.full(count, np.float32(-1.0)), np.zeros(count, dtype=np.int64)
     near, share = np.float32(max(near_collision_cost, 1)), np.float32(1.0 if repels else 0.0)
     look_from = int(math.ceil(max(body.check_from, 1.0)))
     for t in range(0, steps, step):
-        pose_costs(poses.x[t], poses.y[t], costs, origin_x, origin_y, scale, cells, found)
+        pose_costs(rollouts.x[t], rollouts.y[t], costs, frame, cells, found)
         _add_costs(found, near, critical_cost, share, scores)
         if not body.uses_outline:
             for b in range(count):
                 if found[b] >= INSCRIBED_INFLATED_OBSTACLE and is_collision(found[b], False, body.tracks_unknown):
                     hits[b] = True
             continue
-        touch_outlines(t, poses, found, look_from, costs, grid, body, has_unknown, room, seen, hits)
+        touch_outlines(t, rollouts, found, look_from, costs, grid, body, has_unknown, room, seen, hits)
     for b in range(count):
         if hits[b]:
             scores[b] = collision_cost
     return scores, hits
 
 
-@njit(cache=True)
+@njit()
 def obstacle_scores(
-    poses: Poses,
+    rollouts: Rollouts,
     costs: ByteArray,
     grid: Grid,
     body: Body,
@@ -201,15 +176,15 @@ def obstacle_scores(
     ``distances`` (256,) [m] from the centre to the nearest obstacle by cost; ``obstacles_critic.cpp``. An ``extent`` of
     inf: nothing is known of distances; of -inf: obstacles do not repel.
     """
-    x, y, _, cosine, sine = poses
+    _, x, y, _, cosine, sine = rollouts
     steps, count = x.shape
     near = np.zeros(count, dtype=np.float32)
     repulsion = np.zeros(count, dtype=np.float32)
     hits = np.zeros(count, dtype=np.bool_)
-    origin_x, origin_y, scale = np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2])
+    frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
     cells, found = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.uint8)
     for t in range(steps):
-        pose_costs(x[t], y[t], costs, origin_x, origin_y, scale, cells, found)
+        pose_costs(x[t], y[t], costs, frame, cells, found)
         for b in range(count):
             cost = int(found[b])
             if cost == 0 or hits[b]:

@@ -167,12 +167,9 @@ class Optimizer:
             add_noise(sequences[i], noise.values[i], into.controls[i])
             limit_changes(into.controls[i], _FLOAT(measured[i]), _FLOAT(axis.rise * dt), _FLOAT(axis.fall * dt))
         largest = max(abs(now.angular_z), float(np.abs(sequences[1]).max()) + noise.largest_w)
-        roll_out(
-            *(into.v, into.w, _FLOAT(scene.yaw), _FLOAT(dt), _FLOAT(largest * dt)),
-            *(into.x, into.y, into.yaw, into.cosine, into.sine),
-        )
+        roll_out(into, _FLOAT(scene.yaw), _FLOAT(dt), _FLOAT(largest * dt))
         if into.vy is not None:
-            drift(into.vy, _FLOAT(scene.yaw), _FLOAT(dt), into.cosine, into.sine, into.x, into.y)
+            drift(into, _FLOAT(scene.yaw), _FLOAT(dt))
         return into
 
     def _update(self, rollouts: Rollouts, costs: Float32Array) -> bool:
@@ -209,6 +206,5 @@ class Optimizer:
         v, w, *vy = command[:, 0].tolist()
         solution = Solution(self._sequences.copy(), Twist2D(v, vy[0] if vy else 0.0, w), colliding)
         if self._shifts:
-            for sequence in self._sequences:
-                control_sequence.shift(sequence)
+            self._sequences[:, :-1] = self._sequences[:, 1:]  # the last value is repeated
         return solution

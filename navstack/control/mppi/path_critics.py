@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.control.mppi.critic import Critic, Scores
-from navstack.control.mppi.path_kernels import bearing_errors, mean_angle, mean_distance, mean_misalignment
+from navstack.control.mppi.path_kernels import bearing_errors, mean_distance, mean_misalignment
 from navstack.control.mppi.rollouts import Rollouts
 from navstack.control.mppi.scene import Scene
 from navstack.geometry import shortest_angular_distance
@@ -32,7 +32,10 @@ class GoalAngleCritic(Critic):
         """See the base class."""
         if not scene.goal_distance < self._own.threshold_to_consider:
             return None
-        return Scores(mean_angle(rollouts.yaw, scene.path_yaw[-1]))
+        turns = (scene.path_yaw[-1] - rollouts.yaw).astype(np.float64)
+        turns -= 2.0 * math.pi * np.floor((turns + math.pi) / (2.0 * math.pi))
+        sizes = np.abs(turns.astype(np.float32))
+        return Scores(sizes.sum(axis=0) / np.float32(len(sizes)))
 
 
 class PathAlignCritic(Critic):
@@ -49,9 +52,9 @@ class PathAlignCritic(Critic):
         blocked = reached - np.count_nonzero(scene.free[:reached])
         if blocked > max(_MOST_IGNORED, own.max_path_occupancy_ratio * reached):
             return None
-        poses, step = (rollouts.x, rollouts.y, rollouts.yaw), own.trajectory_point_step
         path = (scene.path_x[:reached], scene.path_y[:reached], scene.path_yaw[:reached])
-        return Scores(mean_misalignment(*poses, step, *path, scene.free[:reached], own.use_path_orientations))
+        free, step = scene.free[:reached], own.trajectory_point_step
+        return Scores(mean_misalignment(rollouts, step, path, free, own.use_path_orientations))
 
 
 class PathAngleCritic(Critic):

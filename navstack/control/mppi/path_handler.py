@@ -67,7 +67,7 @@ class PathHandler:
             self._end = self._next_end(plan)
 
 
-@njit(cache=True, ahead="float64[:, ::1], int64, float64, float64, float64, float64")
+@njit(ahead="float64[:, ::1], int64, float64, float64, float64, float64")
 def window(
     poses: FloatArray, first: int, x: float, y: float, search_distance: float, prune_distance: float
 ) -> tuple[int, int]:
@@ -86,7 +86,7 @@ def window(
     return nearest, end
 
 
-@njit(cache=True, ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
+@njit(ahead="float64[:, ::1], int64, int64, UniTuple(float64, 4)")
 def on_grid(poses: FloatArray, begin: int, end: int, grid: tuple[float, float, float, float]) -> int:
     """The first pose from ``begin`` on that is off the grid (origin x and y, width, height in [m]), or ``end``."""
     origin_x, origin_y, width, height = grid
@@ -97,7 +97,7 @@ def on_grid(poses: FloatArray, begin: int, end: int, grid: tuple[float, float, f
     return end
 
 
-@njit(cache=True)
+@njit()
 def first_cusp(poses: FloatArray, begin: int) -> int:
     """One behind the pose from ``begin`` on where the direction of motion turns round (``findFirstPathInversion``)."""
     for i in range(begin + 1, len(poses) - 1):

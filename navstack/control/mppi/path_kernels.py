@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from navstack.control.mppi.rollouts import ROLLOUTS, Rollouts
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Grid
 from navstack.jit import njit
 from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
@@ -12,7 +13,7 @@ _TABLE_FINENESS = 16  # places per point of the path
 _ROUNDING = 0.999  # share of a gap between distances that single precision surely does not close
 
 
-@njit(cache=True, ahead="float32[::1], float32[::1], float32[::1], float32[::1]")
+@njit(ahead="float32[::1], float32[::1], float32[::1], float32[::1]")
 def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float32Array) -> int:
     """The furthest of the path's points that is nearest to some trajectory's last position (B,).
 
@@ -41,7 +42,7 @@ def furthest_point(px: Float32Array, py: Float32Array, x: Float32Array, y: Float
     return furthest
 
 
-@njit(cache=True, ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
+@njit(ahead="float32[::1], float32[::1], uint8[:, ::1], UniTuple(float64, 3), bool")
 def free_points(px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid, tracks_unknown: bool) -> BoolArray:
     """Which points (N - 1,), all but the last, lie in cells where the robot's centre may be (``findPathCosts``)."""
     height, width = costs.shape
@@ -55,27 +56,21 @@ def free_points(px: Float32Array, py: Float32Array, costs: ByteArray, grid: Grid
     return free
 
 
-@njit(
-    cache=True,
-    ahead="float32[:, ::1], float32[:, ::1], float32[:, ::1], int64, float32[::1], float32[::1], float32[::1], "
-    "bool[::1], bool",
-)
+@njit(ahead=f"{ROLLOUTS}, int64, UniTuple(float32[::1], 3), bool[::1], bool")
 def mean_misalignment(
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
+    rollouts: Rollouts,
     step: int,
-    px: Float32Array,
-    py: Float32Array,
-    pyaw: Float32Array,
+    path: tuple[Float32Array, Float32Array, Float32Array],
     free: BoolArray,
     use_orientations: bool,
 ) -> Float32Array:
-    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the path's point as far along.
+    """Mean distance (B,) in [m] of every ``step``-th pose (T, B) to the point as far along of a ``path`` x, y, yaw.
 
     How far along is measured in length driven; poses whose point is not ``free`` do not count
     (``path_align_critic.cpp``).
     """
+    _, x, y, yaw, _, _ = rollouts
+    px, py, pyaw = path
     steps, count = x.shape
     length = np.zeros(len(px), dtype=np.float32)
     for i in range(1, len(px)):
@@ -103,7 +98,7 @@ def mean_misalignment(
     return total
 
 
-@njit(cache=True)
+@njit()
 def _add_distances(
     x: Float32Array, last_x: Float32Array, y: Float32Array, last_y: Float32Array, driven: Float32Array
 ) -> None:
@@ -112,7 +107,7 @@ def _add_distances(
         driven[b] += math.sqrt(dx * dx + dy * dy)
 
 
-@njit(cache=True)
+@njit()
 def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.float32]:
     """What :func:`nearest_along` needs of the points' lengths (N,) along the path."""
     middle = np.empty(len(length), dtype=np.float32)  # from where on a point is no longer the nearest
@@ -130,7 +125,7 @@ def nearest_table(length: Float32Array) -> tuple[Float32Array, IntArray, np.floa
     return middle, table, scale
 
 
-@njit(cache=True)
+@njit()
 def nearest_along(driven: np.float32, middle: Float32Array, table: IntArray, scale: np.float32) -> int:
     """The point whose length along the path is nearest to the length ``driven`` (``findClosestPathPt``)."""
     place = driven * scale
@@ -140,14 +135,14 @@ def nearest_along(driven: np.float32, middle: Float32Array, table: IntArray, sca
     return i
 
 
-@njit(cache=True)
+@njit()
 def angle_between(start: np.float32, end: np.float32) -> np.float32:
     """The shortest angle from ``start`` to ``end``, in [-pi, pi]."""
     turn = end - start
     return np.float32(turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)))
 
 
-@njit(cache=True, ahead="float32[::1], float32[::1], float32[::1], float64, float64, int64, float64")
+@njit(ahead="float32[::1], float32[::1], float32[::1], float64, float64, int64, float64")
 def bearing_errors(
     x: Float32Array, y: Float32Array, yaw: Float32Array, target_x: float, target_y: float, mode: int, target_yaw: float
 ) -> Float32Array:
@@ -166,7 +161,7 @@ def bearing_errors(
     return errors
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32[:, ::1], float32, float32")
+@njit(ahead="float32[:, ::1], float32[:, ::1], float32, float32")
 def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: np.float32) -> Float32Array:
     """Mean distance (B,) in [m] of the poses (T, B) to a point."""
     total = np.zeros(x.shape[1], dtype=np.float32)
@@ -175,13 +170,3 @@ def mean_distance(x: Float32Array, y: Float32Array, goal_x: np.float32, goal_y: 
             dx, dy = x[t, b] - goal_x, y[t, b] - goal_y
             total[b] += math.sqrt(dx * dx + dy * dy)
     return total / np.float32(len(x))
-
-
-@njit(cache=True)
-def mean_angle(yaw: Float32Array, goal_yaw: np.float32) -> Float32Array:
-    """Mean angle (B,) in [rad] between the poses' yaws (T, B) and another."""
-    total = np.zeros(yaw.shape[1], dtype=np.float32)
-    for t in range(len(yaw)):
-        for b in range(yaw.shape[1]):
-            total[b] += abs(angle_between(yaw[t, b], goal_yaw))
-    return total / np.float32(len(yaw))

@@ -5,7 +5,7 @@ run over trajectories. Positions are relative to the robot's, along the axes of 
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,7 @@ _BLOCK = 256  # trajectories rolled out together: their last poses stay in the f
 _SMALL_TURN = np.float32(0.7)  # [rad] in one step, up to which the series below are exact to single precision
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rollouts:
+class Rollouts(NamedTuple):
     """T poses of each of B trajectories; row 0 is reached after one step at the measured velocity."""
 
     controls: Float32Array  # (A, T + 1, B) v, w and, of a robot that drives sideways, vy: see there
@@ -50,13 +49,11 @@ class Rollouts:
         """(T + 1, B) [m/s] likewise, to the left; None: the robot does not drive sideways."""
         return self.controls[2] if len(self.controls) > 2 else None
 
-    @property
-    def count(self) -> int:
-        """Trajectories."""
-        return int(self.x.shape[1])
+
+ROLLOUTS = f"NamedTuple((float32[:, :, ::1], {', '.join(5 * ['float32[:, ::1]'])}), Rollouts)"
 
 
-@njit(cache=True, ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
+@njit(ahead="float32[::1], float32[:, ::1], float32[:, ::1]")
 def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Array) -> None:
     """Write ``sequence`` (T,) plus ``noise`` (T, B) into rows 1..T of ``controls`` (T + 1, B)."""
     for t in range(len(sequence)):
@@ -65,7 +62,7 @@ def add_noise(sequence: Float32Array, noise: Float32Array, controls: Float32Arra
             controls[t + 1, b] = wanted + noise[t, b]
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32, float32, float32")
+@njit(ahead="float32[:, ::1], float32, float32, float32")
 def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, fall: np.float32) -> None:
     """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``], from ``start`` on (row 0).
 
@@ -79,29 +76,16 @@ def limit_changes(controls: Float32Array, start: np.float32, rise: np.float32, f
             controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
 
 
-@njit(
-    cache=True,
-    ahead="float32[:, ::1], float32[:, ::1], float32, float32, float32, float32[:, ::1], float32[:, ::1], "
-    "float32[:, ::1], float32[:, ::1], float32[:, ::1]",
-)
-def roll_out(
-    v: Float32Array,
-    w: Float32Array,
-    start_yaw: np.float32,
-    dt: np.float32,
-    largest_turn: np.float32,
-    x: Float32Array,
-    y: Float32Array,
-    yaw: Float32Array,
-    cosine: Float32Array,
-    sine: Float32Array,
-) -> None:
-    """Drive the velocities in rows 0..T-1 of ``v`` and ``w`` (T + 1, B); see :class:`Rollouts` for the rest.
+@njit(ahead=f"{ROLLOUTS}, float32, float32, float32")
+def roll_out(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32, largest_turn: np.float32) -> None:
+    """Drive forward and turning velocities, rows 0..T-1 of the controls; the poses are written.
 
     All begin at the same velocity. Each step is a straight line along the heading with which it begins
     (``Optimizer::integrateStateVelocities``). Heading's cosine and sine follow by rotation, in steps of at most
     ``largest_turn`` [rad].
     """
+    controls, x, y, yaw, cosine, sine = rollouts
+    v, w = controls[0], controls[1]
     steps, count = x.shape
     x[0], y[0] = v[0, 0] * np.float32(math.cos(start_yaw)) * dt, v[0, 0] * np.float32(math.sin(start_yaw)) * dt
     yaw[0] = start_yaw + w[0, 0] * dt
@@ -119,17 +103,11 @@ def roll_out(
                     cosine[t, b], sine[t, b] = np.float32(math.cos(yaw[t, b])), np.float32(math.sin(yaw[t, b]))
 
 
-@njit(cache=True, ahead="float32[:, ::1], float32, float32, " + ", ".join(4 * ["float32[:, ::1]"]))
-def drift(
-    vy: Float32Array,
-    start_yaw: np.float32,
-    dt: np.float32,
-    cosine: Float32Array,
-    sine: Float32Array,
-    x: Float32Array,
-    y: Float32Array,
-) -> None:
-    """Add what rows 0..T-1 of ``vy`` (T + 1, B) move trajectories (T, B) to the left of their headings."""
+@njit(ahead=f"{ROLLOUTS}, float32, float32")
+def drift(rollouts: Rollouts, start_yaw: np.float32, dt: np.float32) -> None:
+    """Add to the positions what the sideways velocities, rows 0..T-1 of the controls, make of these headings."""
+    controls, x, y, _, cosine, sine = rollouts
+    vy = controls[2]
     way_x = np.full(x.shape[1], -vy[0, 0] * np.float32(math.sin(start_yaw)) * dt)
     way_y = np.full(x.shape[1], vy[0, 0] * np.float32(math.cos(start_yaw)) * dt)
     for t in range(len(x)):
@@ -142,21 +120,21 @@ def drift(
             y[t, b] += way_y[b]
 
 
-@njit(cache=True)
+@njit()
 def advance(last: Float32Array, speed: Float32Array, share: Float32Array, dt: np.float32, after: Float32Array) -> None:
     """A coordinate (n,) after ``dt`` at the ``share`` of a speed that lies along it."""
     for b in range(len(after)):
         after[b] = last[b] + speed[b] * share[b] * dt
 
 
-@njit(cache=True)
+@njit()
 def turn(last: Float32Array, rate: Float32Array, dt: np.float32, after: Float32Array) -> None:
     """Yaws (n,) after ``dt``."""
     for b in range(len(after)):
         after[b] = last[b] + rate[b] * dt
 
 
-@njit(cache=True)
+@njit()
 def rotate(
     last_cosine: Float32Array,
     last_sine: Float32Array,
@@ -173,7 +151,7 @@ def rotate(
         sine[b] = s * turn_cosine + c * turn_sine
 
 
-@njit(cache=True)
+@njit()
 def _small_cosine_sine(angle: np.float32) -> tuple[np.float32, np.float32]:
     """Cosine and sine in single precision of an angle up to ``_SMALL_TURN``, by Taylor series."""
     one = np.float32(1.0)

@@ -47,9 +47,8 @@ class ArcCheck:
 
 
 @njit(
-    cache=True,
     ahead="uint8[:, ::1], UniTuple(float64, 3), float64[:, ::1], UniTuple(float64, 3), UniTuple(float64, 2), "
-    "float64, float64, float64",
+    "float64, float64, float64"
 )
 def arc_collides(
     costs: ByteArray,

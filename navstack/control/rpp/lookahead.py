@@ -11,7 +11,7 @@ from navstack.types import FloatArray
 SAME_HEADING = 1e-4  # [rad]
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64, bool")
+@njit(ahead="float64[:, ::1], float64, bool")
 def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point ``distance`` [m] along the path, as (x, y).
 
@@ -33,7 +33,7 @@ def lookahead_point(path: FloatArray, distance: float, beyond_end: bool) -> tupl
     return x + rest * math.cos(direction), y + rest * math.sin(direction)
 
 
-@njit(cache=True)
+@njit()
 def lookahead_point_on_circle(path: FloatArray, distance: float, beyond_end: bool) -> tuple[float, float]:
     """The point where the path leaves the circle of radius ``distance`` [m] about the robot, as (x, y).
 
@@ -51,7 +51,7 @@ def lookahead_point_on_circle(path: FloatArray, distance: float, beyond_end: boo
     return leave_circle(x, y, far_x, far_y, distance)
 
 
-@njit(cache=True)
+@njit()
 def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> tuple[float, float]:
     """Where a segment leaves a circle about the origin; its end if it is a point."""
     dx, dy = x1 - x0, y1 - y0
@@ -64,7 +64,7 @@ def leave_circle(x0: float, y0: float, x1: float, y1: float, radius: float) -> t
     return x0 + share * dx, y0 + share * dy
 
 
-@njit(cache=True)
+@njit()
 def distance_to_cusp(path: FloatArray) -> float:
     """The straight distance in [m] to where the path turns back or turns on the spot; inf if it does not."""
     for i in range(1, len(path) - 1):
@@ -77,7 +77,7 @@ def distance_to_cusp(path: FloatArray) -> float:
     return math.inf
 
 
-@njit(cache=True, ahead="float64[:, ::1]")
+@njit(ahead="float64[:, ::1]")
 def path_length(path: FloatArray) -> float:
     """Length along the path in [m]."""
     length = 0.0

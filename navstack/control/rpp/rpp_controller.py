@@ -2,7 +2,7 @@
 
 import math
 
-from navstack.control.controller import Controller, Surroundings
+from navstack.control.controller import Controller, Surroundings, limited_speed
 from navstack.control.decision import CriticScore, DecisionRecord
 from navstack.control.path_window import PathWindow
 from navstack.control.rpp.arc_check import ArcCheck
@@ -64,11 +64,7 @@ class RegulatedPurePursuitController(Controller):
 
     def set_speed_limit(self, limit: float, is_percentage: bool) -> None:
         """Limit the speed to ``limit`` [m/s], or [%] of the desired one; 0 lifts the limit."""
-        desired = self._params.desired_linear_vel
-        if limit == 0.0:
-            self._speed = desired
-        else:
-            self._speed = desired * limit / 100.0 if is_percentage else limit
+        self._speed = limited_speed(self._params.desired_linear_vel, limit, is_percentage)
 
     def compute_velocity(self, state: RobotState, plan: Path, surroundings: Surroundings) -> Twist2D:
         """The command towards the carrot, or a turn on the spot.

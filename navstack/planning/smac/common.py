@@ -6,11 +6,27 @@ import numpy as np
 
 from navstack.costmap.costmap import Costmap
 from navstack.errors import NoPathFoundError
-from navstack.params.smac import SmacSmootherParams
+from navstack.params.smac import Smac2DParams, SmacHybridParams, SmacLatticeParams, SmacSmootherParams
+from navstack.planning.endpoints import goal_occupied, no_path
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import BoolArray, FloatArray, Path, Pose2D
 
 FEWEST = 10  # poses of a path that is smoothed
+
+
+def searched(
+    costmap: Costmap, goal: Pose2D, params: Smac2DParams | SmacHybridParams | SmacLatticeParams, blocked: BoolArray
+) -> Costmap:
+    """The costmap over which a path is searched, of larger cells where that is wanted.
+
+    Raises:
+        GoalOccupiedError: the goal is blocked on it, and nothing beside it will do.
+    """
+    if not isinstance(params, SmacLatticeParams) and params.downsample_costmap:
+        costmap = downsampled(costmap, params.downsampling_factor)
+    if params.tolerance < 1e-3 and blocked[costmap.cost_at(goal.x, goal.y)]:
+        raise goal_occupied(goal, costmap)
+    return costmap
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:
@@ -47,9 +63,6 @@ def smoothed(poses: FloatArray, costmap: Costmap, params: SmacSmootherParams) ->
     return SimpleSmoother(params.as_simple).smooth(Path(poses, 0.0), costmap).poses
 
 
-def no_path(start: Pose2D, goal: Pose2D) -> NoPathFoundError:
+def no_way(start: Pose2D, goal: Pose2D) -> NoPathFoundError:
     """The error that a search ended without a path."""
-    return NoPathFoundError(
-        f"no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m; check whether obstacles or their "
-        "inflation close the way, or whether max_iterations or max_planning_time is too low"
-    )
+    return no_path(start, goal, or_else=", or whether max_iterations or max_planning_time is too low")

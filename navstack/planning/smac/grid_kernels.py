@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from navstack.jit import njit
-from navstack.types import ByteArray, Float32Array, IntArray
+from navstack.planning.endpoints import way_back
+from navstack.types import BoolArray, ByteArray, Float32Array, IntArray
 
 FULL_COST = 252.0  # the highest cost that is no contact
 NEIGHBOURS = np.array(((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)), dtype=np.int64)
-NONE = np.int8(-1)
 
 
 class Limits(NamedTuple):
@@ -23,23 +22,17 @@ class Limits(NamedTuple):
     max_on_approach_iterations: int  # after a cell within the tolerance was found
 
 
-@njit(cache=True, inline="always")
-def is_closed(cost: int, allow_unknown: bool) -> bool:
-    """Whether the robot's centre cannot be in a cell of this cost."""
-    return cost == NO_INFORMATION and not allow_unknown or INSCRIBED_INFLATED_OBSTACLE <= cost < NO_INFORMATION
-
-
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def octile(dx: float, dy: float) -> float:
     """The shortest way on the grid's eight directions, [cells]."""
     long, short = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
     return long + (math.sqrt(2.0) - 1.0) * short
 
 
-@njit(cache=True)
+@njit()
 def search_grid(
     costs: ByteArray,
-    allow_unknown: bool,
+    blocked: BoolArray,
     start: tuple[int, int],
     goal: tuple[int, int],
     multiplier: float,
@@ -53,7 +46,7 @@ def search_grid(
 
     Args:
         costs: (height, width).
-        allow_unknown: whether unknown cells are open, at full cost.
+        blocked: (256,) costs that the way must not have; unknown cells that are open are so at full cost.
         start: its own cost does not matter.
         goal: where to.
         multiplier: cost_travel_multiplier.
@@ -88,7 +81,7 @@ def search_grid(
                 return best
         for k in range(len(NEIGHBOURS)):
             x, y = column + NEIGHBOURS[k, 0], row + NEIGHBOURS[k, 1]
-            if not (0 <= x < width and 0 <= y < height) or is_closed(costs[y, x], allow_unknown):
+            if not (0 <= x < width and 0 <= y < height) or blocked[costs[y, x]]:
                 continue
             share = min(float(costs[y, x]), FULL_COST) / FULL_COST
             way = (math.sqrt(2.0) if k >= 4 else 1.0) * (1.0 + multiplier * share)
@@ -99,18 +92,6 @@ def search_grid(
     return best if nearest <= limits.tolerance else -1
 
 
-@njit(cache=True)
 def trace_back(reached: int, first: int, width: int, came_by: ByteArray) -> IntArray:
     """The cells (n, 2) as column, row from the first one to the one that was reached."""
-    count, n = 1, reached
-    while n != first:
-        k = came_by[n]
-        n -= NEIGHBOURS[k, 1] * width + NEIGHBOURS[k, 0]
-        count += 1
-    cells, n = np.empty((count, 2), dtype=np.int64), reached
-    for i in range(count - 1, -1, -1):
-        cells[i, 0], cells[i, 1] = n % width, n // width
-        if n != first:
-            k = came_by[n]
-            n -= NEIGHBOURS[k, 1] * width + NEIGHBOURS[k, 0]
-    return cells
+    return way_back(reached, first, width, lambda n: n - int(NEIGHBOURS[came_by[n]] @ (1, width)))

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from navstack.jit import njit
-from navstack.planning.smac.grid_kernels import FULL_COST, NEIGHBOURS, is_closed, octile
+from navstack.planning.smac.grid_kernels import FULL_COST, NEIGHBOURS, octile
 from navstack.planning.smac.pose_problem import Goal, Ground
 from navstack.types import BoolArray, ByteArray, Float32Array, FloatArray
 
 
-@njit(cache=True)
+@njit()
 def lowest_cost(costs: ByteArray, column: int, row: int, coarse: int) -> int:
     """The lowest cost of a square of cells."""
     lowest = 255
@@ -37,7 +37,7 @@ class Field(NamedTuple):
     is_known: BoolArray  # (rows * columns,)
 
 
-@njit(cache=True)
+@njit()
 def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, list[tuple[float, int]]]:
     """A field in which only the goal's square is waiting."""
     coarse = goal.coarse
@@ -47,14 +47,14 @@ def make_field(ground: Ground, start: FloatArray, goal: Goal) -> tuple[Field, li
     target = goal_y * columns + goal_x
     ways[target] = 0.0
     is_known = np.zeros(columns * rows, dtype=np.bool_)
-    is_buried = is_closed(lowest_cost(ground.costs, goal_x, goal_y, coarse), ground.allow_unknown)
+    is_buried = ground.blocked[lowest_cost(ground.costs, goal_x, goal_y, coarse)]
     buried = goal.tolerance / coarse if is_buried else -1.0
     towards_x, towards_y = int(start[0]) // coarse, int(start[1]) // coarse
     field = Field(coarse, columns, rows, towards_x, towards_y, goal_x, goal_y, buried, ways, is_known)
     return field, [(0.0, target)]
 
 
-@njit(cache=True)
+@njit()
 def way_to_goal(
     ground: Ground, field: Field, waiting: list[tuple[float, int]], cost_penalty: float, x: float, y: float
 ) -> float:
@@ -78,7 +78,7 @@ def way_to_goal(
             if field.is_known[m]:
                 continue
             cost = lowest_cost(ground.costs, u, v, field.coarse)
-            if is_closed(cost, ground.allow_unknown):
+            if ground.blocked[cost]:
                 if math.hypot(u - field.goal_x, v - field.goal_y) > field.buried:
                     continue
                 cost = 0  # nobody drives there: the way tells how far from the goal the robot is

@@ -12,7 +12,7 @@ _EMPTY = -1
 _MIX = np.uint64(0x9E3779B97F4A7C15)  # Knuth's multiplicative hash, 2^64 / golden ratio
 
 
-@njit(cache=True)
+@njit()
 def slot(keys: IntArray, key: int) -> int:
     """Where a key stands in an open-addressing table, or would."""
     mask = np.uint64(len(keys) - 1)
@@ -38,7 +38,7 @@ class Nodes(NamedTuple):
     numbers: IntArray  # (4 * room,) .. -> node
 
 
-@njit(cache=True)
+@njit()
 def make_nodes(room: int) -> Nodes:
     """Room for nodes, of which there are none."""
     return Nodes(
@@ -54,7 +54,7 @@ def make_nodes(room: int) -> Nodes:
     )
 
 
-@njit(cache=True)
+@njit()
 def more_nodes(nodes: Nodes, count: int) -> Nodes:
     """The same nodes with twice the room."""
     larger = make_nodes(2 * len(nodes.headings))
@@ -72,7 +72,7 @@ def more_nodes(nodes: Nodes, count: int) -> Nodes:
     return larger
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def key_of(ground: Ground, x: float, y: float, heading: int, bins: int) -> int:
     """The number of a cell and a heading."""
     return int((int(y) * ground.costs.shape[1] + int(x)) * bins + heading)

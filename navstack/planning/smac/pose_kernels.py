@@ -17,7 +17,7 @@ from navstack.planning.smac.pose_problem import NARROW, ROOMY, Expansion, Goal, 
 from navstack.types import FloatArray
 
 
-@njit(cache=True)
+@njit()
 def step_cost(penalties: Penalties, length: float, cost: int, kind: int, backwards: int, before: int) -> float:
     """What a motion costs, [cells] (NodeHybrid::getTraversalCost).
 
@@ -40,7 +40,7 @@ def step_cost(penalties: Penalties, length: float, cost: int, kind: int, backwar
     return way * penalties.reverse if backwards else way
 
 
-@njit(cache=True)
+@njit()
 def curve_to(ground: Ground, expansion: Expansion, start: FloatArray, goal: FloatArray) -> FloatArray:
     """Poses (n, 3) of a free curve from pose to pose that is short and cheap enough; none: (0, 3)."""
     best, shortest = np.empty((0, 3)), expansion.max_length
@@ -66,7 +66,7 @@ def curve_to(ground: Ground, expansion: Expansion, start: FloatArray, goal: Floa
     return best
 
 
-@njit(cache=True)
+@njit()
 def expand(
     ground: Ground,
     motions: Motions,
@@ -119,7 +119,7 @@ def expand(
     return count
 
 
-@njit(cache=True)
+@njit()
 def is_roomy(ground: Ground, x: float, y: float) -> bool:
     """Whether the robot stands free at a place however it is turned; kept per cell, to the safe side."""
     if not is_free(ground.costs, ground.blocked, x, y):
@@ -132,7 +132,7 @@ def is_roomy(ground: Ground, x: float, y: float) -> bool:
     return bool(ground.room[row, column] == ROOMY)
 
 
-@njit(cache=True)
+@njit()
 def is_motion_free(ground: Ground, x: float, y: float, poses: FloatArray) -> bool:
     """Whether the robot stands free at every pose (n, 3) of a motion from (x, y)."""
     pose = np.empty(3)
@@ -154,7 +154,7 @@ class Found(NamedTuple):
     iterations: int
 
 
-@njit(cache=True)
+@njit()
 def search_poses(
     ground: Ground, motions: Motions, start: FloatArray, heading: int, goal: Goal, penalties: Penalties, way: Expansion
 ) -> Found:

@@ -1,6 +1,7 @@
 """Hybrid-A* and A* on a state lattice: SmacPlannerHybrid and SmacPlannerLattice of nav2_smac_planner."""
 
 import math
+from abc import abstractmethod
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -9,11 +10,10 @@ from scipy.spatial import ConvexHull
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams, iterations_of
 from navstack.planning.dubins import is_curve_free
-from navstack.planning.endpoints import goal_occupied, require_on_map, single_pose
+from navstack.planning.endpoints import require_on_map, single_pose, to_cells
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner, RobotShape
-from navstack.planning.smac.common import downsampled, in_cells, in_metres, no_path, smoothed
-from navstack.planning.smac.grid_kernels import is_closed
+from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
 from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
 from navstack.planning.smac.pose_kernels import Found, search_poses
 from navstack.planning.smac.pose_problem import Expansion, Goal, Ground, Penalties
@@ -33,14 +33,15 @@ class _PosePlanner(Planner):
     iterations.
     """
 
-    def __init__(self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None) -> None:
+    def __init__(self, params: SmacHybridParams | SmacLatticeParams, shape: RobotShape | None = None) -> None:
+        """``shape`` None: the costs alone say where the robot can be."""
         self._params = params
         self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
         self._hull = POINT if shape is None else shape.footprint[ConvexHull(shape.footprint).vertices]
 
+    @abstractmethod
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
         """The motions, the turning radius [cells], and whether some lead backwards."""
-        raise NotImplementedError
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal`` that the robot can drive as it stands; see :class:`Planner`.
@@ -51,11 +52,7 @@ class _PosePlanner(Planner):
         require_on_map(start, goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, False), stamp)
-        factor = self._params.downsampling_factor if isinstance(self._params, SmacHybridParams) else 1
-        is_coarse = isinstance(self._params, SmacHybridParams) and self._params.downsample_costmap
-        used = downsampled(costmap, factor if is_coarse else 1)
-        if self._params.tolerance < 1e-3 and is_closed(used.cost_at(goal.x, goal.y), self._params.allow_unknown):
-            raise goal_occupied(goal, used)
+        used = searched(costmap, goal, self._params, self._blocked)
         ground = self._ground(used)
         motions, radius, reverses = self._motions(used)
         first, last = in_cells(start, used), in_cells(goal, used)
@@ -63,7 +60,7 @@ class _PosePlanner(Planner):
         heading, way = nearest_heading(motions, start.yaw), self._expansion(radius, reverses, used.resolution)
         found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
-            raise no_path(start, goal)
+            raise no_way(start, goal)
         poses = in_metres(self._poses(found, motions, first, last), used)
         if self._params.smooth_path:
             poses = self._smoothed(poses, used, ground)
@@ -119,8 +116,7 @@ class _PosePlanner(Planner):
     def _smoothed(self, poses: FloatArray, costmap: Costmap, ground: Ground) -> FloatArray:
         """The path smoothed, if the robot has room on it."""
         better = smoothed(poses, costmap, self._params.smoother)
-        cells = better.copy()
-        cells[:, :2] = (better[:, :2] - (costmap.origin_x, costmap.origin_y)) / costmap.resolution
+        cells = to_cells(better, costmap)
         is_free = is_curve_free(
             ground.costs, ground.blocked, ground.footprint, ground.reach, ground.allow_unknown, cells[1:]
         )
@@ -132,10 +128,6 @@ class SmacHybrid(_PosePlanner):
 
     _params: SmacHybridParams
 
-    def __init__(self, params: SmacHybridParams, shape: RobotShape | None = None) -> None:
-        """``shape`` None: the costs alone say where the robot can be."""
-        super().__init__(params, shape)
-
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
         radius = self._params.minimum_turning_radius / costmap.resolution
         reverses = self._params.motion_model_for_search == REEDS_SHEPP
@@ -146,10 +138,6 @@ class SmacLattice(_PosePlanner):
     """A* on a state lattice, whose motions lead from cell centre to cell centre (Pivtoraiko and Kelly, 2005)."""
 
     _params: SmacLatticeParams
-
-    def __init__(self, params: SmacLatticeParams, shape: RobotShape | None = None) -> None:
-        """``shape`` None: the costs alone say where the robot can be."""
-        super().__init__(params, shape)
 
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
         radius = LATTICE_RADIUS / costmap.resolution

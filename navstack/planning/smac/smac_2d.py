@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
-from navstack.costmap.costmap import Costmap
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.params.smac import Smac2DParams
-from navstack.planning.endpoints import face_along_last_step, goal_occupied, require_on_map, single_pose
+from navstack.planning.endpoints import face_along_last_step, require_on_map, single_pose
+from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner
-from navstack.planning.smac.common import downsampled, in_cells, in_metres, no_path, smoothed
-from navstack.planning.smac.grid_kernels import Limits, is_closed, search_grid, trace_back
+from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
+from navstack.planning.smac.grid_kernels import Limits, search_grid, trace_back
 from navstack.types import FloatArray, Path, Pose2D
 
 
@@ -22,6 +23,7 @@ class Smac2D(Planner):
 
     def __init__(self, params: Smac2DParams) -> None:
         self._params = params
+        self._blocked = blocked_table(INSCRIBED_INFLATED_OBSTACLE - 1, params.allow_unknown)
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal``, each pose looking at the next one; see :class:`Planner`.
@@ -33,9 +35,7 @@ class Smac2D(Planner):
         require_on_map(start, goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
-        ground = downsampled(costmap, params.downsampling_factor if params.downsample_costmap else 1)
-        if params.tolerance < 1e-3 and is_closed(ground.cost_at(goal.x, goal.y), params.allow_unknown):
-            raise goal_occupied(goal, ground)
+        ground = searched(costmap, goal, params, self._blocked)
         poses = self._search(start, goal, ground)
         if params.smooth_path:
             poses = smoothed(poses, ground, params.smoother)
@@ -52,10 +52,10 @@ class Smac2D(Planner):
         params, width = self._params, costmap.size_x
         limits = Limits(params.tolerance / costmap.resolution, params.max_iterations, params.max_on_approach_iterations)
         reached = search_grid(
-            costmap.data, params.allow_unknown, begin, end, params.cost_travel_multiplier, limits, travelled, came_by
+            costmap.data, self._blocked, begin, end, params.cost_travel_multiplier, limits, travelled, came_by
         )
         if reached < 0:
-            raise no_path(start, goal)
+            raise no_way(start, goal)
         cells = trace_back(reached, begin[1] * width + begin[0], width, came_by) + 0.5
         is_goal = reached == end[1] * width + end[0]
         places = np.vstack((first[:2], cells[1:-1], last[:2] if is_goal else cells[-1]))

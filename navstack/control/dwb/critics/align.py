@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
+
 from navstack.control.dwb.critics.map_grid import MapGridCritic
 from navstack.control.dwb.end_score import GOAL_ALIGNMENT, PATH_ALIGNMENT
-from navstack.control.dwb.kernels import CellArray, nose_cells
+from navstack.control.dwb.kernels import CellArray
 from navstack.control.dwb.rollouts import Rollouts
-from navstack.control.dwb.scene import Scene
+from navstack.control.dwb.scene import Scene, cells_of
 from navstack.control.plan_handling import plan_cells
 from navstack.params.dwb import AlignParams, DwbParams
 from navstack.types import IntArray
@@ -20,10 +22,9 @@ class _AlignCritic(MapGridCritic):
 
     def scored_cells(self, rollouts: Rollouts, scene: Scene, only_last: bool) -> CellArray:
         """The cells of the nose."""
-        first = rollouts.x.shape[1] - 1 if only_last else 0
-        c = scene.costmap
-        cells: CellArray = nose_cells(rollouts.x, rollouts.y, rollouts.yaw, first, self._ahead, c.data.shape, c.grid)
-        return cells
+        seen = np.s_[:, -1:] if only_last else np.s_[:, :]
+        x, y, yaw = rollouts.x[seen], rollouts.y[seen], rollouts.yaw[seen]
+        return cells_of(x + self._ahead * np.cos(yaw), y + self._ahead * np.sin(yaw), scene.costmap)
 
 
 class PathAlignCritic(_AlignCritic):

@@ -1,10 +1,12 @@
 """Cost of the costmap under the robot's centre."""
 
+import numpy as np
+
 from navstack.control.dwb.critics.critic import Critic
 from navstack.control.dwb.end_score import CELL_COST, EndScore
-from navstack.control.dwb.kernels import obstacle_costs
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from navstack.params.dwb import DwbParams, ObstacleParams
 from navstack.types import FloatArray
 
@@ -20,9 +22,10 @@ class BaseObstacleCritic(Critic):
 
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """The cost 0..252 under the last pose, or the sum over all poses."""
-        costs = scene.costmap.data.reshape(-1)
-        result: FloatArray = obstacle_costs(scene.cells, rollouts.lengths, costs, self._sum_scores)
-        return result
+        costs = np.where(scene.cells < 0, NO_INFORMATION, scene.costmap.data.reshape(-1)[scene.cells])
+        is_illegal = (costs >= INSCRIBED_INFLATED_OBSTACLE).any(axis=1)
+        total = np.where(rollouts.is_pose, costs, 0).sum(axis=1) if self._sum_scores else costs[:, -1]
+        return np.where(is_illegal, np.inf, total)
 
     def end_score(self, scene: Scene) -> EndScore | None:
         """The last pose's cost."""

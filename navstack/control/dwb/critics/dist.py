@@ -23,7 +23,7 @@ class _DistCritic(MapGridCritic):
 
     def raw_costs(self, rollouts: Rollouts, scene: Scene) -> FloatArray:
         """As the base says; inf if any pose leaves the map, or no part of the plan is on it."""
-        if len(self.seeds_in(scene)) == 0:
+        if len(self.seeds(scene)) == 0:
             return np.full(len(rollouts.x), np.inf)
         costs = super().raw_costs(rollouts, scene)
         costs[scene.leaves_map] = np.inf

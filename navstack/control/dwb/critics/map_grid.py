@@ -37,8 +37,6 @@ class MapGridCritic(Critic):
             raise UnknownNameError("aggregation_type", aggregation_type, AGGREGATION_TYPES)
         self._ahead = ahead
         self._end_score = EndScore(self.kind, ahead) if self._aggregation == "last" else None
-        self._scene: Scene | None = None  # that the seeds below are of
-        self._seeds: IntArray = np.empty((0, 2), dtype=np.int64)
 
     @abstractmethod
     def seeds(self, scene: Scene) -> IntArray:
@@ -47,12 +45,6 @@ class MapGridCritic(Critic):
     @abstractmethod
     def scored_cells(self, rollouts: Rollouts, scene: Scene, only_last: bool) -> CellArray:
         """Flat indices (K, T), or (K, 1) of the last poses only; -1 off the map."""
-
-    def seeds_in(self, scene: Scene) -> IntArray:
-        """The same, found once per scene."""
-        if scene is not self._scene:
-            self._scene, self._seeds = scene, self.seeds(scene)
-        return self._seeds
 
     def end_score(self, scene: Scene) -> EndScore | None:
         """The last pose's distance."""
@@ -67,7 +59,7 @@ class MapGridCritic(Critic):
 
         Without seeds it is the score of an unreachable cell, one more than there are cells in the map.
         """
-        seeds = self.seeds_in(scene)
+        seeds = self.seeds(scene)
         if len(seeds) == 0:
             return np.where(cells < 0, np.inf, scene.costmap.data.size + 1.0)
         flat = nearest_seed(cells.ravel(), scene.costmap.size_x, seeds)
@@ -79,10 +71,9 @@ class MapGridCritic(Critic):
         distances = self.distances(self.scored_cells(rollouts, scene, only_last), scene)
         if only_last:
             return distances[:, 0]
-        is_pose = np.arange(distances.shape[1]) < rollouts.lengths[:, None]
         if self._aggregation == "sum":
-            total: FloatArray = np.where(is_pose, distances, 0.0).sum(axis=1)
+            total: FloatArray = np.where(rollouts.is_pose, distances, 0.0).sum(axis=1)
             return total
         illegal = np.isinf(distances).any(axis=1)
-        product = np.where(is_pose & np.isfinite(distances), distances, 1.0).prod(axis=1)
+        product = np.where(rollouts.is_pose & np.isfinite(distances), distances, 1.0).prod(axis=1)
         return np.where(illegal, np.inf, product)

@@ -40,7 +40,7 @@ class ObstacleFootprintCritic(Critic):
         return None if self._sum_scores else EndScore(OUTLINE_COST)
 
 
-@njit(cache=True)
+@njit()
 def outline_costs(
     x: FloatArray, y: FloatArray, yaw: FloatArray, lengths: IntArray, surface: Surface, sum_scores: bool
 ) -> FloatArray:
