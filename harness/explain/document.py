@@ -5,9 +5,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from harness.economics.prices import Prices
 from harness.explain.evidence import Evidence
-from harness.explain.moments import COMPONENTS, Moment, costs_of
+from harness.explain.moments import COMPONENTS, Moment
 from harness.explain.rewind import Rewound
 from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, paragraph
@@ -52,11 +51,6 @@ class Saving:
         """Rewound less as it was [USD]; None: the cargo is not modelled."""
         old, new = self.costs[component], self.new_costs[component]
         return None if old is None or new is None else new - old
-
-
-def saving_of(rewound: Rewound, moment: Moment, before: float, stored: Row, prices: Prices) -> Saving:
-    """The money of a rewound delivery beside that of the stored one."""
-    return Saving(rewound, moment, before, stored, costs_of(stored, prices), costs_of(rewound.delivery.row, prices))
 
 
 def document(evidence: Evidence, told: Sequence[Explained], saving: Saving | None) -> Json:
