@@ -143,7 +143,8 @@ def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where
     from harness.ablation.document import document
     from harness.cli.driving import drive_folder, exit_status
     from harness.episode.factory import prices_of
-    from harness.report.ablation_figure import draw_ablation
+    from harness.report.ablation import draw_ablation, print_ablation
+    from harness.report.tables import report_console
     from harness.study.stored_run import load_run
     from harness.study.suite import write_document
 
@@ -157,8 +158,5 @@ def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where
         content = {**content, "figures": [str(figure) for figure in figures], "folder": str(path)}
         print_json(content)
     else:
-        from harness.report.ablation import print_ablation
-        from harness.report.tables import report_console
-
         print_ablation(ablation, figures, path, report_console())
     return exit_status(results, interrupted)

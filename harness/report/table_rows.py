@@ -36,8 +36,6 @@ class Layout:
     sections: tuple[Section, ...]
 
 
-NOT_MODELLED = "not modelled"
-
 LAYOUTS = tuple(
     from_mapping(Layout, layout, "table_rows.toml")
     for layout in tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))["layouts"]

@@ -7,8 +7,8 @@ from pathlib import Path
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
-from harness.report.names import OUTCOMES
 from harness.report.suite.results import MARGIN, Results, Standing
+from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval
 from harness.storage.files import writing
 from harness.storage.tables import Row, write_table
