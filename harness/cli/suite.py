@@ -190,7 +190,8 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 records += own
                 if interrupted:
                     break
-            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == _declared(suite):
+            everything = suite.episodes * len(cells(suite))
+            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == everything:
                 interrupted = not record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
@@ -219,11 +220,6 @@ def write_overview(path: Path) -> Results:
     return results
 
 
-def _declared(suite: Suite) -> int:
-    """The deliveries of a whole suite."""
-    return suite.episodes * len(cells(suite))
-
-
 def record_partings(path: Path, results: Results, workers: Workers) -> bool:
     """Drive the missions on which stacks part ways most once more, recorded: a run folder for each condition.
 
@@ -231,19 +227,15 @@ def record_partings(path: Path, results: Results, workers: Workers) -> bool:
         False: it was interrupted.
     """
     try:
-        _record_partings(path, results, workers)
+        for parting in results.partings:
+            runs = [each for each in parting.runs if each.seed == parting.seed]
+            studies = [load_study(run.folder) for run in runs]
+            stacks = [study.stacks[0] for study in studies]
+            name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
+            record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
     except KeyboardInterrupt:
         return False
     return True
-
-
-def _record_partings(path: Path, results: Results, workers: Workers) -> None:
-    for parting in results.partings:
-        runs = [each for each in parting.runs if each.seed == parting.seed]
-        studies = [load_study(run.folder) for run in runs]
-        stacks = [study.stacks[0] for study in studies]
-        name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
-        record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
 
 
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:

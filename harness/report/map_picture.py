@@ -1,6 +1,7 @@
 """Pictures of a world: ground by use, buildings, street furniture by type, scale bar and legend."""
 
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,9 +110,7 @@ def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None)
     from matplotlib.patches import Patch
 
     zones = {zone.kind for zone in scene.zones}
-    counts: dict[str, int] = {}
-    for obstacle in scene.obstacles:
-        counts[obstacle.kind] = counts.get(obstacle.kind, 0) + 1
+    counts = Counter(obstacle.kind for obstacle in scene.obstacles)
     handles = [
         Patch(facecolor=colour, edgecolor="#9a9a9a", linewidth=0.4, label=_label(kind))
         for kind, colour in COLOURS.ground.items()

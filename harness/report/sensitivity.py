@@ -117,7 +117,7 @@ def _two_way(axes: "Axes", study: TwoWay, name: str) -> None:
     if np.nanmin(study.profit) < 0.0 < np.nanmax(study.profit):
         line = axes.contour(x, y, study.profit, levels=[0.0], colors=LINE, linewidths=1.2)
         axes.clabel(line, fmt={0.0: "break-even"}, fontsize=7)
-    axes.plot(_today(study.x), _today(study.y), "+", color=LINE, markersize=9, markeredgewidth=1.4)
+    axes.plot(study.x.today, study.y.today, "+", color=LINE, markersize=9, markeredgewidth=1.4)
     axes.set_xlabel(_axis_label(study.x))
     axes.set_ylabel(_axis_label(study.y))
     axes.set_title(f"{name}: profit over the robot's life; + today", loc="left", fontsize=8)
@@ -141,10 +141,6 @@ def _draw_break_even(axes: "Axes", result: Sensitivity, spread: BreakEvenSpread)
     axes.set_ylabel("probability of break-even by then")
     episodes = len(result.stack.rows)
     axes.set_title(f"{result.stack.name}: from {episodes} deliveries measured", loc="left", fontsize=8)
-
-
-def _today(axis: Axis) -> float:
-    return next(iter(axis.base.values())) if axis.unit else 1.0
 
 
 def _axis_label(axis: Axis) -> str:

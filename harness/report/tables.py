@@ -2,6 +2,7 @@
 
 import os
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from io import TextIOWrapper
@@ -122,14 +123,7 @@ def render_table(layout: Layout, columns: Sequence[Column], console: Console) ->
 
 def _broken(title: str) -> list[str]:
     """A title in lines of at most :data:`TITLE_LINE` characters where its words allow it."""
-    lines = [""]
-    for word in title.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if lines[-1] and len(longer) > TITLE_LINE:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines
+    return textwrap.wrap(" ".join(title.split()), TITLE_LINE, break_long_words=False, break_on_hyphens=False)
 
 
 def number_text(value: float | None, row: Row) -> str:

@@ -126,20 +126,14 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "pedestrians": standing.condition.pedestrians,
         "stack": standing.stack,
     }
-    rows = [{**where, "quantity": key, **each.as_json()} for key, each in sorted(valuation.intervals.items())]
-    accounted = results.accounted.get((standing.condition, standing.stack), {})
-    rows += [
-        {**where, "quantity": f"{MARGIN}_{name}", **each.as_json()}
-        for name, each in accounted.items()
-        if name != PUBLISHED
-    ]
-    others = {
-        **dataclasses.asdict(valuation.economics),
-        "break_even_probability": valuation.risk.break_even_probability,
+    risk, accounted = valuation.risk, results.accounted.get((standing.condition, standing.stack), {})
+    intervals = {
+        **dict(sorted(valuation.intervals.items())),
+        **{f"{MARGIN}_{name}": each for name, each in accounted.items() if name != PUBLISHED},
+        "opex_cvar95_usd_per_run": risk.opex_cvar95_usd_per_run,
     }
-    worst = valuation.risk.opex_cvar95_usd_per_run
-    if worst is not None:
-        rows.append({**where, "quantity": "opex_cvar95_usd_per_run", **worst.as_json()})
+    others = {**dataclasses.asdict(valuation.economics), "break_even_probability": risk.break_even_probability}
+    rows = [{**where, "quantity": key, **each.as_json()} for key, each in intervals.items() if each is not None]
     rows += [
         {**where, "quantity": key, "value": value, "n": standing.n}
         for key, value in others.items()
