@@ -1,13 +1,13 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
 import dataclasses
-import datetime
 import sys
 from collections import defaultdict
 from pathlib import Path
 
 import click
 
+from harness.analysis.compare import MARGIN
 from harness.cli.driving import (
     INTERRUPTED,
     SOME_ERRORS,
@@ -18,13 +18,14 @@ from harness.cli.driving import (
 )
 from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
+from harness.cli.report import today
 from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.page.document import write_study_page
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import PAGE, write_results
-from harness.report.suite.results import MARGIN, Results, overview, read_results
+from harness.report.suite.results import Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
 from harness.storage.run_folder import RunFolder, count_finished, default_folder, point_latest, require_usable
@@ -215,7 +216,7 @@ def write_overview(path: Path) -> Results:
     write_document(path / "suite.json", overview(results))
     write_results(results, path)
     runs = [load_run(str(folder)) for folder in recorded_again(path / PARTINGS)]
-    write_study_page(path / PAGE, runs, datetime.date.today().isoformat())
+    write_study_page(path / PAGE, runs, today())
     point_latest(path)
     return results
 

@@ -1,7 +1,6 @@
 """A tuning study as ``navbench tune`` begins it, goes on with it and tells of it."""
 
 import dataclasses
-import datetime
 import math
 import sys
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ import click
 from harness.cli.driving import INTERRUPTED, SOME_ERRORS
 from harness.cli.lint import robot_limits
 from harness.cli.progress import say, shown
+from harness.cli.report import today
 from harness.cli.streams import print_json
 from harness.episode.factory import nav2_parameters, prices_of, world_params
 from harness.metrics.columns import Row
@@ -187,7 +187,7 @@ def _explain(
     markdown = write_tuning(result, scores, explanation, command, path, again, lint)
     progress.phase = "replays"
     runs = [load_run(str(each)) for each in _record_partings(explanation.partings, base, evaluator, path)]
-    write_study_page(markdown, runs, datetime.date.today().isoformat())
+    write_study_page(markdown, runs, today())
 
     def report() -> None:
         console = report_console()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.compare import compare, have_common_missions
+from harness.analysis.compare import MARGIN, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
@@ -21,7 +21,7 @@ from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
 from harness.report.texts import COSTS, notes
-from harness.report.verdict import MARGIN, earnings, rankings
+from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 

@@ -7,7 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 
-from harness.analysis.compare import Comparison, Side, compare, have_common_missions
+from harness.analysis.compare import MARGIN, Comparison, Side, compare, have_common_missions
+from harness.analysis.price_sets import NO_INTERVAL
 from harness.analysis.repricing import accounted_margins
 from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row
@@ -17,7 +18,6 @@ from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
 from harness.study.suite_log import Session, sessions_of
 
-MARGIN = "contribution_margin"
 PARTED_CONDITIONS, PARTED_MISSIONS = 3, 2  # of each, that are recorded to be looked at
 
 
@@ -49,8 +49,7 @@ class Standing:
 
     def interval(self, key: str) -> Interval:
         """A quantity of the valuation with its interval; undefined where there is none."""
-        nothing = Interval(None, None, None, 0)
-        return nothing if self.valuation is None else self.valuation.intervals.get(key, nothing)
+        return NO_INTERVAL if self.valuation is None else self.valuation.intervals.get(key, NO_INTERVAL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,12 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from harness.analysis.compare import MARGIN
+from harness.analysis.price_sets import NO_INTERVAL
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
-from harness.report.suite.results import MARGIN, Results, Standing
+from harness.report.suite.results import Results, Standing
 from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval
 from harness.storage.files import writing
@@ -42,8 +44,8 @@ def margins(results: Results) -> str:
 
 def margins_under(results: Results, accounting: str) -> str:
     """The same under one of :data:`harness.economics.accountings.ACCOUNTINGS`, stacks in the same order."""
-    nothing = Interval(None, None, None, 0)
-    return _by_condition(results, lambda each: results.accounted[each.condition, each.stack].get(accounting, nothing))
+    known = results.accounted
+    return _by_condition(results, lambda each: known[each.condition, each.stack].get(accounting, NO_INTERVAL))
 
 
 def _with_unseen(standing: Standing) -> str:
