@@ -73,8 +73,7 @@ def plan_command(
         InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
     """
     from harness.plan.question import ask_all, task_of
-    from harness.report.plan_picture import draw_plan
-    from harness.report.plan_table import plan_document, render_plan
+    from harness.report.plan import draw_plan, plan_document, render_plan
     from harness.report.tables import report_console
 
     if picture is not None:

@@ -42,11 +42,6 @@ class Saving:
     costs: Mapping[str, float | None]  # [USD] as it was, by COMPONENTS
     new_costs: Mapping[str, float | None]  # [USD] rewound
 
-    @property
-    def saved(self) -> float | None:
-        """By how much the margin is better [USD]; None: the cargo is not modelled."""
-        return self.difference("contribution_margin")
-
     def difference(self, component: str) -> float | None:
         """Rewound less as it was [USD]; None: the cargo is not modelled."""
         old, new = self.costs[component], self.new_costs[component]

@@ -90,7 +90,7 @@ def _print_saving(saving: Saving, console: Console) -> None:
     rewound, row = saving.rewound, saving.rewound.delivery.row
     changes = ", ".join(f"{each.place.path} {each.place.value} -> {each.value}" for each in rewound.changes)
     when = f"{saving.moment.stamp - rewound.take_over.stamp:.1f} s before event {saving.moment.number}"
-    saved = saving.saved
+    saved = saving.difference("contribution_margin")  # by how much the margin is better [USD]
     effect = "cannot be priced without cargo"
     if saved is not None:
         effect = "changes nothing" if saved == 0.0 else f"{'saves' if saved > 0.0 else 'costs'} {abs(saved):.2f} USD"
