@@ -1,6 +1,5 @@
 """Pictures of a world: ground by use, buildings, street furniture by type, scale bar and legend."""
 
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harness.report.figures import save_picture
+from harness.report.texts import read_data
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect
 from navstack.costmap.occupancy_grid import FREE
-from navstack.params.strict import from_mapping
 from navstack.types import BoolArray
 
 if TYPE_CHECKING:
@@ -32,11 +31,7 @@ class Colours:
     furniture: dict[str, str]  # by kind of an obstacle
 
 
-COLOURS = from_mapping(
-    Colours,
-    tomllib.loads(Path(__file__).with_name("map_colours.toml").read_text(encoding="utf-8")),
-    "map_colours.toml",
-)
+COLOURS = read_data(Colours, "map_colours.toml")
 _STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # [m] lengths of a scale bar
 
 

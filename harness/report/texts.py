@@ -4,11 +4,14 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from rich.console import Console
 from rich.text import Text
 
 from navstack.params.strict import from_mapping
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +35,12 @@ class Texts:
     instants: dict[str, Instant]  # by key of harness.explain.document.instant
 
 
-TEXTS = from_mapping(
-    Texts, tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")), "texts.toml"
-)
+def read_data(cls: type[T], name: str) -> T:
+    """A TOML file of this folder as a dataclass, its names and types checked."""
+    return from_mapping(cls, tomllib.loads(Path(__file__).with_name(name).read_text(encoding="utf-8")), name)
+
+
+TEXTS = read_data(Texts, "texts.toml")
 COSTS, OUTCOMES = TEXTS.costs, TEXTS.outcomes
 
 
