@@ -126,7 +126,7 @@ def _handed_over(saving: Saving) -> str:
     )
 
 
-def _text(value: float | str | None, decimals: int | None) -> str:
+def _text(value: float | str | None, decimals: int) -> str:
     if value is None or isinstance(value, str):
         return value or "--"
     return number_text(value, decimals)
