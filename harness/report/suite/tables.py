@@ -129,7 +129,7 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "stack": standing.stack,
     }
     risk, accounted = valuation.risk, results.accounted.get((standing.condition, standing.stack), {})
-    intervals = {
+    intervals: dict[str, Interval | None] = {
         **dict(sorted(valuation.intervals.items())),
         **{f"{MARGIN}_{name}": each for name, each in accounted.items() if name != PUBLISHED},
         "opex_cvar95_usd_per_run": risk.opex_cvar95_usd_per_run,
