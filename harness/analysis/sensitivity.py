@@ -66,9 +66,14 @@ class Axis:
     factors: FloatArray
 
     @property
+    def today(self) -> float:
+        """Where the axis is today: the price, or the factor 1."""
+        return next(iter(self.base.values())) if self.unit else 1.0
+
+    @property
     def values(self) -> FloatArray:
         """What stands on the axis: the price, or the factor."""
-        return self.factors * (next(iter(self.base.values())) if self.unit else 1.0)
+        return self.factors * self.today
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,20 +1,16 @@
 """The command ``navbench ablate``: one localizer after the other on the same deliveries."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from harness.cli.options import refuse_others, study_options
-from harness.cli.streams import print_json
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
-    from harness.ablation.analysis import Declaration
     from harness.study.places import Where
-    from harness.task.study import Study
 
 
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
@@ -66,99 +62,15 @@ def ablate(
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
       navbench ablate --resume results/latest
     """
+    from harness.cli.ablate_study import create_ablation, drive, stored_ablation
+
     if resume is not None:
         refuse_others(context)
-        sys.exit(resume_ablation(resume, against, where, as_json))
-    if more_errors and not errors:
-        raise InputError(f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out")
-    names = [name.strip() for name in localizers.split(",")] if localizers is not None else []
-    study = ablation_study(
-        names, (*errors, *more_errors), correlation_time, stack=stack, workers=where.workers, **choices
-    )
-    sys.exit(start_ablation(study, Path(stack).stem, against, out, where, as_json))
-
-
-def ablation_study(
-    localizers: Sequence[str], errors: Sequence[str], correlation_time: float | None, stack: str, **choices: Any
-) -> "Study":
-    """The study of an ablation: arms in place of stacks.
-
-    Raises:
-        InputError: a value that ``navbench run`` would refuse too, or arms that cannot be had.
-    """
-    from harness.ablation.arms import arms_of, with_arms
-    from harness.task.study import make_study
-
-    study = make_study(stacks=[stack], **choices)
-    arms = arms_of(study.stacks[0], localizers, errors, correlation_time, study.template.allow_unknown)
-    return with_arms(study, arms, choices["workers"])
-
-
-def start_ablation(
-    study: "Study", stack: str, against: str | None, out: Path | None, where: "Where", as_json: bool
-) -> int:
-    """Drive a new ablation, show progress on stderr, print the report on stdout; returns the exit status."""
-    from harness.ablation.analysis import Declaration
-    from harness.cli.progress import say
-    from harness.storage.run_folder import ABLATION, create_run, default_folder, require_usable
-    from harness.study.manifest import about, load_study, parameters
-    from harness.study.preflight import check
-    from navstack.params.strict import dump_dataclass
-
-    declaration = Declaration(stack, against or study.stacks[0].name)
-    declaration.check(study.stacks)
-    path = out or default_folder(f"ablate-{stack}")
-    require_usable(path)
-    first = study.stacks[0].name
-    for note in check(study):
-        if note.startswith(f"{first}: "):  # all arms share the Nav2 file and the robot that notes are about
-            say(f"note: {stack}: {note.removeprefix(f'{first}: ')}")
-    create_run(path, about(study, sys.argv), {**parameters(study), ABLATION: dump_dataclass(declaration)})
-    return _drive(declaration, load_study(path, study.workers), path, where, as_json)
-
-
-def resume_ablation(path: Path, against: str | None, where: "Where", as_json: bool) -> int:
-    """Go on with the ablation of a run folder; otherwise as :func:`start_ablation`."""
-    from harness.ablation.analysis import Declaration
-    from harness.cli.progress import say
-    from harness.storage.run_folder import ABLATION
-    from harness.study.manifest import load_study, version_notes
-    from navstack.params.strict import load_dataclass
-
-    path = path.resolve()  # a link may point elsewhere before the run ends
-    study = load_study(path, where.workers)
-    stored = path / "params" / ABLATION
-    if not stored.is_file():
-        raise InputError(f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume")
-    declaration = load_dataclass(Declaration, stored)
-    declaration = Declaration(declaration.stack, against or declaration.against)
-    declaration.check(study.stacks)
-    for note in version_notes(path):
-        say(f"note: {note}")
-    return _drive(declaration, study, path, where, as_json)
-
-
-def _drive(declaration: "Declaration", study: "Study", path: Path, where: "Where", as_json: bool) -> int:
-    from harness.ablation.analysis import analyse
-    from harness.ablation.document import document
-    from harness.cli.driving import drive_folder, exit_status
-    from harness.episode.factory import prices_of
-    from harness.report.ablation_figure import draw_ablation
-    from harness.storage.documents import write_document
-    from harness.study.stored_run import load_run
-
-    results, interrupted = drive_folder(study, path, where)
-    prices = prices_of(study.template.prices)
-    ablation = analyse(declaration, results, load_run(str(path)), prices, study.episodes)
-    figures = draw_ablation(ablation, path)
-    content = document(ablation, study, prices)
-    write_document(path / "ablation.json", content)
-    if as_json:
-        content = {**content, "figures": [str(figure) for figure in figures], "folder": str(path)}
-        print_json(content)
+        path, study, declaration = stored_ablation(resume, against, where)
     else:
-        from harness.report.ablation import print_ablation
-        from harness.report.tables import report_console
-
-        print_ablation(ablation, figures, path, report_console())
-    return exit_status(results, interrupted)
+        if more_errors and not errors:
+            raise InputError(f"'{more_errors[0]}' follows no --inject; give --inject {more_errors[0]}, or leave it out")
+        names = [name.strip() for name in localizers.split(",")] if localizers is not None else []
+        arms = names, (*errors, *more_errors), correlation_time
+        path, study, declaration = create_ablation(stack, *arms, against, out, {**choices, "workers": where.workers})
+    sys.exit(drive(declaration, study, path, where, as_json))

@@ -3,7 +3,9 @@
 import errno
 import importlib
 import sys
+import tomllib
 import warnings
+from pathlib import Path
 from typing import Any
 
 import click
@@ -13,33 +15,7 @@ from harness.cli.streams import lost_output, provide_streams
 from harness.storage.shipped import keep_compiled_code
 from navstack.errors import NavstackError, NavstackWarning
 
-COMMANDS = {  # heading in the help -> file of harness.cli and name of the command in it -> what it does
-    "Drive deliveries": {
-        "run": "Drive deliveries; print what they did and what they cost.",
-        "suite": "Drive a declared study: stacks x maps x worlds x densities x seeds.",
-        "ablate": "Compare localizers on the same deliveries; price their errors.",
-        "tune": "Tune a Nav2 file for what its deliveries earn; prove it on unseen missions.",
-        "scenario": "Drive situations written down as data; check what comes of them.",
-    },
-    "Read what was driven": {
-        "report": "Write a report of finished runs as one HTML page.",
-        "replay": "Show one recorded delivery: page, GIF, MCAP or Rerun.",
-        "explain": "Tell why a delivery cost what it cost, and what would have saved it.",
-        "compare": "Compare two runs mission by mission.",
-        "price": "Price a finished run again, without simulating.",
-        "sensitivity": "Show which prices a finished run's profit depends on.",
-        "verify": "Check that a run was not changed, and that its deliveries repeat.",
-        "paper": "Print the paper's two tables from its published measurements, and its thresholds.",
-    },
-    "Look at one part": {
-        "lint": "Check a Nav2 parameter file.",
-        "plan": "Compare planners on one query: lengths, clearances, times, a picture.",
-        "localize": "Run a localizer over a recorded ROS 1 or ROS 2 bag.",
-        "map": "Make a sidewalk world, or show and measure a map.",
-        "parity": "Compare with Nav2's own C++, case by case.",
-        "bench": "Measure how fast everything is, and against what.",
-    },
-}
+COMMANDS = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
 NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"

@@ -1,8 +1,6 @@
 """The command ``navbench bench``."""
 
-import contextlib
 import json
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from harness.cli.options import JSON
-from harness.storage.files import require_writable
+from harness.cli.streams import print_json
+from harness.storage.files import require_writable, writing
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -89,22 +88,13 @@ def _show(rows: Sequence[Row], notes: Sequence[str], out: Path | None, as_json: 
     from harness.report.bench import print_bench
     from harness.report.tables import report_console
 
-    text = json.dumps(rows, indent=2, allow_nan=False) + "\n"
     if out is not None:
-        with _writable("--out", out):
-            out.write_text(text, encoding="utf-8")
+        with writing(out):
+            out.write_text(json.dumps(rows, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     if as_json:
-        sys.stdout.write(text)
+        print_json(rows)
     else:
         print_bench(rows, notes, report_console())
-
-
-@contextlib.contextmanager
-def _writable(option: str, file: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{option} {file} cannot be written: {error.strerror}; give another file") from None
 
 
 def _measured(names: Sequence[str], effort: "Effort") -> Iterator[list[Row]]:

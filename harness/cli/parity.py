@@ -76,8 +76,7 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
         cases = [each for each in deviations if (each.is_explained, each.is_compared) == kind]
         if cases:
             console.print(Text(title, style="bold"))
-        for deviation in cases:
-            console.print(Text(f"  {deviation.case}: {deviation.why}"))
-        if cases:
+            for deviation in cases:
+                console.print(Text(f"  {deviation.case}: {deviation.why}"))
             console.print()
     console.print("every case is equal, or its deviation explained" if passes(results) else "no parity")

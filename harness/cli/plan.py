@@ -2,7 +2,7 @@
 
 import json
 import sys
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,41 +48,22 @@ def plan(**choices: Any) -> None:
 
     Exit status: 0 a planner found a path; 1 none did, or bad input.
     """
-    sys.exit(plan_command(Request(**choices)))
+    sys.exit(plan_command(**choices))
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What a user asked for."""
-
-    map_name: str
-    start: str
-    goal: str
-    planners: tuple[str, ...]
-    smoother: str | None
-    seed: int
-    seconds: float | None
-    params: str | None
-    picture: Path | None
-    allow_unknown: bool
-    as_json: bool
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The planners, one by one.
-
-        Raises:
-            InputError: none is given, or one twice.
-        """
-        names = [name.strip() for group in self.planners for name in group.split(",") if name.strip()]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if not names or twice is not None:
-            problem = "names no planner" if twice is None else f"names {twice} twice"
-            raise InputError(f"--planner '{','.join(self.planners)}' {problem}; give each once, e.g. NavFn,RRTstar")
-        return tuple(names)
-
-
-def plan_command(request: Request) -> int:
+def plan_command(
+    map_name: str,
+    start: str,
+    goal: str,
+    planners: tuple[str, ...],
+    smoother: str | None,
+    seed: int,
+    seconds: float | None,
+    params: str | None,
+    picture: Path | None,
+    allow_unknown: bool,
+    as_json: bool,
+) -> int:
     """Ask every planner, then print and draw what they found.
 
     Returns:
@@ -92,23 +73,36 @@ def plan_command(request: Request) -> int:
         InputError: an unknown name, a pose that cannot be used, a file that cannot be read or written.
     """
     from harness.plan.question import ask_all, task_of
-    from harness.report.plan_picture import draw_plan
-    from harness.report.plan_table import plan_document, render_plan
+    from harness.report.plan import draw_plan, plan_document, render_plan
     from harness.report.tables import report_console
 
-    if request.picture is not None:
-        require_writable("--picture", request.picture, PICTURES)
-    start, goal = (None if end == AUTO else end for end in (request.start, request.goal))
-    task = task_of(request.map_name, start, goal, request.seed, request.params, request.allow_unknown)
-    ends, ground, answers = ask_all(task, request.names, request.smoother, request.seconds or 0.0)
-    if request.picture is not None:
-        draw_plan(ground.costmap, ends, answers, ground.footprint, request.picture)
-    if request.as_json:
-        document = plan_document(ends, answers) | {"map": task.map_name, "seed": request.seed}
+    if picture is not None:
+        require_writable("--picture", picture, PICTURES)
+    begin, end = (None if pose == AUTO else pose for pose in (start, goal))
+    task = task_of(map_name, begin, end, seed, params, allow_unknown)
+    ends, ground, answers = ask_all(task, _names(planners), smoother, seconds or 0.0)
+    if picture is not None:
+        draw_plan(ground.costmap, ends, answers, ground.footprint, picture)
+    if as_json:
+        document = plan_document(ends, answers) | {"map": task.map_name, "seed": seed}
         sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
     else:
         console = report_console()
-        render_plan(ends, answers, request.smoother, console)
-        if request.picture is not None:
-            console.print(f"picture: {request.picture}", soft_wrap=True)
+        render_plan(ends, answers, smoother, console)
+        if picture is not None:
+            console.print(f"picture: {picture}", soft_wrap=True)
     return 0 if any(answer.path is not None for answer in answers) else 1
+
+
+def _names(planners: Sequence[str]) -> list[str]:
+    """The planners, one by one.
+
+    Raises:
+        InputError: none is given, or one twice.
+    """
+    names = [name.strip() for group in planners for name in group.split(",") if name.strip()]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if not names or twice is not None:
+        problem = "names no planner" if twice is None else f"names {twice} twice"
+        raise InputError(f"--planner '{','.join(planners)}' {problem}; give each once, e.g. NavFn,RRTstar")
+    return names

@@ -1,5 +1,6 @@
 """The command ``navbench scenario``: situations written down as data, driven and judged."""
 
+import dataclasses
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -59,13 +60,7 @@ def document(results: Sequence[Result]) -> dict[str, Any]:
                 "as_expected": result.as_expected,
                 "simulated_s": result.duration,
                 "checks": [
-                    {
-                        "check": finding.check,
-                        "asked": finding.asked or None,
-                        "holds": finding.holds,
-                        "measured": finding.measured,
-                    }
-                    for finding in result.findings
+                    {**dataclasses.asdict(finding), "asked": finding.asked or None} for finding in result.findings
                 ],
             }
             for result in results

@@ -8,7 +8,7 @@ from harness.analysis.repricing import choose
 from harness.analysis.sensitivity import document, sensitivities
 from harness.cli.options import JSON, OTHER_PRICES, SETTINGS, TERMS
 from harness.cli.streams import print_json
-from harness.report.sensitivity import print_sensitivity
+from harness.report.sensitivity import draw_figures, print_sensitivity
 from harness.report.tables import report_console
 from harness.study.stored_run import load_run
 
@@ -46,8 +46,6 @@ def sensitivity(
     results = sensitivities(stored, choices, maps)
     figures: list[str] = []
     if out is not None:
-        from harness.report.sensitivity_figures import draw_figures
-
         figures = [str(path) for result in results for path in draw_figures(result, out)]
     if as_json:
         print_json(document(stored, results, choices, figures))

@@ -1,13 +1,13 @@
 """``navbench suite``: every cell of a declared study one after the other, and the overview of all."""
 
 import dataclasses
-import datetime
 import sys
 from collections import defaultdict
 from pathlib import Path
 
 import click
 
+from harness.analysis.compare import MARGIN
 from harness.cli.driving import (
     INTERRUPTED,
     SOME_ERRORS,
@@ -18,13 +18,14 @@ from harness.cli.driving import (
 )
 from harness.cli.options import JSON, refuse_others, where_options
 from harness.cli.progress import say, shown
+from harness.cli.report import today
 from harness.cli.streams import print_json
 from harness.execution.workers import Workers
 from harness.report.markdown import interval_text
 from harness.report.page.document import write_study_page
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.suite.document import PAGE, write_results
-from harness.report.suite.results import MARGIN, Results, overview, read_results
+from harness.report.suite.results import Results, overview, read_results
 from harness.report.tables import report_console
 from harness.statistics.interval import wilson_interval
 from harness.storage.documents import write_document
@@ -190,7 +191,8 @@ def _drive(path: Path, suite: Suite, portion: Portion, where: Where, as_json: bo
                 failed += own.where(bool, "error")
                 if interrupted:
                     break
-            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == _declared(suite):
+            everything = suite.episodes * len(cells(suite))
+            if not interrupted and sum(count_finished(path / cell.name) for cell in cells(suite)) == everything:
                 interrupted = not record_partings(path, read_results(path), workers)
     finally:
         after = {cell: count_finished(path / cell.name) for cell in studies}  # also what was kept and not yet counted
@@ -214,14 +216,9 @@ def write_overview(path: Path) -> Results:
     write_document(path / "suite.json", overview(results))
     write_results(results, path)
     runs = [load_run(str(folder)) for folder in recorded_again(path / PARTINGS)]
-    write_study_page(path / PAGE, runs, datetime.date.today().isoformat())
+    write_study_page(path / PAGE, runs, today())
     point_latest(path)
     return results
-
-
-def _declared(suite: Suite) -> int:
-    """The deliveries of a whole suite."""
-    return suite.episodes * len(cells(suite))
 
 
 def record_partings(path: Path, results: Results, workers: Workers) -> bool:
@@ -231,19 +228,15 @@ def record_partings(path: Path, results: Results, workers: Workers) -> bool:
         False: it was interrupted.
     """
     try:
-        _record_partings(path, results, workers)
+        for parting in results.partings:
+            runs = [each for each in parting.runs if each.seed == parting.seed]
+            studies = [load_study(run.folder) for run in runs]
+            stacks = [study.stacks[0] for study in studies]
+            name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
+            record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
     except KeyboardInterrupt:
         return False
     return True
-
-
-def _record_partings(path: Path, results: Results, workers: Workers) -> None:
-    for parting in results.partings:
-        runs = [each for each in parting.runs if each.seed == parting.seed]
-        studies = [load_study(run.folder) for run in runs]
-        stacks = [study.stacks[0] for study in studies]
-        name = runs[0].folder.name.removesuffix(f"-{stacks[0].name}")
-        record_again(path / PARTINGS, name, stacks, studies[0].template, parting.episodes, workers)
 
 
 def _tally(path: Path, studies: dict[Cell, Study]) -> Tally:

@@ -10,13 +10,7 @@ from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 
-
-@dataclass(frozen=True, slots=True)
-class Weighed:
-    """What a cycle's command was preferred to."""
-
-    stamp: float  # [s]
-    alternatives: tuple[Alternative, ...]
+Weighed = dict[float, tuple[Alternative, ...]]  # by the cycle's time [s]: what its command was preferred to
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +40,14 @@ class Watched(_Led):
     def __init__(self, navigator: Navigator) -> None:
         super().__init__(navigator)
         self._navigator = navigator
-        self.weighed: list[Weighed] = []
+        self.weighed: Weighed = {}
 
     def tick(self, observation: Observation) -> Twist2D:
         """The navigator's command."""
         command = self._navigator.tick(observation)
         alternatives = self._navigator.alternatives
         if alternatives:
-            self.weighed.append(Weighed(observation.stamp, alternatives))
+            self.weighed[observation.stamp] = alternatives
         return command
 
 

@@ -5,9 +5,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from harness.economics.prices import Prices
 from harness.explain.evidence import Evidence
-from harness.explain.moments import COMPONENTS, Moment, costs_of
+from harness.explain.moments import COMPONENTS, Moment
 from harness.explain.rewind import Rewound
 from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, paragraph
@@ -43,20 +42,10 @@ class Saving:
     costs: Mapping[str, float | None]  # [USD] as it was, by COMPONENTS
     new_costs: Mapping[str, float | None]  # [USD] rewound
 
-    @property
-    def saved(self) -> float | None:
-        """By how much the margin is better [USD]; None: the cargo is not modelled."""
-        return self.difference("contribution_margin")
-
     def difference(self, component: str) -> float | None:
         """Rewound less as it was [USD]; None: the cargo is not modelled."""
         old, new = self.costs[component], self.new_costs[component]
         return None if old is None or new is None else new - old
-
-
-def saving_of(rewound: Rewound, moment: Moment, before: float, stored: Row, prices: Prices) -> Saving:
-    """The money of a rewound delivery beside that of the stored one."""
-    return Saving(rewound, moment, before, stored, costs_of(stored, prices), costs_of(rewound.delivery.row, prices))
 
 
 def document(evidence: Evidence, told: Sequence[Explained], saving: Saving | None) -> Json:

@@ -1,7 +1,7 @@
 """What there is to tell of one delivery: from its recording, or driven again."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -44,7 +44,7 @@ class Evidence:
     tracks: tuple[FloatArray, ...]  # T arrays (k, 6): id, x, y [m], vx, vy [m/s], radius [m], map frame as believed
     plans: tuple[tuple[float, FloatArray], ...]  # since when [s], and corners (N, 2) [m]
     decisions: tuple[Row, ...]  # of the table of decisions; none: nothing decides in this stack
-    weighed: tuple[Weighed, ...] | None  # None: not recorded
+    weighed: Weighed | None  # None: not recorded
     body: Body  # the robot as people meet it
     footprint: FloatArray  # (V, 2) [m], base frame
     source: str  # RECORDING or DRIVEN_AGAIN
@@ -101,7 +101,7 @@ def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any]) -> Evidenc
     """The evidence of a recording, of which ``arrays`` are."""
     file = decisions_file(run, episode)
     decisions = read_decisions(file) if file.is_file() else ()
-    return _evidence(run, delivery_row(run, episode), events_of(run, episode), arrays, decisions, None, RECORDING)
+    return _evidence(run, episode, arrays, decisions, None, RECORDING)
 
 
 def task_of(run: StoredRun, episode: int) -> EpisodeTask:
@@ -139,8 +139,8 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     assert delivery.recording is not None and delivery.decisions is not None
     columns, rows = delivery.decisions
     decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
-    weighed = tuple(watched[0].weighed) if watched else ()
-    return _evidence(run, stored, events_of(run, episode), delivery.recording, decisions, weighed, DRIVEN_AGAIN)
+    weighed = watched[0].weighed if watched else {}
+    return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
 
 
 def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:
@@ -159,25 +159,24 @@ def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:
 
 def _evidence(
     run: StoredRun,
-    row: Row,
-    events: Sequence[Row],
+    episode: int,
     arrays: Mapping[str, Any],
-    decisions: Sequence[Row],
-    weighed: tuple[Weighed, ...] | None,
+    decisions: tuple[Row, ...],
+    weighed: Weighed | None,
     source: str,
 ) -> Evidence:
     params = run.folder / "params"
     robot = load_dataclass(RobotParams, params / f"{run.stacks[0].name}-robot.yaml")
     people = load_dataclass(WorldParams, params / "world.yaml").people
     return Evidence(
-        row=row,
-        events=tuple(events),
+        row=delivery_row(run, episode),
+        events=events_of(run, episode),
         trace=np.asarray(arrays["trace"]),
         crowd=np.asarray(arrays["crowd"], dtype=np.float64),
         pieces_lost=np.asarray(arrays["pieces_lost"], dtype=np.float64),
         tracks=tuple(tracks_of(arrays)),
         plans=tuple(plans_of(arrays)),
-        decisions=tuple(decisions),
+        decisions=decisions,
         weighed=weighed,
         body=Body(robot.center, robot.half_size, people.radius),
         footprint=robot.polygon,

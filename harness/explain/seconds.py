@@ -45,7 +45,7 @@ class Seconds:
     shaking: FloatArray  # (m,) [m/s2] horizontal acceleration, ahead and sideways
     pieces_lost: FloatArray  # (m,)
     decisions: tuple[Row, ...]  # of these seconds
-    weighed: tuple[Weighed, ...] | None  # of these seconds; None: not recorded
+    weighed: Weighed | None  # of the whole delivery; None: not recorded
 
     def instants(self) -> list[int]:
         """Places in the arrays every :data:`STEP` back from the moment, in order of time."""
@@ -89,7 +89,9 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
     trace, people = evidence.trace[inside], evidence.crowd[inside]
     distances = _distances(evidence, inside)
     person = moment.person if moment.person is not None else _nearest(distances)
-    distance = np.full(len(inside), np.nan) if person is None else distances[:, person]
+    distance, place = np.full(len(inside), np.nan), np.full((len(inside), 2), np.nan)
+    if person is not None:
+        distance, place = distances[:, person], people[:, person]
     tracks = _true_tracks(evidence, inside)
     decisions = tuple(row for row in evidence.decisions if since - 1e-6 <= row["stamp_s"] <= moment.stamp + 1e-6)
     decided, errors = _errors(evidence)
@@ -110,19 +112,13 @@ def seconds_before(evidence: Evidence, moment: Moment, before: float) -> Seconds
         people=people,
         distance=distance,
         closing=-np.gradient(distance, trace[:, 0]),
-        track_error=_track_errors(tracks, None if person is None else people[:, person]),
+        track_error=_track_errors(tracks, place),
         tracks=tracks,
         shaking=np.hypot(np.gradient(trace[:, 4], trace[:, 0]), trace[:, 4] * trace[:, 5]),
         pieces_lost=evidence.pieces_lost[inside],
         decisions=decisions,
-        weighed=_within(evidence.weighed, since, moment.stamp),
+        weighed=evidence.weighed,
     )
-
-
-def _within(weighed: Sequence[Weighed] | None, since: float, until: float) -> tuple[Weighed, ...] | None:
-    if weighed is None:
-        return None
-    return tuple(each for each in weighed if since - 1e-6 <= each.stamp <= until + 1e-6)
 
 
 def _distances(evidence: Evidence, inside: IntArray) -> FloatArray:
@@ -176,11 +172,7 @@ def _true_tracks(evidence: Evidence, inside: IntArray) -> tuple[FloatArray, ...]
     return tuple(moved)
 
 
-def _track_errors(tracks: Sequence[FloatArray], person: FloatArray | None) -> FloatArray:
+def _track_errors(tracks: Sequence[FloatArray], person: FloatArray) -> FloatArray:
     """Distance (m,) [m] between a person (m, 2) and the nearest track; NaN: none is near enough to be the person's."""
-    errors = np.full(len(tracks), np.nan)
-    for place, seen in enumerate(tracks if person is not None else ()):
-        if person is not None and len(seen):
-            nearest = float(np.hypot(*(seen - person[place]).T).min())
-            errors[place] = nearest if nearest <= SAME_BODY else np.nan
-    return errors
+    nearest = [np.hypot(*(seen - at).T).min(initial=np.inf) for seen, at in zip(tracks, person, strict=True)]
+    return np.where(np.array(nearest) <= SAME_BODY, nearest, np.nan)

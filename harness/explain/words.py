@@ -190,8 +190,7 @@ def shares_of(row: Row) -> dict[str, float]:
 
 def alternatives_at(seconds: Seconds, row: Row) -> dict[str, Alternative]:
     """What the command of a decision was preferred to, by kind."""
-    found = next((each for each in seconds.weighed or () if each.stamp == row["stamp_s"]), None)
-    return {} if found is None else {each.kind: each for each in found.alternatives}
+    return {each.kind: each for each in (seconds.weighed or {}).get(row["stamp_s"], ())}
 
 
 def deciding_critics(row: Row, other: Alternative) -> dict[str, float]:

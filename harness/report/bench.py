@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.text import Text
 
 from harness.report.sheet import Sheet, declared, print_sheet
+from harness.report.texts import print_notes
 
 Row = Mapping[str, Any]
 
@@ -20,8 +20,7 @@ def print_bench(rows: Sequence[Row], notes: Sequence[str], console: Console) -> 
     loops = [row for row in rows if "real_time_factor" in row]
     for sheet in (_components(components), _loops(loops), _breakdown([row for row in loops if PARTS in row])):
         print_sheet(sheet, console)
-    for note in notes:
-        console.print(Text(note, style="dim"))
+    print_notes(notes, console)
 
 
 def _components(rows: Sequence[Row]) -> Sheet:

@@ -1,12 +1,12 @@
 """The printed result of ``navbench compare``."""
 
 from rich.console import Console
-from rich.text import Text
 
 from harness.analysis.compare import Compared, Comparison
 from harness.metrics.metric import Better
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text
 from harness.report.sheet import declared, print_sheet
+from harness.report.texts import notes, print_notes
 
 SURE = 0.05  # adjusted p below which a side is called better
 
@@ -19,8 +19,7 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     console.print()
     rows = [(key, *_cells(entry)) for key, entry in comparison.differences.items() if entry.differs]
     print_sheet(declared("comparison", rows, pairs=comparison.pairs), console)
-    for note in _notes(comparison):
-        console.print(Text(note, style="dim"))
+    print_notes(_notes(comparison), console)
 
 
 def _cells(entry: Compared) -> list[str]:
@@ -48,19 +47,14 @@ def winner(entry: Compared, first: str, second: str) -> str:
 def _notes(comparison: Comparison) -> list[str]:
     left = comparison.left_out
     alike = [key for key, entry in comparison.differences.items() if not entry.differs]
-    notes = [
-        "Interval: bootstrap over missions. p: paired sign-flip test, McNemar's for shares of deliveries. p Holm: "
-        f"adjusted for {' and '.join(comparison.family)}; the others are for looking only, --metric asks for them.",
-        "needed: missions that resolve a difference as large as the one observed (power 0.8, this metric alone).",
-        "better: who is, where p Holm is below 0.05.",
-    ]
+    lines = notes("comparison", family=" and ".join(comparison.family))
     if comparison.unseen is not None:
-        notes.append(
+        lines.append(
             "contribution_margin, if a loss that has not happened yet is admitted: "
             f"{interval_text(comparison.unseen, 2)} USD a delivery."
         )
     if alike:
-        notes.append(f"alike on every mission: {', '.join(alike)}.")
+        lines.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):
-        notes.append(f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B.")
-    return notes
+        lines.append(f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B.")
+    return lines

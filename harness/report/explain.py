@@ -14,36 +14,12 @@ from harness.explain.seconds import Seconds
 from harness.explain.words import alternatives_at, gaps_to, is_same
 from harness.metrics.columns import Row
 from harness.report.markdown import number_text
-from harness.report.names import COSTS
 from harness.report.sheet import Sheet, declared, print_sheet
+from harness.report.texts import COSTS, TEXTS, notes
 from navstack.control.decision import RUNNER_UP, SLOWER
 
 WORDS_WIDTH = 100  # [characters]
-INSTANTS = (  # title, key of an instant, decimals
-    ("t [s]", "time_to_event_s", 1),
-    ("v [m/s]", "speed_mps", 2),
-    ("cmd v", "command_linear_x_mps", 2),
-    ("cmd w", "command_angular_z_radps", 2),
-    ("decided by", "decided_by", None),
-    ("illegal", "rejected", 0),
-    ("of", "samples", 0),
-    ("score", "total_score", 2),
-    ("person [m]", "distance_m", 2),
-    ("closing [m/s]", "closing_speed_mps", 2),
-    ("track off [m]", "track_error_m", 2),
-    ("belief off [m]", "position_error_m", 2),
-    ("cargo [m/s2]", "acceleration_mps2", 1),
-    ("lost", "pieces_lost", 0),
-)
 TITLES = COSTS | {"contribution_margin": "contribution margin", "opex": "all costs"}
-NO_PROOF = (
-    "One run is not evidence: small changes move people and robot elsewhere, and another delivery may end differently. "
-    "Drive many with navbench run and the changed file, and use navbench compare."
-)
-SHADOW = (
-    "The changed parameters saw all of the delivery, decided nothing until then and drove from then on. Counts of "
-    "plans and recoveries are theirs from the start."
-)
 
 
 def print_explanation(
@@ -77,9 +53,10 @@ def _print_words(words: str, console: Console) -> None:
 
 def _instants(seconds: Seconds) -> Sheet:
     told = [instant(seconds, place) for place in seconds.instants()]
-    rows = [[_text(values[key], decimals) for _, key, decimals in INSTANTS] for values in told]
+    columns = TEXTS.instants
+    rows = [[_text(values[key], column.decimals) for key, column in columns.items()] for values in told]
     title = f"The {-seconds.at[0]:.1f} s before event {seconds.moment.number}"
-    return Sheet(title, [title for title, *_ in INSTANTS], rows, texts=0)
+    return Sheet(title, [column.title for column in columns.values()], rows, texts=0)
 
 
 def _scores(seconds: Seconds) -> Sheet:
@@ -113,7 +90,7 @@ def _print_saving(saving: Saving, console: Console) -> None:
     rewound, row = saving.rewound, saving.rewound.delivery.row
     changes = ", ".join(f"{each.place.path} {each.place.value} -> {each.value}" for each in rewound.changes)
     when = f"{saving.moment.stamp - rewound.take_over.stamp:.1f} s before event {saving.moment.number}"
-    saved = saving.saved
+    saved = saving.difference("contribution_margin")  # by how much the margin is better [USD]
     effect = "cannot be priced without cargo"
     if saved is not None:
         effect = "changes nothing" if saved == 0.0 else f"{'saves' if saved > 0.0 else 'costs'} {abs(saved):.2f} USD"
@@ -128,7 +105,7 @@ def _print_saving(saving: Saving, console: Console) -> None:
         rows.append((TITLES.get(name, name), *map(number_text, values)))
     console.print()
     print_sheet(declared("rewind", rows), console)
-    for note in (_handed_over(saving), SHADOW, NO_PROOF):
+    for note in (_handed_over(saving), *notes("rewind")):
         _print_words(note, console)
 
 
@@ -149,7 +126,7 @@ def _handed_over(saving: Saving) -> str:
     )
 
 
-def _text(value: float | str | None, decimals: int | None) -> str:
+def _text(value: float | str | None, decimals: int) -> str:
     if value is None or isinstance(value, str):
         return value or "--"
     return number_text(value, decimals)

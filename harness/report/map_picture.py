@@ -1,12 +1,15 @@
 """Pictures of a world: ground by use, buildings, street furniture by type, scale bar and legend."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harness.report.figures import save_picture
+from harness.report.texts import read_data
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.shapes import Rect
 from navstack.costmap.occupancy_grid import FREE
@@ -15,33 +18,20 @@ from navstack.types import BoolArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_GROUND = "#e9e7e2"  # where a zone says nothing
-_GROUND_COLOURS = {
-    "road": "#d3d5d8",
-    "sidewalk": "#f6f3ea",
-    "crosswalk": "#fbfaf5",
-    "plaza": "#f0e4cf",
-    "lawn": "#dfead0",
-    "construction": "#e6cfae",
-    "work_area": "#eed9b5",
-}
-_BUILDING = ("#aab4c0", "#8f9aa8")  # face, edge
-_UNKNOWN = ("#6d6f73", "#6d6f73")
-# Priced property in strong colours, the rest in quiet ones.
-_FURNITURE_COLOURS = {
-    "mailbox": "#1f5fa8",
-    "trash_bin": "#6b4a2f",
-    "bollard": "#c2410c",
-    "plant": "#3f8f4f",
-    "fence": "#a21caf",
-    "hydrant": "#dc2626",
-    "lamp": "#d4a017",
-    "traffic_light": "#111827",
-    "newspaper_box": "#0f9b8e",
-    "bus_stop": "#4f6fd8",
-    "barrier": "#f08c2e",
-}
-_OTHER_FURNITURE = "#7c7f85"
+
+@dataclass(frozen=True, slots=True)
+class Colours:
+    """Content of ``map_colours.toml``; pairs are face and edge."""
+
+    bare: str  # where a zone says nothing
+    building: tuple[str, str]
+    unknown: tuple[str, str]
+    other_furniture: str
+    ground: dict[str, str]  # by kind of a zone
+    furniture: dict[str, str]  # by kind of an obstacle
+
+
+COLOURS = read_data(Colours, "map_colours.toml")
 _STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # [m] lengths of a scale bar
 
 
@@ -92,11 +82,11 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
         bounds: the part to show; None: everything.
     """
     area = bounds or _extent(scene)
-    axes.set_facecolor(_GROUND)
+    axes.set_facecolor(COLOURS.bare)
     if scene.zones:
         _draw_zones(axes, scene.zones)
     else:
-        colours = (_GROUND_COLOURS["road"], _GROUND_COLOURS["sidewalk"])
+        colours = (COLOURS.ground["road"], COLOURS.ground["sidewalk"])
         _draw_cells(axes, scene.walkable.data == FREE, _extent(scene), colours)
     _draw_obstacles(axes, scene.obstacles, area)
     axes.set_xlim(area.x0, area.x1)
@@ -115,12 +105,10 @@ def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None)
     from matplotlib.patches import Patch
 
     zones = {zone.kind for zone in scene.zones}
-    counts: dict[str, int] = {}
-    for obstacle in scene.obstacles:
-        counts[obstacle.kind] = counts.get(obstacle.kind, 0) + 1
+    counts = Counter(obstacle.kind for obstacle in scene.obstacles)
     handles = [
         Patch(facecolor=colour, edgecolor="#9a9a9a", linewidth=0.4, label=_label(kind))
-        for kind, colour in _GROUND_COLOURS.items()
+        for kind, colour in COLOURS.ground.items()
         if kind in zones
     ]
     for kind in sorted(counts, key=lambda name: (_is_furniture(name), -counts[name])):
@@ -148,7 +136,7 @@ def _draw_zones(axes: "Axes", zones: Sequence[Zone]) -> None:
         axes.add_collection(
             PolyCollection(
                 polygons,
-                facecolors=_GROUND_COLOURS.get(kind, _GROUND),
+                facecolors=COLOURS.ground.get(kind, COLOURS.bare),
                 edgecolors="#b98f4f" if is_site else "#c3c0b6",
                 linewidths=0.3,
                 hatch="////" if is_site else None,
@@ -231,10 +219,10 @@ def _is_furniture(kind: str) -> bool:
 
 def _colours(kind: str) -> tuple[str, str]:
     if kind == "unknown":
-        return _UNKNOWN
+        return COLOURS.unknown
     if not _is_furniture(kind):
-        return _BUILDING
-    colour = _FURNITURE_COLOURS.get(kind, _OTHER_FURNITURE)
+        return COLOURS.building
+    colour = COLOURS.furniture.get(kind, COLOURS.other_furniture)
     return colour, colour
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from harness.economics.cost_model import Measured, price
 from harness.economics.prices import Prices
-from harness.report.tables import Column
+from harness.report.tables import Column, values_of
 from harness.storage.shipped import resolve, shipped
 from navstack.params.strict import load_dataclass
 
@@ -62,14 +62,8 @@ def load_published(name_or_file: str = "costnav") -> Published:
 
 def published_columns(published: Published, prices: Prices) -> list[Column]:
     """The paper's columns: seven methods in its order, then the real robot."""
-    methods = (*published.methods.values(), published.real_world_canvas.method)
-    return [
-        Column(
-            method.title,
-            method.measured,
-            price(method.measured, method.sensors, method.data_collection, prices),
-            method.episodes,
-            published=True,
-        )
-        for method in methods
-    ]
+    columns = []
+    for method in (*published.methods.values(), published.real_world_canvas.method):
+        economics = price(method.measured, method.sensors, method.data_collection, prices)
+        columns.append(Column(method.title, values_of(method.measured, economics), method.episodes, published=True))
+    return columns

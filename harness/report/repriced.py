@@ -3,33 +3,19 @@
 from collections.abc import Mapping, Sequence
 
 from rich.console import Console
-from rich.text import Text
 
 from harness.analysis.price_sets import UnderSet
 from harness.analysis.repricing import VARIED, Choices, Repriced
-from harness.economics.accountings import MONOTONE, PUBLISHED
+from harness.economics.accountings import PUBLISHED
 from harness.economics.valuation import Risk
 from harness.report.markdown import interval_text
 from harness.report.sheet import Sheet, declared, print_sheet
 from harness.report.tables import own_column, render_tables
+from harness.report.texts import TEXTS, notes, print_notes
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
-TITLES = {
-    PUBLISHED: "published rule",
-    MONOTONE: "harder costs more",
-    "robot_at_fault": "robot at fault",
-    "shared_fault": "shared fault",
-    "no_threshold": "all contacts",
-    "no_threshold_robot_at_fault": "all, robot at fault",
-    "no_threshold_shared_fault": "all, shared fault",
-}
-ACCOUNTING_NOTE = (
-    "The robot pays for contacts that the published rule counts; all: for every contact event with the impulse of its "
-    "impacts, without pushes that go on. Robot at fault: where it moved into the other at least as fast as the other "
-    "into it; shared: by its share of the closing speed. Property is the robot's in all. Harder costs more: injuries "
-    "beyond MAIS 3 have a price, and any touch of property costs in proportion. Outcomes stay."
-)
+TITLES = TEXTS.accountings
 
 
 def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices, console: Console) -> None:
@@ -39,7 +25,7 @@ def print_repriced(run: StoredRun, results: Sequence[Repriced], choices: Choices
     console.print()
     for each in results:
         print_sheet(_accountings(each), console)
-    console.print(Text(ACCOUNTING_NOTE, style="dim"))
+    print_notes(notes("accountings"), console)
     if (paying := choices.prices.accounting) != PUBLISHED:
         console.print(f"these prices go with the accounting '{TITLES[paying]}': its row is theirs")
     for each in results:

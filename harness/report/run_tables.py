@@ -5,14 +5,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from harness.analysis.compare import Side
+from harness.analysis.compare import MARGIN, Side
 from harness.economics.prices import Prices
 from harness.episode.factory import world_params
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import risk_text
 from harness.report.table_rows import further_metrics
 from harness.report.tables import own_column, render_table, render_tables
-from harness.report.verdict import MARGIN, earnings, rankings
+from harness.report.verdict import earnings, rankings
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run
 from harness.task.study import Study

@@ -1,12 +1,10 @@
 """The rows of the printed tables: which quantity, under which label, with how many decimals."""
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 
 from harness.metrics.catalog import GROUPS
 from harness.metrics.metric import Metric
-from navstack.params.strict import from_mapping
+from harness.report.texts import read_data
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +34,14 @@ class Layout:
     sections: tuple[Section, ...]
 
 
-NOT_MODELLED = "not modelled"
+@dataclass(frozen=True, slots=True)
+class Layouts:
+    """The file's content."""
 
-LAYOUTS = tuple(
-    from_mapping(Layout, layout, "table_rows.toml")
-    for layout in tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))["layouts"]
-)
+    layouts: tuple[Layout, ...]
+
+
+LAYOUTS = read_data(Layouts, "table_rows.toml").layouts
 
 
 def further_metrics() -> Layout:

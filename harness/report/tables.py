@@ -2,8 +2,9 @@
 
 import os
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from io import TextIOWrapper
 from typing import TextIO
 
@@ -16,7 +17,8 @@ from rich.text import Text
 from harness.economics.cost_model import Economics, Measured
 from harness.economics.valuation import OUTCOMES, Valuation
 from harness.metrics.contacts import PRICED_PROPERTY
-from harness.report.table_rows import LAYOUTS, NOT_MODELLED, Layout, Row
+from harness.report.table_rows import LAYOUTS, Layout, Row
+from harness.report.texts import TEXTS, print_notes
 from harness.statistics.interval import Interval, wilson_interval
 
 PLAIN_WIDTH = 120  # [characters] where the output is no terminal
@@ -31,24 +33,14 @@ class Column:
     """One column of both tables."""
 
     title: str
-    measured: Measured
-    economics: Economics
+    values: Mapping[str, float | None]  # by field of Measured and Economics, and means that the paper does not have
     n: int  # deliveries behind it
-    intervals: Mapping[str, Interval] = field(default_factory=dict)  # by field of Measured or Economics
+    intervals: Mapping[str, Interval] = field(default_factory=dict)  # by the same keys
     published: bool = False
-    further: Mapping[str, float | None] = field(default_factory=dict)  # means that the paper's tables do not have
-
-    def value(self, key: str) -> float | None:
-        """The quantity of a row."""
-        if key in self.further:
-            return self.further[key]
-        source = self.measured if hasattr(self.measured, key) else self.economics
-        value: float | None = getattr(source, key)
-        return value
 
     def interval(self, key: str) -> Interval | None:
         """Its 95 % interval: the one given, or Wilson's for a share of one's own deliveries."""
-        value = self.value(key)
+        value = self.values[key]
         if value is None or self.published:
             return None
         if key in self.intervals:
@@ -58,8 +50,13 @@ class Column:
 
 def own_column(title: str, valuation: Valuation, n: int) -> Column:
     """The column of one's own deliveries."""
-    measured = Measured(**valuation.measured)
-    return Column(title, measured, valuation.economics, n, valuation.intervals, further=valuation.more)
+    values = values_of(Measured(**valuation.measured), valuation.economics) | valuation.more
+    return Column(title, values, n, valuation.intervals)
+
+
+def values_of(measured: Measured, economics: Economics) -> dict[str, float | None]:
+    """What both say, by their fields."""
+    return {**asdict(measured), **asdict(economics)}
 
 
 class QuietConsole(Console):
@@ -108,8 +105,7 @@ def render_tables(columns: Sequence[Column], console: Console) -> None:
     """Print both tables and what is to be known about their entries."""
     for layout in LAYOUTS:
         render_table(layout, columns, console)
-    for note in table_notes(columns):
-        console.print(Text(note, style="dim"))
+    print_notes(table_notes(columns), console)
 
 
 def render_table(layout: Layout, columns: Sequence[Column], console: Console) -> None:
@@ -127,14 +123,7 @@ def render_table(layout: Layout, columns: Sequence[Column], console: Console) ->
 
 def _broken(title: str) -> list[str]:
     """A title in lines of at most :data:`TITLE_LINE` characters where its words allow it."""
-    lines = [""]
-    for word in title.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if lines[-1] and len(longer) > TITLE_LINE:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines
+    return textwrap.wrap(" ".join(title.split()), TITLE_LINE, break_long_words=False, break_on_hyphens=False)
 
 
 def number_text(value: float | None, row: Row) -> str:
@@ -160,7 +149,7 @@ def _table(layout: Layout, columns: Sequence[Column]) -> Table:
     for column in columns:
         spans = {row.key: span_text(column.interval(row.key), row) for row in rows}
         width = max(map(len, spans.values()))
-        own = {row.key: f"{number_text(column.value(row.key), row)} {spans[row.key]:>{width}}" for row in rows}
+        own = {row.key: f"{number_text(column.values[row.key], row)} {spans[row.key]:>{width}}" for row in rows}
         cells.append(own if width else {key: text.rstrip() for key, text in own.items()})
         title = [*_broken(column.title), *(["paper"] if column.published else []), f"n={column.n}"]
         table.add_column(Text("\n".join(title)), justify="right", no_wrap=True, vertical="bottom")
@@ -175,21 +164,11 @@ def _table(layout: Layout, columns: Sequence[Column]) -> Table:
 
 def table_notes(columns: Sequence[Column]) -> list[str]:
     """Footnotes, only those that the tables give cause for."""
-    notes = []
-    if any(column.economics.break_even_runs is None for column in columns):
-        notes.append("BEP --: the contribution margin is not positive (or undefined), so there is no break-even point.")
-    if any(column.value(f"{kind}_contacts") is None for column in columns for kind in PRICED_PROPERTY):
-        notes.append("Contact --: nothing of this kind stands in that world; it costs nothing.")
-    if any(column.measured.spoiled is None for column in columns):
-        notes.append(
-            f"{NOT_MODELLED}: the cargo was not simulated; every sum that depends on it is undefined, not zero."
-        )
-    if any(column.interval(key) for column in columns for key in OUTCOMES):
-        notes.append(
-            "[low, high]: 95 % interval; Wilson's for shares of deliveries, bootstrap over missions for means (none "
-            "where all deliveries gave the same: that says nothing about rare events). With few deliveries the lower "
-            "bound of money is optimistic: rare accidents have not happened yet (docs/money.md)."
-        )
-    if any(column.published for column in columns):
-        notes.append("paper: as measured and published there; the money is computed here from these measurements.")
-    return notes
+    causes = {
+        "break_even": any(column.values["break_even_runs"] is None for column in columns),
+        "contact": any(column.values[f"{kind}_contacts"] is None for column in columns for kind in PRICED_PROPERTY),
+        "not_modelled": any(column.values["spoiled"] is None for column in columns),
+        "interval": any(column.interval(key) for column in columns for key in OUTCOMES),
+        "paper": any(column.published for column in columns),
+    }
+    return [TEXTS.table_notes[name] for name, is_there in causes.items() if is_there]

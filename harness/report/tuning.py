@@ -8,6 +8,7 @@ from rich.text import Text
 
 from harness.metrics.columns import Row
 from harness.report.sheet import markdown_lines, print_sheet
+from harness.report.texts import TEXTS
 from harness.report.tuning_figures import draw_tuning
 from harness.report.tuning_sheets import sheets, summary, trials_sheet
 from harness.storage.files import write_text, writing
@@ -17,14 +18,6 @@ from harness.tuning.result import StudyResult
 from navstack.params.strict import read_text
 
 REPORT = "report.md"
-CAPTIONS = {
-    "history": "The search: every trial, and the best so far with its 95 % interval on training missions.",
-    "front": "Every trial in the first two objectives (larger is better), and the Pareto front.",
-    "importance": "Importance of each parameter, with what chance alone reaches.",
-    "slices": "The objective over each parameter, trial by trial.",
-    "waterfall": "From the old file's margin to the new one's.",
-    "components": "Cost components before and after.",
-}  # stem of a figure -> what it shows
 
 
 def print_tuning(
@@ -75,8 +68,9 @@ def write_tuning(
     for sheet in sheets(study, scores, explanation, command):
         lines += markdown_lines(sheet)
     for figure in draw_tuning(study, explanation, folder):
-        if figure.suffix == ".png" and figure.stem in CAPTIONS:
-            lines += [f"![{CAPTIONS[figure.stem]}]({figure.relative_to(folder)})", "", f"*{CAPTIONS[figure.stem]}*", ""]
+        if figure.suffix == ".png":
+            caption = TEXTS.tuning_figures[figure.stem]
+            lines += [f"![{caption}]({figure.relative_to(folder)})", "", f"*{caption}*", ""]
     lines += markdown_lines(trials_sheet(study))
     lines += ["## What differs", "", "```diff", read_text(folder / DIFF).rstrip("\n"), "```", ""]
     lines += ["## Lint of the tuned file", "", *(f"- {line}" for line in lint_lines(lint)), ""]

@@ -10,7 +10,8 @@ import numpy as np
 
 from harness.report.figures import SUFFIXES, error_bars, save_figure
 from harness.report.markdown import bounds_text, number_text
-from harness.report.tuning_text import value_text
+from harness.report.texts import TEXTS
+from harness.report.tuning_sheets import value_text
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
@@ -25,7 +26,6 @@ from harness.tuning.waterfall import Step, Waterfall
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FIGURES = ("history", "front", "importance", "slices", "waterfall", "components")  # stems of the files
 BAR_INCH, FRAME_INCH = 0.26, 1.0  # heights: of a bar with its label, of what is about the bars
 GRID_COLUMNS, CELL_INCH = 3, 1.35  # of the slices
 LEAST_SHOWN = 0.005  # [USD/run] smaller components are no bars
@@ -44,7 +44,7 @@ def draw_tuning(study: StudyResult, explanation: Explanation, folder: Path) -> l
     Raises:
         InputError: the folder cannot be written.
     """
-    for stem in FIGURES:
+    for stem in TEXTS.tuning_figures:
         for suffix in SUFFIXES:
             (folder / f"{stem}{suffix}").unlink(missing_ok=True)
     table = trial_table(study.space, study.trials)

@@ -8,7 +8,7 @@ from harness.economics.valuation import CENT
 from harness.metrics.columns import Row
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text
 from harness.report.sheet import Sheet, declared
-from harness.report.tuning_text import step_title, value_text
+from harness.report.texts import notes
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import Evidence
 from harness.tuning.explanation import MARGIN, Explanation
@@ -19,10 +19,7 @@ from harness.tuning.paths import is_list
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
 from harness.tuning.waterfall import Step
 
-ADDED = (
-    "Of cvar and lower_bound the difference is the mean of what single deliveries add, so that pairs can be tested: "
-    "for lower_bound their margins, for cvar these and what exceeds the original's tail."
-)
+LONG = 1_000_000  # from here on whole numbers are told by their power of ten
 
 
 def sheets(study: StudyResult, scores: Row, explanation: Explanation, command: Sequence[str]) -> list[Sheet]:
@@ -111,7 +108,7 @@ def _scores(scores: Row, explanation: Explanation) -> Sheet:
     if explanation.optimism_usd_per_run is not None:
         rows.append(("margin", "optimism", "", "", "", interval_text(explanation.optimism_usd_per_run), "", ""))
     if {"cvar", "lower_bound"} & {row[0] for row in rows}:
-        missed.insert(0, ADDED)
+        missed = [*notes("added_by_deliveries"), *missed]
     return declared("tuning_scores", rows, *missed)
 
 
@@ -262,3 +259,20 @@ def _partings(partings: Sequence[Parting], command: Sequence[str]) -> Sheet:
 def _p(p: float, difference: Interval) -> str:
     """The p value of a difference; none where no pairs are apart."""
     return "--" if difference.low is None else p_text(p)
+
+
+def step_title(step: Step) -> str:
+    """A step's parameters with their old and new values; a group by its names alone."""
+    names = ", ".join(step.changes)
+    if len(step.changes) > 1:
+        return f"{step.player} ({names})" if step.player not in (names, " + ".join(step.changes)) else step.player
+    ((before, after),) = step.changes.values()
+    return step.player if is_list(before) else f"{step.player} {value_text(before)} -> {value_text(after)}"
+
+
+def value_text(value: object) -> str:
+    """A parameter's value as a reader wants it."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    is_long = isinstance(value, int) and abs(value) >= LONG
+    return f"{value:.4g}".replace("e+0", "e") if is_long else str(value)

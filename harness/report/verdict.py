@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 
-from harness.analysis.compare import Side, compare, have_common_missions
+from harness.analysis.compare import MARGIN, Side, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.report.comparison import SURE
 from harness.report.markdown import bounds_text, interval_text, p_text
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
 
-MARGIN = "contribution_margin"
 Party = tuple[str, Side, Interval | None]  # a stack's name, its deliveries and its margin [USD/run], if it is defined
 
 

@@ -9,7 +9,6 @@ import numpy.typing as npt
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
-from navstack.jit import njit
 from navstack.types import FloatArray, Pose2D
 
 CodeArray = npt.NDArray[np.unsignedinteger]

@@ -11,7 +11,7 @@ from harness.economics.cost_model import price
 from harness.economics.prices import load_prices
 from harness.report.published import load_published, published_columns
 from harness.report.table_rows import LAYOUTS
-from harness.report.tables import PLAIN_WIDTH, Column, render_tables, report_console
+from harness.report.tables import PLAIN_WIDTH, Column, render_tables, report_console, values_of
 from harness.statistics.interval import Interval
 
 PRICES = load_prices("costnav")
@@ -33,7 +33,7 @@ def row(text, label, table=0):
 
 def own(intervals=None, **changes):
     measured = dataclasses.replace(GPS.measured, **changes)
-    return Column("mine", measured, price(measured, GPS.sensors, False, PRICES), 50, intervals or {})
+    return Column("mine", values_of(measured, price(measured, GPS.sensors, False, PRICES)), 50, intervals or {})
 
 
 def test_paper_fits_the_plain_width_in_one_block():
@@ -86,7 +86,7 @@ def test_break_even_is_shown_where_there_is_one():
     measured = dict.fromkeys(("spoiled", "timeout", "physical_assistance", "pedestrian_injury_usd_per_run"), 0.0)
     column = own(sla=1.0, mailbox_contacts=0.0, **measured)
     text = printed([column])
-    assert row(text, "BEP (runs)") == [f"{column.economics.break_even_runs:,.0f}"]
+    assert row(text, "BEP (runs)") == [f"{column.values['break_even_runs']:,.0f}"]
     assert "BEP --" not in text
 
 

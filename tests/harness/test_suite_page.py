@@ -15,7 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from harness.analysis.compare import Side, compare
+from harness.analysis.compare import MARGIN, Side, compare
 from harness.analysis.price_sets import NO_INTERVAL, Money, money_of, order, under_curves
 from harness.analysis.repricing import FORGIVEN, accounted_margins, choose, reprice
 from harness.cli.suite import _sheet
@@ -29,7 +29,7 @@ from harness.report.sheet import print_sheet
 from harness.report.suite.document import page, write_results
 from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.other_prices import _moves, earns
-from harness.report.suite.results import MARGIN, Results, Standing, overview, read_results
+from harness.report.suite.results import Results, Standing, overview, read_results
 from harness.report.suite.tables import COLUMNS
 from harness.statistics.interval import Interval
 from harness.storage.tables import read_rows, write_table

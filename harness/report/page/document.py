@@ -15,24 +15,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from harness.report import texts
 from harness.report.page.basis import basis
 from harness.report.page.deliveries import contacts_of, delivery_list, missions_of
-from harness.report.page.entries import entries_of, notes_of
+from harness.report.page.entries import Entry, entries_of, notes_of
 from harness.report.page.markdown_blocks import sections
 from harness.report.page.recording_code import FINE
 from harness.report.page.replays import Recorded, chosen, recorded_of, replay, trajectories
 from harness.report.page.scenery import sceneries
-from harness.report.page.sections import (
-    accounted,
-    accountings,
-    break_even,
-    comparisons,
-    headline,
-    outcomes,
-    profit,
-    tables,
-    waterfall,
-)
+from harness.report.page.sections import figures
 from harness.storage.files import write_text, writing
 from harness.study.stored_run import StoredRun
 from navstack.params.strict import read_text
@@ -40,10 +31,6 @@ from navstack.params.strict import read_text
 Json = dict[str, Any]
 
 MOST_REPLAYS = 40  # of a study's page
-PARTED = (
-    "Missions on which what each earned differs most; \u201con the same mission\u201d shows another beside it. Space "
-    "plays, \u2190 \u2192 move by a second, N jumps to the next event that cost something."
-)
 
 SCRIPTS = (
     *("core.js", "charts.js", "profit_charts.js", "tables.js", "episodes.js", "scenery.js", "overview.js"),
@@ -63,74 +50,50 @@ def report_page(runs: Sequence[StoredRun], most_replays: int, date: str) -> str:
         InputError: no delivery finished.
     """
     entries = entries_of(runs)
-    recorded = recorded_of(entries)
-    readable, ways, troubles = trajectories(recorded)
+    readable, ways, troubles = trajectories(recorded_of(entries))
     replays = [replay(each) for each in chosen(readable, most_replays)]
     scenery, notes = sceneries(entries)
     notes += notes_of(runs)
     left = len(readable) - len(replays)
     if left:
         notes.append(f"{left} more recorded deliveries are not in this page: navbench replay RUN EPISODE shows them.")
-    known = accounted(entries)
-    data = {
-        "kind": "report",
-        "title": " · ".join(dict.fromkeys(entry.label for entry in entries)),
-        "date": date,
-        "entries": [{"label": entry.label} for entry in entries],
-        "headline": headline(entries, known),
-        "tables": tables(entries),
-        "waterfall": waterfall(entries),
-        "accountings": accountings(entries, known),
-        "outcomes": outcomes(entries),
-        "profit": profit(entries),
-        "breakEven": break_even(entries),
-        "comparisons": comparisons(entries),
-        "deliveries": delivery_list(entries),
-        "scenery": scenery,
-        "missions": missions_of(entries),
-        "contacts": contacts_of(entries),
-        "trajectories": ways,
-        "basis": basis(entries, [*notes, *troubles]),
-    }
-    return _assembled(data, replays)
-
-
-def study_page(text: str, folder: Path, runs: Sequence[StoredRun], date: str) -> str:
-    """A study's page in Markdown as one HTML text, with replays.
-
-    Args:
-        text: of the page.
-        folder: where its pictures are.
-        runs: with recorded deliveries, of which the page carries :data:`MOST_REPLAYS`; none: no replays.
-        date: of today, as the page says it.
-    """
-    entries = entries_of(runs) if runs else []
-    readable, _, troubles = trajectories(recorded_of(entries))
-    scenery, notes = sceneries(entries)
-    title, parts = sections(text, folder)
-    data = {
-        "kind": "study",
-        "title": title,
-        "date": date,
-        "entries": [{"label": entry.label} for entry in entries],
-        "sections": parts,
-        "lede": " ".join((PARTED, *notes, *troubles)),
-        "scenery": scenery,
-        "made": version("navbench"),
-    }
-    return _assembled(data, [replay(each) for each in chosen(readable, MOST_REPLAYS)])
+    return _page(
+        "report",
+        " · ".join(dict.fromkeys(entry.label for entry in entries)),
+        date,
+        entries,
+        replays,
+        **figures(entries),
+        deliveries=delivery_list(entries),
+        scenery=scenery,
+        missions=missions_of(entries),
+        contacts=contacts_of(entries),
+        trajectories=ways,
+        basis=basis(entries, [*notes, *troubles]),
+    )
 
 
 def write_study_page(markdown: Path, runs: Sequence[StoredRun], date: str) -> Path:
     """Write a study's page in Markdown as HTML beside it, with replays; returns its path.
 
+    Args:
+        markdown: the page, beside its pictures.
+        runs: with recorded deliveries, of which the page carries :data:`MOST_REPLAYS`; none: no replays.
+        date: of today, as the page says it.
+
     Raises:
         InputError: it cannot be written.
     """
+    entries = entries_of(runs) if runs else []
+    readable, _, troubles = trajectories(recorded_of(entries))
+    scenery, notes = sceneries(entries)
+    title, parts = sections(read_text(markdown), markdown.parent)
+    lede = " ".join((*texts.notes("parted"), *notes, *troubles))
+    replays = [replay(each) for each in chosen(readable, MOST_REPLAYS)]
+    more = {"sections": parts, "lede": lede, "scenery": scenery, "made": version("navbench")}
     page = markdown.with_suffix(".html")
-    text = study_page(read_text(markdown), markdown.parent, runs, date)
     with writing(page):
-        write_text(page, text)
+        write_text(page, _page("study", title, date, entries, replays, **more))
     return page
 
 
@@ -139,19 +102,15 @@ def replay_page(recorded: Recorded, date: str) -> str:
     entry = recorded.entry
     scenery, notes = sceneries([entry])
     label = f"{entry.label}, episode {recorded.row['episode']}"
-    data = {
-        "kind": "replay",
-        "title": label,
-        "date": date,
-        "entries": [{"label": entry.label}],
-        "scenery": scenery,
-        "basis": basis([entry], notes),
-    }
-    return _assembled(data, [replay(recorded, FINE)])
+    known = basis([entry], notes)
+    return _page("replay", label, date, [entry], [replay(recorded, FINE)], scenery=scenery, basis=known)
 
 
-def _assembled(data: Json, replays: Sequence[Json]) -> str:
-    """The HTML text."""
+def _page(kind: str, title: str, date: str, entries: Sequence[Entry], replays: Sequence[Json], **more: Any) -> str:
+    """The HTML text; ``more``: what a page of this kind shows."""
+    labels = [{"label": entry.label} for entry in entries]
+    shown = [{**each, "data": None} for each in replays]
+    data = {"kind": kind, "title": title, "date": date, "entries": labels, **more, "replays": shown}
     style, script = _asset("page.css"), "(() => {\n'use strict';\n" + "\n".join(map(_asset, SCRIPTS)) + "\n})();"
     policy = (
         f"default-src 'none'; img-src data:; style-src '{_hash(style)}'; script-src '{_hash(script)}'; "
@@ -159,9 +118,9 @@ def _assembled(data: Json, replays: Sequence[Json]) -> str:
     )
     parts = {
         "policy": policy,
-        "title": html.escape(_written(data["title"])),
+        "title": html.escape(_written(title)),
         "style": style,
-        "data": embedded({**data, "replays": [{**each, "data": None} for each in replays]}),
+        "data": embedded(data),
         "recordings": "\n".join(
             f'<script type="text/plain" id="recording-{number}">{each["data"]}</script>'
             for number, each in enumerate(replays)

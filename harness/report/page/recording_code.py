@@ -38,14 +38,8 @@ SHAPES: dict[str, tuple[int | str, ...]] = {  # of the arrays of a recording; eq
     **{"plan_stamp": ("plans",), "plan_size": ("plans",), "plan_xy": ("corners", 2)},
     **{"option_count": ("rows",), "option_total": ("options",), "option_size": ("options",), "option_xy": ("ways", 2)},
 }
-WHOLE = (
-    "pieces_lost",
-    "track_count",
-    "scan_mm",
-    "plan_size",
-    "option_count",
-    "option_size",
-)  # of them hold whole numbers from 0 on
+# Those of them that hold whole numbers from 0 on.
+WHOLE = ("pieces_lost", "scan_mm", *(name for name in SHAPES if name.endswith(("_count", "_size"))))
 
 
 @dataclass(frozen=True, slots=True)

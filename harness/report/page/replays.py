@@ -1,26 +1,29 @@
 """The recorded deliveries of a page: which ones it carries, and what belongs to each."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
-from harness.report.names import COSTS
+from harness.metrics.columns import Row
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import Entry, entries_of
-from harness.report.page.reasons import reasons_of
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.replay import Replay, contacts_shown
+from harness.report.texts import COSTS
 from harness.storage.shipped import shipped
 from harness.study.stored_run import StoredRun
+from harness.world.outcome import Rules
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 
 Json = dict[str, Any]
+
+BEFORE = 5.0  # [s] of which the reason of an event tells
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -85,10 +88,43 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
             term: rounded(money_of(entry, term)[recorded.index], 4)
             for term in ("revenue", "opex", "contribution_margin", *COSTS)
         },
-        "reasons": reasons_of(entry, row, arrays),
+        "reasons": _reasons(entry, row, arrays),
         "history": row.get("navigator_history") or "",
         "data": encode(arrays, fineness),
     }
+
+
+def _reasons(entry: Entry, row: Row, arrays: Mapping[str, Any]) -> list[Json]:
+    """Each event of a delivery that cost something, in the words of ``navbench explain``: when [s], cost [USD], words.
+
+    Args:
+        entry: whose delivery it is.
+        row: of ``episodes.parquet``.
+        arrays: its recording.
+
+    Returns:
+        Times rounded as those of contacts. Nothing where no event cost anything.
+    """
+    # what explains can also drive a delivery again: simulator and brain are imported only where there is a recording
+    from harness.explain.document import explained
+    from harness.explain.evidence import decisions_file, events_of, recorded
+    from harness.explain.moments import is_costly, moments_of
+    from harness.explain.seconds import seconds_before
+
+    run, episode = dataclasses.replace(entry.run, stacks=(entry.stack,)), row["episode"]
+    needed = (decisions_file(run, episode), run.folder / "params" / f"{entry.stack.name}-robot.yaml")
+    if not is_costly(row, events_of(run, episode)) or not all(file.is_file() for file in needed):
+        return []
+    try:
+        evidence = recorded(run, episode, arrays)
+        moments = moments_of(evidence, load_dataclass(Rules, run.folder / "params" / "rules.yaml"), entry.prices)
+        told = explained(evidence, [seconds_before(evidence, moment, BEFORE) for moment in moments])
+    except InputError:  # a damaged table of decisions, or a delivery that was over at once: the replay stands without
+        return []
+    return [
+        {"time": rounded(moment.stamp, 2), "cost": moment.cost, "words": each.words}
+        for moment, each in zip(moments, told, strict=True)
+    ]
 
 
 def one_recorded(run: StoredRun, episode: int) -> Recorded:

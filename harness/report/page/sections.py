@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.compare import compare, have_common_missions
+from harness.analysis.compare import MARGIN, compare, have_common_missions
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import FORGIVEN, accounted_margins
 from harness.economics.accountings import AT_FAULT, PUBLISHED
@@ -14,14 +14,14 @@ from harness.economics.valuation import ARRIVED, CENT, DOLLARS, OUTCOMES, missio
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric
 from harness.report.comparison import winner
-from harness.report.names import COSTS
 from harness.report.page.entries import Entry
 from harness.report.published import load_published, published_columns
-from harness.report.repriced import ACCOUNTING_NOTE, TITLES, forgiven
+from harness.report.repriced import TITLES, forgiven
 from harness.report.run_tables import PUBLISHED_BESIDE
 from harness.report.table_rows import LAYOUTS, Row
 from harness.report.tables import Column, number_text, span_text, table_notes
-from harness.report.verdict import MARGIN, earnings, rankings
+from harness.report.texts import COSTS, notes
+from harness.report.verdict import earnings, rankings
 from harness.statistics.interval import Interval
 from navstack.types import FloatArray
 
@@ -41,13 +41,23 @@ FOREMOST = (
 Accounted = Sequence[Mapping[str, Interval]]  # margins under each accounting, entry by entry
 
 
-def accounted(entries: Sequence[Entry]) -> Accounted:
-    """The margins of each entry under every accounting; empty where they are undefined.
+def figures(entries: Sequence[Entry]) -> Json:
+    """All of them, by the names that the page's scripts know.
 
     Raises:
         InputError: rows and events of a run are of different states.
     """
-    return [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
+    known = [accounted_margins(entry.run, [(entry.run, entry.stack)]) for entry in entries]
+    return {
+        "headline": headline(entries, known),
+        "tables": tables(entries),
+        "waterfall": waterfall(entries),
+        "accountings": accountings(entries, known),
+        "outcomes": outcomes(entries),
+        "profit": profit(entries),
+        "breakEven": break_even(entries),
+        "comparisons": comparisons(entries),
+    }
 
 
 def headline(entries: Sequence[Entry], known: Accounted) -> Json:
@@ -75,7 +85,7 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
         "margin": _quantity(column, "contribution_margin"),
         "sla": _quantity(column, "sla"),
         "opex": _quantity(column, "opex"),
-        "breakEvenRuns": column.economics.break_even_runs,
+        "breakEvenRuns": column.values["break_even_runs"],
         "probability": risk.break_even_probability if risk else None,
         "worst": _interval(risk.opex_cvar95_usd_per_run) if risk and risk.opex_cvar95_usd_per_run else None,
     }
@@ -83,7 +93,7 @@ def _headline(column: Column, entry: Entry | None = None) -> Json:
 
 def _quantity(column: Column, key: str) -> Json:
     interval = column.interval(key)
-    return {"v": column.value(key), "lo": None, "hi": None} if interval is None else _interval(interval)
+    return {"v": column.values[key], "lo": None, "hi": None} if interval is None else _interval(interval)
 
 
 def _interval(interval: Interval) -> Json:
@@ -117,7 +127,7 @@ def tables(entries: Sequence[Entry]) -> Json:
 
 
 def _row(row: Row, columns: Sequence[Column]) -> Json:
-    cells = [[number_text(each.value(row.key), row), span_text(each.interval(row.key), row)] for each in columns]
+    cells = [[number_text(each.values[row.key], row), span_text(each.interval(row.key), row)] for each in columns]
     return {"label": row.label, "bold": row.bold, "cells": cells}
 
 
@@ -126,8 +136,8 @@ def waterfall(entries: Sequence[Entry]) -> list[Json]:
     return [
         {
             "label": f"{column.title} (paper)" if column.published else column.title,
-            "revenue": column.economics.revenue,
-            "terms": [[title, getattr(column.economics, term)] for term, title in COSTS.items()],
+            "revenue": column.values["revenue"],
+            "terms": [[title, column.values[term]] for term, title in COSTS.items()],
             "margin": _quantity(column, "contribution_margin"),
             "paper": column.published,
         }
@@ -144,7 +154,7 @@ def accountings(entries: Sequence[Entry], known: Accounted) -> Json | None:
         for name, title in TITLES.items()
     ]
     lines = [f"{entry.label}: {forgiven(each.get(FORGIVEN))}." for entry, each in zip(entries, known, strict=True)]
-    return {"notes": [ACCOUNTING_NOTE, *lines], "rows": rows}
+    return {"notes": [*notes("accountings"), *lines], "rows": rows}
 
 
 def outcomes(entries: Sequence[Entry]) -> list[Json]:
@@ -155,7 +165,7 @@ def outcomes(entries: Sequence[Entry]) -> list[Json]:
         counts = {name: found.count(name) / len(found) for name in (*OUTCOMES, ARRIVED)}
         own.append({"label": entry.label, "n": len(found), "shares": counts, "errors": entry.stack.errors})
     paper = _published(entries)[0]
-    shares = {name: paper.value(name) or 0.0 for name in OUTCOMES}
+    shares = {name: paper.values[name] or 0.0 for name in OUTCOMES}
     return [*own, {"label": f"{paper.title} (paper)", "n": paper.n, "shares": shares, "errors": 0, "paper": True}]
 
 
@@ -193,22 +203,17 @@ def profit_curve(margin: FloatArray, clusters: Any, seed: int) -> Json:
 
 def break_even(entries: Sequence[Entry]) -> list[Json]:
     """How the break-even point is spread over the bootstrap's resamples."""
-    found = []
-    for entry in entries:
-        draws = entry.mean_draws()
-        if draws is None:
-            continue
-        money, risk = entry.valuation.economics, entry.valuation.risk
-        found.append(
-            {
-                "label": entry.label,
-                "capex": money.capex_usd,
-                "runs": money.break_even_runs,
-                "life": risk.within_runs,
-                **break_even_histogram(draws, money.capex_usd),
-            }
-        )
-    return found
+    return [
+        {
+            "label": entry.label,
+            "capex": entry.valuation.economics.capex_usd,
+            "runs": entry.valuation.economics.break_even_runs,
+            "life": entry.valuation.risk.within_runs,
+            **break_even_histogram(draws, entry.valuation.economics.capex_usd),
+        }
+        for entry in entries
+        if (draws := entry.mean_draws()) is not None
+    ]
 
 
 def break_even_histogram(means: FloatArray, capex: float) -> Json:

@@ -2,14 +2,12 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.report.markdown import wrapped
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
-from harness.report.suite.other_prices import at_other_prices
+from harness.report.suite.other_prices import at_other_prices, template
 from harness.report.suite.results import Results, Standing
 from harness.report.suite.tables import counts, margins, margins_under, of_condition, write_quantities
 from harness.storage.files import write_text, writing
@@ -92,7 +90,7 @@ def _found(results: Results) -> str:
     for each in results.conditions:
         if any(standing.valuation for standing in results.under(each)):
             conditions += [f"### {results.label(each)}", of_condition(results, each), *_warnings(results, each)]
-    text = _template("page.md").substitute(
+    text = template("page.md").substitute(
         margins=margins(results),
         figures=FOLDER,
         cut=f"The figures show the first {MOST_PANELS} of {shown} conditions." if shown > MOST_PANELS else "",
@@ -109,11 +107,7 @@ def _liability(results: Results) -> str:
     known = [each for each in results.accounted.values() if each]
     if not any(each[name] != each[PUBLISHED] for each in known for name in ACCOUNTINGS):
         return ""
-    return _template("liability.md").substitute({name: margins_under(results, name) for name in known[0]})
-
-
-def _template(name: str) -> Template:
-    return Template((files("harness.report.suite") / name).read_text(encoding="utf-8"))
+    return template("liability.md").substitute({name: margins_under(results, name) for name in known[0]})
 
 
 def _warnings(results: Results, condition: Condition) -> list[str]:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from harness.analysis.compare import MARGIN
 from harness.report.figures import save_panels
-from harness.report.names import COSTS, OUTCOMES
-from harness.report.suite.results import MARGIN, Results, Standing
+from harness.report.suite.results import Results, Standing
+from harness.report.texts import COSTS, OUTCOMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,22 +1,24 @@
 """What a suite comes to at other prices: who is ahead in which price set, and who earns under which injury curve."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.resources import files
 from itertools import combinations
 from string import Template
 
-from harness.analysis.price_sets import CURVES, Money, money_of, order, under_curves
+from harness.analysis.price_sets import CURVES, Money, Parts, money_of, order, under_curves
 from harness.analysis.repricing import Choices, choose
 from harness.economics.contact_limits import beyond_limit, limit_speed
 from harness.economics.prices import price_sets
 from harness.report.markdown import interval_text, table
 from harness.report.suite.results import Results
 from harness.statistics.interval import Interval, wilson_interval
-from harness.study.stored_run import StoredRun, StoredStack
 
 MOST_NAMED = 6  # pairs of stacks that change places
 
-Parts = list[tuple[StoredRun, StoredStack]]
+
+def template(name: str) -> Template:
+    """A text of the page, a file of this folder, in which tables and numbers are still to be put."""
+    return Template((files("harness.report.suite") / name).read_text(encoding="utf-8"))
 
 
 def at_other_prices(results: Results) -> str:
@@ -30,8 +32,7 @@ def at_other_prices(results: Results) -> str:
     if any(each.margin.value is None for own in money.values() for each in own.values()):
         return ""
     curves = {stack: under_curves(own) for stack, own in parts.items()}
-    text = (files("harness.report.suite") / "prices.md").read_text(encoding="utf-8")
-    return Template(text).substitute(
+    return template("prices.md").substitute(
         meant="; ".join(_meant(name, choices) for name, choices in sets.items()),
         sets=_sets_table(money),
         moves="\n".join(_moves(money, name) for name in price_sets()[1:]),
@@ -102,7 +103,7 @@ def _earners(curves: Mapping[str, Mapping[str, Interval]], name: str) -> str:
     return f"- {name}: {len(found)} of {len(curves)} stacks earn money{named}"
 
 
-def _beyond(parts: Sequence[tuple[StoredRun, StoredStack]]) -> str:
+def _beyond(parts: Parts) -> str:
     """Contacts beyond the limit, of how many."""
     found = [beyond_limit(stack.rows, run.events, run.prices()) for run, stack in parts]
     count = sum(round((each.value or 0.0) * each.n) for each in found)

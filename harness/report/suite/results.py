@@ -5,8 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from statistics import fmean
 
-from harness.analysis.compare import PAIR, Comparison, Side, compare
+from harness.analysis.compare import MARGIN, Comparison, Side, compare, have_common_missions
+from harness.analysis.price_sets import NO_INTERVAL
 from harness.analysis.repricing import accounted_margins
 from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row
@@ -16,7 +18,6 @@ from harness.study.stored_run import StoredRun, load_run
 from harness.study.suite import Cell, Condition, Suite, cells, conditions, is_begun, stored_suite
 from harness.study.suite_log import Session, sessions_of
 
-MARGIN = "contribution_margin"
 PARTED_CONDITIONS, PARTED_MISSIONS = 3, 2  # of each, that are recorded to be looked at
 
 
@@ -48,8 +49,7 @@ class Standing:
 
     def interval(self, key: str) -> Interval:
         """A quantity of the valuation with its interval; undefined where there is none."""
-        nothing = Interval(None, None, None, 0)
-        return nothing if self.valuation is None else self.valuation.intervals.get(key, nothing)
+        return NO_INTERVAL if self.valuation is None else self.valuation.intervals.get(key, NO_INTERVAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,12 @@ class Results:
 
     def label(self, condition: Condition) -> str:
         """A condition in few words: only what varies in the suite, at least the map."""
-        return _label(condition, self.conditions)
+        parts = [Path(condition.map_name).stem]
+        if len({each.world for each in self.conditions}) > 1:
+            parts.append(Path(condition.world).stem)
+        if len({each.pedestrians for each in self.conditions}) > 1:
+            parts.append("own people" if condition.pedestrians is None else f"{condition.pedestrians} people")
+        return ", ".join(parts)
 
     @property
     def ranked(self) -> list[str]:
@@ -106,7 +111,7 @@ class Results:
         for each in self.standings:
             if (margin := each.interval(MARGIN).value) is not None:
                 margins[each.stack].append(margin)
-        known = sorted((name for name in margins if margins[name]), key=lambda name: -_mean(margins[name]))
+        known = sorted((name for name in margins if margins[name]), key=lambda name: -fmean(margins[name]))
         return known + [name for name in margins if not margins[name]]
 
     @cached_property
@@ -193,14 +198,13 @@ def _against_first(standings: Sequence[Standing]) -> list[tuple[str, Comparison]
     first, *others = standings
     if first.side is None or first.interval(MARGIN).value is None:
         return []
-    missions = {_mission(row) for row in first.side.stack.rows}
-    found = []
-    for other in others:
-        if other.side is None or other.interval(MARGIN).value is None:
-            continue
-        if any(_mission(row) in missions for row in other.side.stack.rows):
-            found.append((other.stack, compare(first.side, other.side, [MARGIN])))
-    return found
+    return [
+        (other.stack, compare(first.side, other.side, [MARGIN]))
+        for other in others
+        if other.side is not None
+        and other.interval(MARGIN).value is not None
+        and have_common_missions(first.side, other.side)
+    ]
 
 
 def _parting(standings: Sequence[Standing]) -> Parting | None:
@@ -219,21 +223,3 @@ def _parting(standings: Sequence[Standing]) -> Parting | None:
     seed = widest[0][0]
     episodes = tuple(episode for its_seed, episode in widest if its_seed == seed)[:PARTED_MISSIONS]
     return Parting(spread[widest[0]], seed, episodes, tuple(run for each in standings for run in each.runs))
-
-
-def _mission(row: Row) -> tuple[object, ...]:
-    return tuple(row[key] for key in PAIR)
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
-
-
-def _label(condition: Condition, among: Sequence[Condition]) -> str:
-    """A condition in few words: the map, and what else varies among them all."""
-    parts = [Path(condition.map_name).stem]
-    if len({each.world for each in among}) > 1:
-        parts.append(Path(condition.world).stem)
-    if len({each.pedestrians for each in among}) > 1:
-        parts.append("own people" if condition.pedestrians is None else f"{condition.pedestrians} people")
-    return ", ".join(parts)

@@ -4,11 +4,13 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from harness.analysis.compare import MARGIN
+from harness.analysis.price_sets import NO_INTERVAL
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text, table
-from harness.report.names import OUTCOMES
-from harness.report.suite.results import MARGIN, Results, Standing
+from harness.report.suite.results import Results, Standing
+from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval
 from harness.storage.files import writing
 from harness.storage.rows import Row
@@ -43,8 +45,8 @@ def margins(results: Results) -> str:
 
 def margins_under(results: Results, accounting: str) -> str:
     """The same under one of :data:`harness.economics.accountings.ACCOUNTINGS`, stacks in the same order."""
-    nothing = Interval(None, None, None, 0)
-    return _by_condition(results, lambda each: results.accounted[each.condition, each.stack].get(accounting, nothing))
+    known = results.accounted
+    return _by_condition(results, lambda each: known[each.condition, each.stack].get(accounting, NO_INTERVAL))
 
 
 def _with_unseen(standing: Standing) -> str:
@@ -127,20 +129,14 @@ def _quantities(results: Results, standing: Standing) -> Sequence[Row]:
         "pedestrians": standing.condition.pedestrians,
         "stack": standing.stack,
     }
-    rows = [{**where, "quantity": key, **each.as_json()} for key, each in sorted(valuation.intervals.items())]
-    accounted = results.accounted.get((standing.condition, standing.stack), {})
-    rows += [
-        {**where, "quantity": f"{MARGIN}_{name}", **each.as_json()}
-        for name, each in accounted.items()
-        if name != PUBLISHED
-    ]
-    others = {
-        **dataclasses.asdict(valuation.economics),
-        "break_even_probability": valuation.risk.break_even_probability,
+    risk, accounted = valuation.risk, results.accounted.get((standing.condition, standing.stack), {})
+    intervals: dict[str, Interval | None] = {
+        **dict(sorted(valuation.intervals.items())),
+        **{f"{MARGIN}_{name}": each for name, each in accounted.items() if name != PUBLISHED},
+        "opex_cvar95_usd_per_run": risk.opex_cvar95_usd_per_run,
     }
-    worst = valuation.risk.opex_cvar95_usd_per_run
-    if worst is not None:
-        rows.append({**where, "quantity": "opex_cvar95_usd_per_run", **worst.as_json()})
+    others = {**dataclasses.asdict(valuation.economics), "break_even_probability": risk.break_even_probability}
+    rows = [{**where, "quantity": key, **each.as_json()} for key, each in intervals.items() if each is not None]
     rows += [
         {**where, "quantity": key, "value": value, "n": standing.n}
         for key, value in others.items()

@@ -44,7 +44,7 @@ def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenes = []
-    monkeypatch.setattr("harness.report.explain_figure.draw_seconds", lambda *given: scenes.append(given[2]))
+    monkeypatch.setattr("harness.cli.explain_delivery.draw_seconds", lambda *given: scenes.append(given[2]))
     about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     for digest in (about["map_sha256"], map_digest(load_scene("sidewalk"))):
         (folder / "run.json").write_text(json.dumps({**about, "map_sha256": digest}), encoding="utf-8")

@@ -78,10 +78,10 @@ def test_to_be_asked_for_alternatives_changes_nothing(rules: Path) -> None:
     asked, left_alone = run_episode(task, make), run_episode(task)
     assert (asked.row, asked.decisions) == (left_alone.row, left_alone.decisions)
     scored = {row["stamp_s"]: row for row in asked.decisions[1] if row["total_score"] is not None}
-    assert {each.stamp for each in watched[0].weighed} == set(scored)
-    for each in watched[0].weighed:
-        row = scored[each.stamp]
-        for other in each.alternatives:
+    assert watched[0].weighed.keys() == scored.keys()
+    for stamp, alternatives in watched[0].weighed.items():
+        row = scored[stamp]
+        for other in alternatives:
             assert other.total >= row["total_score"]
             assert other.total == pytest.approx(sum(score.weighted for score in other.scores), rel=1e-5)
             assert other.kind == RUNNER_UP or abs(other.command.linear_x) <= 0.5 * abs(row["wanted_linear_x_mps"])

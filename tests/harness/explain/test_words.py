@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from harness.explain.brains import Weighed
 from harness.explain.seconds import seconds_before
 from harness.explain.words import deciding_critics, paragraph, rejected_by, shares_of
 from harness.metrics.decisions import CRITIC_COLUMNS
@@ -76,11 +75,11 @@ def test_what_decided_are_the_critics_that_speak_against_slower_most_first() -> 
     ]
     given = evidence()
     stamp = given.decisions[140]["stamp_s"]
-    given = dataclasses.replace(given, weighed=(Weighed(stamp, (second, slower)),))
+    given = dataclasses.replace(given, weighed={stamp: (second, slower)})
     words = paragraph(given, seconds_before(given, moment_at(), 5.0))
     assert "at most half as fast (0.40 m/s) would have scored 0.8 more; what decided: BaseObstacle +0.7, Path" in words
     assert "Second came 0.90 m/s" in words
-    only = dataclasses.replace(given, weighed=(Weighed(stamp, (second,)),))
+    only = dataclasses.replace(given, weighed={stamp: (second,)})
     assert "Nothing legal was at most half as fast" in paragraph(only, seconds_before(only, moment_at(), 5.0))
 
 
