@@ -32,6 +32,8 @@ NORMAL = re.compile(r"ran_gaussian_sigma([\d.]+)_seed(\d+)_first(\d+)")
 OUTPUT = re.compile(r"resample_(.+)_out_poses_seed(\d+)")
 
 
+# particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``
+MOTIONS = Shape(("motion_seq_end_{}", "motion_seq_start"), (), (), None, "motion_seq_end_{}")
 LIMITS = Shape(("kld_limit_{}", "kld_k"), (), ("kld_{}",), "pop_err", "kld_limit_{}")  # for so many bins
 _FACTOR, _ADDEND, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1  # POSIX.1-2017, drand48()
 _SEED_LOW = 0x330E  # the low 16 bits that srand48() sets
@@ -87,22 +89,13 @@ def check_generator(case: Case, comparison: Comparison) -> None:
         comparison.near("numbers", ours, case.file[case.name], 1e-12)
 
 
-def find_motions(file: GoldenFile) -> Iterator[Case]:
-    """Particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``."""
-    for name in sorted(file.names):
-        given = MOTION.fullmatch(name)
-        if given and "motion_seq_start" in file and given[2] in _alpha_sets(file):
-            yield Case(name, file, frozenset((name, "motion_seq_start")))
-
-
 def check_motion(case: Case, comparison: Comparison) -> None:
     """Every particle, with the recording's random numbers."""
-    given = MOTION.fullmatch(case.name)
-    assert given is not None
-    after, delta = (np.array([float(number) for number in given[i].split("_")]) for i in (3, 4))
+    seed, alphas, *places = case.settings(MOTION)
+    after, delta = (np.array([float(number) for number in place.split("_")]) for place in places)
     poses = case.file["motion_seq_start"].copy()
-    draws = Drand48(int(given[1])).normals(poses.size).reshape(poses.shape)
-    _motion_model(_alpha_sets(case.file)[given[2]])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
+    draws = Drand48(int(seed)).normals(poses.size).reshape(poses.shape)
+    _motion_model(_alpha_sets(case.file)[alphas])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
     comparison.near("poses", poses, case.file[case.name], EXACT)
 
 
@@ -146,22 +139,21 @@ def find_resamplings(file: GoldenFile) -> Iterator[Case]:
 
 def check_resampling(case: Case, comparison: Comparison) -> None:
     """Every particle with the recording's random numbers, the clusters, and the limits of the recorded sweep."""
-    given = OUTPUT.fullmatch(case.name)
-    assert given is not None
-    poses, weights = (case.file[f"resample_{given[1]}_in_{suffix}"] for suffix in ("poses", "w"))
+    name, seed = case.settings(OUTPUT)
+    poses, weights = (case.file[f"resample_{name}_in_{suffix}"] for suffix in ("poses", "w"))
     facts = case.file.facts("kld_costnav")
-    draws = Drand48(int(given[2])).uniforms(2 * facts["max"])[1::2]  # the first of each two: is it a random particle
+    draws = Drand48(int(seed)).uniforms(2 * facts["max"])[1::2]  # the first of each two: is it a random particle
     none = np.zeros(len(draws), dtype=np.bool_)
     limits = (facts["min"], facts["pop_err"], facts["pop_z"])
     drawn = resample(poses, np.cumsum(weights), np.empty((len(draws), 3)), none, draws, *limits)
     comparison.near("poses", drawn, case.file[case.name], EXACT)
     for sweep in case.file.meta.get("resample_sweep", ()):
         _check_sweep(sweep, facts, comparison)
-        if f"sp{sweep['spread']:g}" == given[1]:
+        if f"sp{sweep['spread']:g}" == name:
             comparison.equal("bins filled before", count_bins(poses), sweep["leaf_in"])
             comparison.equal("bins filled after", count_bins(drawn), sweep["leaf_out"])
             comparison.equal("converged", stand_close(drawn), bool(sweep["stats"]["converged"]))
-    recorded = case.file.meta.get(f"resample_{given[1]}_clusters", ())
+    recorded = case.file.meta.get(f"resample_{name}_clusters", ())
     _check_clusters(cluster_particles(drawn, np.full(len(drawn), 1.0 / len(drawn))), recorded, comparison)
 
 
