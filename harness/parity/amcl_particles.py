@@ -6,6 +6,7 @@ The recordings' random numbers are POSIX ``drand48`` and Nav2's normal numbers m
 import math
 import re
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -39,38 +40,26 @@ _FACTOR, _ADDEND, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1  # POSIX.1-2017, drand
 _SEED_LOW = 0x330E  # the low 16 bits that srand48() sets
 
 
-class Drand48:
-    """The sequence after ``srand48(seed)``."""
+def uniforms(seed: int) -> Iterator[float]:
+    """Numbers in [0, 1): the sequence of ``drand48()`` after ``srand48(seed)``."""
+    state = (seed << 16) + _SEED_LOW
+    while True:
+        state = (_FACTOR * state + _ADDEND) & _MASK
+        yield state / (1 << 48)
 
-    def __init__(self, seed: int) -> None:
-        self._state = (seed << 16) + _SEED_LOW
 
-    def uniform(self) -> float:
-        """The next number in [0, 1)."""
-        self._state = (_FACTOR * self._state + _ADDEND) & _MASK
-        return self._state / (1 << 48)
+def normals(seed: int) -> Iterator[float]:
+    """Standard normal numbers made from them by the polar method (``pf_pdf.c``), which leaves out zeros."""
+    symmetric = (2.0 * drawn - 1.0 for drawn in uniforms(seed) if drawn != 0.0)
+    while True:
+        first, second = next(symmetric), next(symmetric)
+        squared = first * first + second * second
+        if 0.0 < squared <= 1.0:
+            yield second * math.sqrt(-2.0 * math.log(squared) / squared)
 
-    def normal(self) -> float:
-        """The next standard normal number, by the polar method (``pf_pdf.c``)."""
-        while True:
-            first, second = self._symmetric(), self._symmetric()
-            squared = first * first + second * second
-            if 0.0 < squared <= 1.0:
-                return second * math.sqrt(-2.0 * math.log(squared) / squared)
 
-    def uniforms(self, count: int) -> FloatArray:
-        """The next ``count`` uniform numbers."""
-        return np.array([self.uniform() for _ in range(count)])
-
-    def normals(self, count: int) -> FloatArray:
-        """The next ``count`` standard normal numbers."""
-        return np.array([self.normal() for _ in range(count)])
-
-    def _symmetric(self) -> float:
-        """The next number in (-1, 1) but -1, for which another is drawn."""
-        while (drawn := self.uniform()) == 0.0:
-            pass
-        return 2.0 * drawn - 1.0
+def _first(count: int, numbers: Iterator[float]) -> FloatArray:
+    return np.fromiter(islice(numbers, count), np.float64)
 
 
 def find_generators(file: GoldenFile) -> Iterator[Case]:
@@ -83,9 +72,10 @@ def find_generators(file: GoldenFile) -> Iterator[Case]:
 def check_generator(case: Case, comparison: Comparison) -> None:
     """The numbers that the comparisons of motion and resampling start from."""
     if uniform := UNIFORM.fullmatch(case.name):
-        comparison.near("numbers", Drand48(int(uniform[1])).uniforms(int(uniform[2])), case.file[case.name], 1e-15)
+        ours = _first(int(uniform[2]), uniforms(int(uniform[1])))
+        comparison.near("numbers", ours, case.file[case.name], 1e-15)
     elif normal := NORMAL.fullmatch(case.name):
-        ours = float(normal[1]) * Drand48(int(normal[2])).normals(int(normal[3]))
+        ours = float(normal[1]) * _first(int(normal[3]), normals(int(normal[2])))
         comparison.near("numbers", ours, case.file[case.name], 1e-12)
 
 
@@ -94,7 +84,7 @@ def check_motion(case: Case, comparison: Comparison) -> None:
     seed, alphas, *places = case.settings(MOTION)
     after, delta = (np.array([float(number) for number in place.split("_")]) for place in places)
     poses = case.file["motion_seq_start"].copy()
-    draws = Drand48(int(seed)).normals(poses.size).reshape(poses.shape)
+    draws = _first(poses.size, normals(int(seed))).reshape(poses.shape)
     _motion_model(_alpha_sets(case.file)[alphas])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
     comparison.near("poses", poses, case.file[case.name], EXACT)
 
@@ -142,7 +132,7 @@ def check_resampling(case: Case, comparison: Comparison) -> None:
     name, seed = case.settings(OUTPUT)
     poses, weights = (case.file[f"resample_{name}_in_{suffix}"] for suffix in ("poses", "w"))
     facts = case.file.facts("kld_costnav")
-    draws = Drand48(int(seed)).uniforms(2 * facts["max"])[1::2]  # the first of each two: is it a random particle
+    draws = _first(2 * facts["max"], uniforms(int(seed)))[1::2]  # the first of each two: is it a random particle
     none = np.zeros(len(draws), dtype=np.bool_)
     limits = (facts["min"], facts["pop_err"], facts["pop_z"])
     drawn = resample(poses, np.cumsum(weights), np.empty((len(draws), 3)), none, draws, *limits)
