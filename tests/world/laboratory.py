@@ -1,7 +1,4 @@
-"""Experiments in an empty place: the physical world without a city, sensors, popcorn or people with plans.
-
-The tests and ``benchmarks/check_physics.py`` hold their results against mechanics.
-"""
+"""Experiments in an empty place: the physical world without a city, sensors, popcorn or people with plans."""
 
 import dataclasses
 import math
