@@ -57,8 +57,8 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
 
 def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
     """A topic of transforms that tells odometry, and between which frames."""
-    for name, is_static in topics.transforms():
-        for _, message in () if is_static else first_messages(bag, name, MOST_TRANSFORMS):
+    for name in (name for name, is_static in topics.transforms() if not is_static):
+        for _, message in first_messages(bag, name, MOST_TRANSFORMS):
             if (edge := odometry_edge(message)) is not None:
                 return name, edge
     return None
