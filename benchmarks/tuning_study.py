@@ -1,8 +1,8 @@
 """A tuning study from a shipped stack to its proof: tuned file against the original and against others.
 
-Usage: python benchmarks/tuning_study.py critics|weights [--space NAME ...] [--objective NAME] [--trials N]
-           [--episodes N] [--finalists N] [--final-episodes N] [--test-episodes N] [--waterfall N] [--unraced]
-           [--budget TIME] [--beside NAME] [--seed S] [--workers N] [--world NAME] [--name NAME]
+Usage: python benchmarks/tuning_study.py critics|weights [--unraced] [--beside NAME] [--name NAME] [--workers N]
+           [options of navbench tune: --space NAME ... --objective NAME --trials N --episodes N --finalists N
+           --final-episodes N --test-episodes N --waterfall N --budget TIME --seed S --world NAME]
 
 ``critics`` tunes DWB's critics and the layers that it sees people through, from Nav2's stock file, and holds the result
 against the paper's hand-tuned file, too; ``weights`` tunes those of the jerk-limited MPC. All
@@ -55,7 +55,6 @@ EXACT, INCREMENTAL = "nav2_navfn_planner::NavfnPlanner", "navstack::IncrementalN
 KEPT, DRIVEN = Path("results/baseline/tuning"), Path("results/tuning")
 ARCHIVE, PERIOD = "study.tar.xz", 600.0  # [s] between writings
 NEEDED = ("study/run.json", "study/params", f"study/{JOURNAL}", f"rival/{JOURNAL}")  # to go on from
-SAME = ("trials", "episodes", "finalists", "final_episodes", "test_episodes", "waterfall", "seed", "world", "budget")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -242,32 +241,26 @@ def keep(driven: Path, folder: Path, text: str) -> None:
     (folder / "proof.md").write_text(text, encoding="utf-8")
 
 
-def arguments_of(asked: argparse.Namespace, question: Question, original: Path, study: Path) -> list[str]:
-    """Of ``navbench tune``."""
+def arguments_of(given: Sequence[str], question: Question, original: Path, study: Path) -> list[str]:
+    """Of ``navbench tune``: the question's, then those that are given, which count where both are."""
     if (study / "run.json").exists():
         return ["--resume", str(study)]
-    spaces = [part for space in asked.space or question.spaces for part in ("--space", space)]
-    given = {key: getattr(asked, key) for key in SAME}
-    options = [part for key, value in given.items() if value is not None
-               for part in (f"--{key.replace('_', '-')}", str(value))]  # fmt: skip
-    objective = ["--objective", asked.objective or question.objective]
-    racing = ["--no-racing"] if asked.unraced else []
-    return ["--stack", str(original), "--out", str(study), *spaces, *objective, *racing, *options]
+    spaces = [] if "--space" in given else [part for space in question.spaces for part in ("--space", space)]
+    own = ["--objective", question.objective, "--world", "easy"]
+    return ["--stack", str(original), "--out", str(study), *spaces, *own, *given]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+    )
     parser.add_argument("question", choices=QUESTIONS)
-    parser.add_argument("--space", action="append")
     parser.add_argument("--unraced", action="store_true")
-    for name in ("objective", "budget", "beside", "name"):
+    for name in ("beside", "name"):
         parser.add_argument(f"--{name}")
-    numbers = {"trials": 100, "episodes": 32, "finalists": 4, "final-episodes": 128, "test-episodes": 400}
-    for name, default in {**numbers, "waterfall": 40, "seed": 0}.items():
-        parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--world", default="easy")
-    asked = parser.parse_args()
+    asked, given = parser.parse_known_args()
+    given += ["--no-racing"] if asked.unraced else []
     question = QUESTIONS[asked.question]
     name = asked.name or asked.question + ("-unraced" if asked.unraced else "")
     driven, folder = DRIVEN / name, KEPT / name
@@ -277,7 +270,7 @@ def main() -> None:
         rival = incremental(question.rival, question.localizer, driven / "stacks") if question.rival else ""
         workers = ["--workers", str(asked.workers)] if asked.workers else []
         with kept(driven, folder / ARCHIVE):
-            tune([*arguments_of(asked, question, original, driven / "study"), *workers])
+            tune([*arguments_of(given, question, original, driven / "study"), *workers])
             sides = test_rows(driven / "study", str(rival), driven / "rival", asked.workers)
         if asked.beside:
             unpack(DRIVEN / asked.beside, KEPT / asked.beside / ARCHIVE)
@@ -285,7 +278,8 @@ def main() -> None:
             sides[f"tuned, {asked.beside}"] = other["tuned"]
     except NavstackError as error:
         sys.exit(str(error))
-    text = effort(json.loads(read_text(driven / "study" / DOCUMENT))) + proof(sides, asked.seed)
+    document = json.loads(read_text(driven / "study" / DOCUMENT))
+    text = effort(document) + proof(sides, document["seed"])
     keep(driven, folder, text)
     print(text)
 

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -114,18 +115,13 @@ def _walk(controller: Controller, count: int, costmap: Costmap) -> Callable[[], 
     """Decides at the next moment of a walk up the street at every call."""
     plan = Path(np.array([(15.0, y, 0.5 * math.pi) for y in np.arange(5.0, GOAL.y, 0.05)]))
     people = crowd(np.random.default_rng(3), count, Pose2D(15.0, 13.0), 3.0)
-    moments = []
-    for k in range(MOMENTS):
-        t, pose = k / FREQUENCY, Pose2D(15.0, 9.0 + SPEED * k / FREQUENCY, 0.5 * math.pi)
-        tracks = [(one.id, one.x + one.vx * t, one.y + one.vy * t, one.vx, one.vy) for one in people]
-        moments.append((pose, tracks))
-    covariance, twist, clock = np.diag((0.02, 0.02, 0.02, 0.02)), Twist2D(SPEED), itertools.count()
+    poses = [Pose2D(15.0, 9.0 + SPEED * k / FREQUENCY, 0.5 * math.pi) for k in range(MOMENTS)]
+    twist, clock = Twist2D(SPEED), itertools.count()
 
     def decide() -> object:
         now = next(clock)
-        pose, tracks = moments[now % MOMENTS]
-        stamp = now / FREQUENCY
-        seen = tuple(Track(one[0], stamp, *one[1:], 0.3, covariance) for one in tracks)
+        stamp, t, pose = now / FREQUENCY, now % MOMENTS / FREQUENCY, poses[now % MOMENTS]
+        seen = tuple(replace(one, stamp=stamp, x=one.x + one.vx * t, y=one.y + one.vy * t) for one in people)
         return controller.compute_velocity(RobotState(pose, twist, stamp, pose), plan, Surroundings(costmap, seen))
 
     decide()

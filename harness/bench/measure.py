@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from harness.bench import controllers, costmaps, expected_cost, localizers, planners
-from harness.bench.breakdown import Breakdown, break_down
+from harness.bench.breakdown import break_down
 from harness.bench.component import SOURCE, Component
 from harness.bench.loops import LOOPS, Course, Driven, Loop, drive
 from harness.bench.timing import PROCESSOR, WALL, Spread, readings
@@ -150,7 +150,7 @@ def loop_rows(loop: Loop, effort: Effort, folder: Path) -> list[Row]:
             "of_value_without": Spread.of(full / empty).as_json(),
             "target": LEAST_WITH_CARGO,
             "met": bool(np.median(full / empty) >= LEAST_WITH_CARGO),
-            **_parts(break_down([courses[1].task(episode) for episode in range(effort.rounds)])),
+            **break_down([courses[1].task(episode) for episode in range(effort.rounds)]),
         },
     ]
 
@@ -162,13 +162,6 @@ def _factors(loop: Loop, driven: Sequence[Driven]) -> Row:
         **Spread.of(np.array([each.factor for each in driven])).as_json("real_time_factor"),
         "wall_real_time_factor": float(np.median([each.simulated / each.wall for each in driven])),
         "simulated_s": sum(each.simulated for each in driven),
-    }
-
-
-def _parts(breakdown: Breakdown) -> Row:
-    return {
-        "breakdown_ms_per_simulated_s": breakdown.parts,
-        "breakdown_wrappers_ms_per_simulated_s": breakdown.wrappers,
     }
 
 

@@ -60,7 +60,8 @@ def print_certificate(results: Sequence[PartResult], console: Console) -> None:
     rows = []
     for result in results:
         explained = sum(deviation.is_explained for deviation in result.deviations)
-        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e} {result.unit}".rstrip()
+        unit = f" {result.largest_deviation_unit}" if result.largest_deviation_unit else ""
+        largest = "--" if result.largest_deviation is None else f"{result.largest_deviation:.1e}{unit}"
         not_compared = sum(not deviation.is_compared for deviation in result.deviations)
         unexplained = len(result.deviations) - explained - not_compared
         counts = (result.cases, result.equal, explained, unexplained, not_compared)

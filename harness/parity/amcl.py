@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.parity.comparison import Comparison
 from harness.parity.golden import GoldenFile
-from harness.parity.part import Case, existing
+from harness.parity.part import Case, Shape, existing
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.amcl_sensor_models import LikelihoodFieldModel
 from navstack.localization.likelihood_field import LikelihoodField
@@ -19,27 +19,19 @@ FIELD = re.compile(r"occ_dist_.*_max([\d.]+)")
 TOLERANCE = 1e-5  # of weights, relative
 BRUSH_FIRE = 0.19  # [m] at most, by which Nav2's brush fire takes a cell for farther from an obstacle than it is
 SECOND = "weights_norm_2nd_update"
-
-
-def find_fields(file: GoldenFile) -> Iterator[Case]:
-    """Distance fields ``occ_dist_<...>_max<distance>`` of ``map_occ``, whose place the fact ``map`` tells."""
-    for name in sorted(file.names):
-        if FIELD.fullmatch(name) and MAP in file and "origin_corner" in file.facts("map"):
-            yield Case(name, file, frozenset((name, MAP)))
+FIELDS = Shape(("occ_dist_{}", MAP), (), ("map",), "origin_corner", "occ_dist_{}")  # named as FIELD says
 
 
 def check_field(case: Case, comparison: Comparison) -> None:
     """Every distance; Nav2's are of a brush fire, which may pass a cell by an obstacle that is not the nearest."""
-    given = FIELD.fullmatch(case.name)
-    assert given is not None
-    resolution, origin, farthest = _resolution(case.file), _origin(case.file), float(given[1])
-    grid = OccupancyGrid(case.file[MAP], resolution, origin)
-    field = LikelihoodField.of_map(grid, farthest)
+    (farthest,) = case.settings(FIELD)
+    grid = OccupancyGrid(case.file[MAP], _resolution(case.file), _origin(case.file))
+    field = LikelihoodField.of_map(grid, float(farthest))
     ours, recorded = field.distances[field.codes[1:-1, 1:-1]], case.file[case.name].astype(np.float64)
     too_far = recorded - ours
     comparison.require(ours.shape == recorded.shape, f"shape {ours.shape}, recorded {recorded.shape}")
     comparison.require(bool((too_far > -1e-6).all()), "a recorded distance is less than the exact one")
-    limit = case.facts.get("max_diff_vs_exact_edt_m", BRUSH_FIRE)
+    limit = case.file.facts(case.name).get("max_diff_vs_exact_edt_m", BRUSH_FIRE)
     comparison.require(bool((too_far <= limit + 1e-6).all()), f"a recorded distance is {too_far.max():.3f} m too far")
     if (too_far > 1e-6).any():
         comparison.allow("Nav2's brush fire misses the nearest obstacle of some cells; ours are exact")

@@ -6,6 +6,7 @@ The recordings' random numbers are POSIX ``drand48`` and Nav2's normal numbers m
 import math
 import re
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -32,43 +33,33 @@ NORMAL = re.compile(r"ran_gaussian_sigma([\d.]+)_seed(\d+)_first(\d+)")
 OUTPUT = re.compile(r"resample_(.+)_out_poses_seed(\d+)")
 
 
+# particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``
+MOTIONS = Shape(("motion_seq_end_{}", "motion_seq_start"), (), (), None, "motion_seq_end_{}")
 LIMITS = Shape(("kld_limit_{}", "kld_k"), (), ("kld_{}",), "pop_err", "kld_limit_{}")  # for so many bins
 _FACTOR, _ADDEND, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1  # POSIX.1-2017, drand48()
 _SEED_LOW = 0x330E  # the low 16 bits that srand48() sets
 
 
-class Drand48:
-    """The sequence after ``srand48(seed)``."""
+def uniforms(seed: int) -> Iterator[float]:
+    """Numbers in [0, 1): the sequence of ``drand48()`` after ``srand48(seed)``."""
+    state = (seed << 16) + _SEED_LOW
+    while True:
+        state = (_FACTOR * state + _ADDEND) & _MASK
+        yield state / (1 << 48)
 
-    def __init__(self, seed: int) -> None:
-        self._state = (seed << 16) + _SEED_LOW
 
-    def uniform(self) -> float:
-        """The next number in [0, 1)."""
-        self._state = (_FACTOR * self._state + _ADDEND) & _MASK
-        return self._state / (1 << 48)
+def normals(seed: int) -> Iterator[float]:
+    """Standard normal numbers made from them by the polar method (``pf_pdf.c``), which leaves out zeros."""
+    symmetric = (2.0 * drawn - 1.0 for drawn in uniforms(seed) if drawn != 0.0)
+    while True:
+        first, second = next(symmetric), next(symmetric)
+        squared = first * first + second * second
+        if 0.0 < squared <= 1.0:
+            yield second * math.sqrt(-2.0 * math.log(squared) / squared)
 
-    def normal(self) -> float:
-        """The next standard normal number, by the polar method (``pf_pdf.c``)."""
-        while True:
-            first, second = self._symmetric(), self._symmetric()
-            squared = first * first + second * second
-            if 0.0 < squared <= 1.0:
-                return second * math.sqrt(-2.0 * math.log(squared) / squared)
 
-    def uniforms(self, count: int) -> FloatArray:
-        """The next ``count`` uniform numbers."""
-        return np.array([self.uniform() for _ in range(count)])
-
-    def normals(self, count: int) -> FloatArray:
-        """The next ``count`` standard normal numbers."""
-        return np.array([self.normal() for _ in range(count)])
-
-    def _symmetric(self) -> float:
-        """The next number in (-1, 1) but -1, for which another is drawn."""
-        while (drawn := self.uniform()) == 0.0:
-            pass
-        return 2.0 * drawn - 1.0
+def _first(count: int, numbers: Iterator[float]) -> FloatArray:
+    return np.fromiter(islice(numbers, count), np.float64)
 
 
 def find_generators(file: GoldenFile) -> Iterator[Case]:
@@ -81,28 +72,20 @@ def find_generators(file: GoldenFile) -> Iterator[Case]:
 def check_generator(case: Case, comparison: Comparison) -> None:
     """The numbers that the comparisons of motion and resampling start from."""
     if uniform := UNIFORM.fullmatch(case.name):
-        comparison.near("numbers", Drand48(int(uniform[1])).uniforms(int(uniform[2])), case.file[case.name], 1e-15)
+        ours = _first(int(uniform[2]), uniforms(int(uniform[1])))
+        comparison.near("numbers", ours, case.file[case.name], 1e-15)
     elif normal := NORMAL.fullmatch(case.name):
-        ours = float(normal[1]) * Drand48(int(normal[2])).normals(int(normal[3]))
+        ours = float(normal[1]) * _first(int(normal[3]), normals(int(normal[2])))
         comparison.near("numbers", ours, case.file[case.name], 1e-12)
-
-
-def find_motions(file: GoldenFile) -> Iterator[Case]:
-    """Particles ``motion_seq_start``, moved: ``motion_seq_end_seed<s>_alphas_<set>_pose<x_y_yaw>_delta<x_y_yaw>``."""
-    for name in sorted(file.names):
-        given = MOTION.fullmatch(name)
-        if given and "motion_seq_start" in file and given[2] in _alpha_sets(file):
-            yield Case(name, file, frozenset((name, "motion_seq_start")))
 
 
 def check_motion(case: Case, comparison: Comparison) -> None:
     """Every particle, with the recording's random numbers."""
-    given = MOTION.fullmatch(case.name)
-    assert given is not None
-    after, delta = (np.array([float(number) for number in given[i].split("_")]) for i in (3, 4))
+    seed, alphas, *places = case.settings(MOTION)
+    after, delta = (np.array([float(number) for number in place.split("_")]) for place in places)
     poses = case.file["motion_seq_start"].copy()
-    draws = Drand48(int(given[1])).normals(poses.size).reshape(poses.shape)
-    _motion_model(_alpha_sets(case.file)[given[2]])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
+    draws = _first(poses.size, normals(int(seed))).reshape(poses.shape)
+    _motion_model(_alpha_sets(case.file)[alphas])(poses, Pose2D(*(after - delta)), Pose2D(*after), draws)
     comparison.near("poses", poses, case.file[case.name], EXACT)
 
 
@@ -146,22 +129,21 @@ def find_resamplings(file: GoldenFile) -> Iterator[Case]:
 
 def check_resampling(case: Case, comparison: Comparison) -> None:
     """Every particle with the recording's random numbers, the clusters, and the limits of the recorded sweep."""
-    given = OUTPUT.fullmatch(case.name)
-    assert given is not None
-    poses, weights = (case.file[f"resample_{given[1]}_in_{suffix}"] for suffix in ("poses", "w"))
+    name, seed = case.settings(OUTPUT)
+    poses, weights = (case.file[f"resample_{name}_in_{suffix}"] for suffix in ("poses", "w"))
     facts = case.file.facts("kld_costnav")
-    draws = Drand48(int(given[2])).uniforms(2 * facts["max"])[1::2]  # the first of each two: is it a random particle
+    draws = _first(2 * facts["max"], uniforms(int(seed)))[1::2]  # the first of each two: is it a random particle
     none = np.zeros(len(draws), dtype=np.bool_)
     limits = (facts["min"], facts["pop_err"], facts["pop_z"])
     drawn = resample(poses, np.cumsum(weights), np.empty((len(draws), 3)), none, draws, *limits)
     comparison.near("poses", drawn, case.file[case.name], EXACT)
     for sweep in case.file.meta.get("resample_sweep", ()):
         _check_sweep(sweep, facts, comparison)
-        if f"sp{sweep['spread']:g}" == given[1]:
+        if f"sp{sweep['spread']:g}" == name:
             comparison.equal("bins filled before", count_bins(poses), sweep["leaf_in"])
             comparison.equal("bins filled after", count_bins(drawn), sweep["leaf_out"])
             comparison.equal("converged", stand_close(drawn), bool(sweep["stats"]["converged"]))
-    recorded = case.file.meta.get(f"resample_{given[1]}_clusters", ())
+    recorded = case.file.meta.get(f"resample_{name}_clusters", ())
     _check_clusters(cluster_particles(drawn, np.full(len(drawn), 1.0 / len(drawn))), recorded, comparison)
 
 

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ PARTS = (
     Part("simple_smoother", planning.SMOOTHED, planning.check_smoother),
     Part("dwb", dwb.SCENES, dwb.check_scene),
     Part("dwb_jazzy", dwb.find_sequences, dwb.check_sequence),
-    Part("dwb_velocities", dwb.find_velocities, dwb.check_velocities),
+    Part("dwb_velocities", dwb.VELOCITIES, dwb.check_velocities),
     Part("dwb_plan", dwb.PLANS, dwb.check_plan),
     Part("rpp", controllers.RPP, controllers.check_rpp),
     Part("rotation_shim", controllers.SHIM, controllers.check_shim),
@@ -33,11 +33,11 @@ PARTS = (
     Part("velocity_smoother", safety.SMOOTHED, safety.check_smoother),
     Part("collision_monitor", safety.find_times, safety.check_times),
     Part("collision_monitor_overflow", safety.find_overflows, safety.check_overflow),
-    Part("collision_monitor_edges", safety.find_edges, safety.check_edges),
-    Part("amcl_field", amcl.find_fields, amcl.check_field),
+    Part("collision_monitor_edges", safety.EDGES, safety.check_edges),
+    Part("amcl_field", amcl.FIELDS, amcl.check_field),
     Part("amcl_weights", amcl.find_weights, amcl.check_weights),
     Part("amcl_generator", amcl_particles.find_generators, amcl_particles.check_generator),
-    Part("amcl_motion", amcl_particles.find_motions, amcl_particles.check_motion),
+    Part("amcl_motion", amcl_particles.MOTIONS, amcl_particles.check_motion),
     Part("amcl_moments", amcl_particles.find_moments, amcl_particles.check_moments, "standard errors"),
     Part("amcl_limits", amcl_particles.LIMITS, amcl_particles.check_limits),
     Part("amcl_resampling", amcl_particles.find_resamplings, amcl_particles.check_resampling),
@@ -68,8 +68,8 @@ class PartResult:
     cases: int
     equal: int  # cases without any deviation
     largest_deviation: float | None  # of what was compared within a tolerance; None: nothing was
+    largest_deviation_unit: str | None  # None: each quantity's own
     deviations: tuple[Deviation, ...]
-    unit: str = ""  # of the largest deviation; empty: each quantity's own
 
 
 def discover(files: Sequence[GoldenFile]) -> list[tuple[Part, Case]]:
@@ -141,7 +141,7 @@ def certify(files: Sequence[GoldenFile]) -> list[PartResult]:
     results = [_summary(part, [case for other, case in cases if other is part]) for part in PARTS]
     left = unattributed(files, cases)
     lost = tuple(Deviation(name, "belongs to no case of any part: nothing was compared", False) for name in left)
-    results.append(PartResult(UNATTRIBUTED, len(lost), 0, None, lost))
+    results.append(PartResult(UNATTRIBUTED, len(lost), 0, None, None, lost))
     return [result for result in results if result.cases]
 
 
@@ -150,7 +150,7 @@ def _summary(part: Part, cases: Sequence[Case]) -> PartResult:
     deviations = tuple(_deviations(compared))
     largest = max((comparison.largest for _, comparison in compared), default=0.0)
     equal = len(cases) - len(deviations)
-    return PartResult(part.name, len(cases), equal, largest, deviations, part.unit)
+    return PartResult(part.name, len(cases), equal, largest, part.unit, deviations)
 
 
 def _deviations(compared: Sequence[tuple[Case, Comparison]]) -> Iterator[Deviation]:
@@ -169,24 +169,8 @@ def passes(results: Sequence[PartResult]) -> bool:
 
 def document(results: Sequence[PartResult]) -> dict[str, Any]:
     """The certificate as plain values for JSON."""
-    return {
-        "parts": [
-            {
-                "part": result.part,
-                "cases": result.cases,
-                "equal": result.equal,
-                "largest_deviation": result.largest_deviation,
-                "largest_deviation_unit": result.unit or None,
-                "deviations": [
-                    {
-                        "case": deviation.case,
-                        "why": deviation.why,
-                        "explained": deviation.is_explained,
-                        "compared": deviation.is_compared,
-                    }
-                    for deviation in result.deviations
-                ],
-            }
-            for result in results
-        ]
-    }
+    return {"parts": [asdict(result, dict_factory=_named) for result in results]}
+
+
+def _named(values: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name.removeprefix("is_"): value for name, value in values}

@@ -81,26 +81,26 @@ class _Primary(Controller):
 
 def check_shim(case: Case, comparison: Comparison) -> None:
     """Every command of a rollout; each new plan is a new object."""
-    facts = case.facts
-    shim, surroundings = _shim(facts["params"]), _surroundings(case)
-    rows, plan = case.file[case.name], Path(case["path"])
-    ours = []
-    for x, y, yaw, v, w, *_, replanned in rows:
-        if replanned:
-            plan = Path(case["path"])
-        ours.append(shim.compute_velocity(RobotState(Pose2D(x, y, yaw), Twist2D(v, 0.0, w)), plan, surroundings))
-    comparison.near("commands", _as_array(ours), rows[:, 5:8], TOLERANCE)
+    rows = case.file[case.name]
+    ours = _rollout(case, rows[:, :3], np.insert(rows[:, 3:5], 1, 0.0, axis=1), rows[:, -1])
+    comparison.near("commands", ours, rows[:, 5:8], TOLERANCE)
 
 
 def check_shim_of_main(case: Case, comparison: Comparison) -> None:
     """Every command of a rollout. Main decides in every cycle: that is Jazzy's shim with a new plan in every cycle."""
-    facts = case.facts
-    shim, surroundings = _shim(facts["params"]), _surroundings(case)
-    ours = [
-        shim.compute_velocity(RobotState(Pose2D(*pose), Twist2D(*twist)), Path(case["path"]), surroundings)
-        for pose, twist in zip(case["poses"], case["vels"], strict=True)
-    ]
-    comparison.near("commands", _as_array(ours), case["cmd"], TOLERANCE)
+    poses = case["poses"]
+    comparison.near("commands", _rollout(case, poses, case["vels"], np.ones(len(poses))), case["cmd"], TOLERANCE)
+
+
+def _rollout(case: Case, poses: np.ndarray, twists: np.ndarray, is_replanned: np.ndarray) -> np.ndarray:
+    """The shim's command (N, 3) for each pose and measured twist (N, 3), where there may be a new plan (N,)."""
+    shim, surroundings, plan = _shim(case.facts["params"]), _surroundings(case), Path(case["path"])
+    commands = []
+    for pose, twist, is_new in zip(poses, twists, is_replanned, strict=True):
+        plan = Path(case["path"]) if is_new else plan
+        command = shim.compute_velocity(RobotState(Pose2D(*pose), Twist2D(*twist)), plan, surroundings)
+        commands.append((command.linear_x, command.linear_y, command.angular_z))
+    return np.array(commands)
 
 
 def _shim(given: Mapping[str, Any]) -> RotationShimController:
@@ -115,7 +115,3 @@ def _surroundings(case: Case) -> Surroundings:
     free = np.zeros((FREE_CELLS, FREE_CELLS), dtype=np.uint8)
     costs = next((case[name] for name in ("costmap", "grid") if name in case), free)
     return Surroundings(Costmap(costs, facts.get("resolution", RESOLUTION), *facts.get("origin", ORIGIN)))
-
-
-def _as_array(commands: list[Twist2D]) -> np.ndarray:
-    return np.array([(command.linear_x, command.linear_y, command.angular_z) for command in commands])

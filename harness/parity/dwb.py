@@ -43,6 +43,7 @@ OUT_OF_BOUNDS = (
 
 
 SCENES = Shape(("{}_costmap", "{}_path", "{}_vel"), tuple(f"{{}}_{suffix}" for suffix in SUFFIXES), fact="pose")
+VELOCITIES = Shape(("twists_{}",), (), (), None, "twists_{}")
 PLANS = Shape(("adjust_{}_in", "adjust_{}_out"), (), ("adjust_{}",), None, "adjust_{}")
 
 
@@ -217,15 +218,8 @@ def check_sequence(case: Case, comparison: Comparison) -> None:
             _check_grids(case, f"s{k}_", comparison, critics, _scene(step, near, goal, costmap, case.file))
 
 
-def find_velocities(file: GoldenFile) -> Iterator[Case]:
-    """Samples ``twists_<case>``; the fact is the velocity alone, or the velocity and changed parameters."""
-    for name in sorted(file.names):
-        if name.startswith("twists_") and name in file.meta and "base_params" in file.meta:
-            yield Case(name, file, frozenset((name,)))
-
-
 def check_velocities(case: Case, comparison: Comparison) -> None:
-    """All samples in their order, to the last bit."""
+    """All samples in their order, to the last bit; the fact is the velocity alone, or with changed parameters."""
     facts = case.file.meta[case.name]
     velocity, overrides = (facts["vel"], facts["over"]) if isinstance(facts, dict) else (facts, {})
     generator = RolloutGenerator(_params(case.file, overrides), FREQUENCY)

@@ -1,5 +1,6 @@
 """The parts of Nav2 that are compared, and the cases of each."""
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -29,6 +30,17 @@ class Case:
         """What ``meta_json`` says of the case."""
         return self.file.facts(*(self.keys or (self.name,)))
 
+    def settings(self, form: re.Pattern[str]) -> tuple[str, ...]:
+        """What the name says, group by group of its form.
+
+        Raises:
+            KeyError: it has another form.
+        """
+        given = form.fullmatch(self.name)
+        if given is None:
+            raise KeyError(f"a name of the form {form.pattern}")
+        return given.groups()
+
     def __getitem__(self, suffix: str) -> np.ndarray:
         """The array ``<name>_<suffix>``."""
         return self.file[f"{self.name}_{suffix}"]
@@ -44,7 +56,7 @@ class Part:
     name: str
     find: Callable[[GoldenFile], Iterable[Case]]  # reads names and facts only
     check: Callable[[Case, Comparison], None]
-    unit: str = ""  # of the largest deviation, where it is not the quantity's own
+    unit: str | None = None  # of the largest deviation; None: the quantity's own
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,8 @@ TOLERANCE = 1e-5  # [s]
 OVERFLOW = re.compile(r".*min_points_(\d+)")
 NO_COLLISION = -1.0  # recorded where there is none
 PARAMETERS = ("min_points", "simulation_time_step", "time_before_collision")
+# points on and beside the edges of the polygon, and whether they count as inside
+EDGES = Shape(("{}_edge_pts", "{}_edge_inside", POLYGON), (), (), None, "{}_edge")
 # commands, cycles, and what was sent (NaN: nothing)
 SMOOTHED = Shape(("vs_{}_cmds_t_x_y_w", "vs_{}_out", "vs_{}_t"), (), ("velocity_smoother", "{}"), "params", "vs_{}")
 
@@ -73,19 +75,11 @@ def find_overflows(file: GoldenFile) -> Iterator[Case]:
 
 def check_overflow(case: Case, comparison: Comparison) -> None:
     """The number of points that is left of it, and the times with that many."""
-    key = case.name.removeprefix("cm_")
-    facts, given = case.file.facts(FACTS, key), OVERFLOW.fullmatch(key)
-    assert given is not None
-    zone = _zone(case.file, min_points=int(given[1]))
+    facts = case.file.facts(FACTS, case.name.removeprefix("cm_"))
+    (min_points,) = case.settings(OVERFLOW)
+    zone = _zone(case.file, min_points=int(min_points))
     comparison.equal("points that trigger", zone.params.trigger_count, facts["stored_int"])
     comparison.near("times to collision", _times(zone, case.file)[: len(facts["times"])], facts["times"], TOLERANCE)
-
-
-def find_edges(file: GoldenFile) -> Iterator[Case]:
-    """Points on and beside the edges of the polygon, and whether they count as inside."""
-    arrays = frozenset((POLYGON, "cm_edge_pts", "cm_edge_inside"))
-    if arrays <= file.names:
-        yield Case("cm_edge", file, arrays)
 
 
 def check_edges(case: Case, comparison: Comparison) -> None:

@@ -30,6 +30,30 @@ class Block:
     checksum: int = 0  # CRC-32 of the decompressed bytes; 0: there is none
 
 
+class FileBytes:
+    """The bytes of a file, read as slices are taken; a slice is shorter where the file ends."""
+
+    def __init__(self, path: Path) -> None:
+        """Open the file.
+
+        Raises:
+            OSError: it cannot be opened.
+        """
+        self._file = os.open(path, os.O_RDONLY)
+        self._size = os.fstat(self._file).st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, part: slice) -> bytes:
+        start, end, _ = part.indices(self._size)
+        return os.pread(self._file, max(end - start, 0), start)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        os.close(self._file)
+
+
 class BlockFile(BagFile):
     """A bag whose messages stand in the file itself or in blocks of it; the latest blocks are kept in memory."""
 
@@ -40,30 +64,34 @@ class BlockFile(BagFile):
             OSError: it cannot be opened.
         """
         super().__init__(path, types)
-        self._file = os.open(path, os.O_RDONLY)
-        self.size = os.fstat(self._file).st_size
+        self._file = FileBytes(path)
         self._blocks: list[Block] = []
         self._loaded: OrderedDict[int, bytes] = OrderedDict()
         self._wanted: dict[int, int | None] = {}  # the file's number of a topic -> ours; None: of another type
 
     def close(self) -> None:
         """Let go of the file."""
-        os.close(self._file)
+        self._file.close()
 
     def read(self, *place: int) -> bytes:
         """See :meth:`BagFile.read`; the place is a block or ``WHOLE_FILE``, and offset and size in it."""
         number, offset, size = place
-        if number == WHOLE_FILE:
-            return self._bytes_at(offset, size)
-        return self._load(number)[0][offset : offset + size]
+        content = self._file if number == WHOLE_FILE else self._load(number)[0]
+        return content[offset : offset + size]
 
     @abstractmethod
-    def _take_records(self, content: bytes, block: int, where: str) -> None:
-        """Take in the records of a block; DamageError at the first that cannot be read."""
+    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+        """Take in records up to the first that cannot be read, which is a DamageError.
 
-    def _bytes_at(self, offset: int, size: int) -> bytes:
-        """Bytes of the file itself; fewer where it ends."""
-        return os.pread(self._file, min(size, max(self.size - offset, 0)), offset)
+        Args:
+            content: a block's, or the whole file.
+            block: its number, or ``WHOLE_FILE``.
+            position: of the first record.
+            within: words that say which block it is; empty: the file.
+
+        Returns:
+            Whether the last record ends within the content; of a file, whether its recorder closed it.
+        """
 
     def _take_block(self, start: int, block: Block) -> None:
         """Take in a block whose record's data begin at ``start``."""
@@ -75,8 +103,10 @@ class BlockFile(BagFile):
         self._blocks.append(block)
         number = len(self._blocks) - 1
         content, trouble = self._load(number)
+        within = f" of the block at byte {start}"
         try:
-            self._take_records(content, number, f"the block at byte {start}")
+            if not self._take_records(content, number, 0, within):
+                raise DamageError(f"has a record beyond the end{within}")
         except DamageError as error:
             raise DamageError(trouble or str(error)) from None
         if trouble:
@@ -99,10 +129,10 @@ class BlockFile(BagFile):
             self._loaded.move_to_end(number)
             return self._loaded[number], None
         block = self._blocks[number]
-        packed = self._bytes_at(block.offset, block.size)
+        packed = self._file[block.offset : block.offset + block.size]
         content, trouble = decompress(packed, block.compression, block.full_size)
         if len(packed) < block.size:
-            trouble = f"is cut off at byte {self.size}"
+            trouble = f"is cut off at byte {len(self._file)}"
         if trouble is None and block.checksum and zlib.crc32(content) != block.checksum:
             content, trouble = b"", "does not have the checksum that it says"
         self._loaded[number] = content
@@ -115,17 +145,12 @@ def decompress(content: bytes, compression: str, size: int) -> tuple[bytes, str 
     """As much as can be decompressed, but never more than was declared; and what is wrong with the rest."""
     if not compression:
         return content[:size], None if len(content) >= size else "is cut off"
-    pieces, done = [], 0
-    try:
-        with pa.CompressedInputStream(pa.BufferReader(content), compression) as stream:
-            while done <= size and (piece := stream.read(min(_PIECE, size + 1 - done))):
-                pieces.append(piece)
-                done += len(piece)
-    except (OSError, pa.ArrowException):
-        return b"".join(pieces)[:size], "cannot be decompressed"
-    if done != size:
-        return b"".join(pieces)[:size], f"has {'more' if done > size else 'fewer'} bytes than the {size} that it says"
-    return b"".join(pieces), None
+    full, is_good = _decompressed(content, compression, size)
+    if not is_good:
+        return full[:size], "cannot be decompressed"
+    if len(full) != size:
+        return full[:size], f"has {'more' if len(full) > size else 'fewer'} bytes than the {size} that it says"
+    return full, None
 
 
 def decompress_message(content: bytes) -> bytes:
@@ -134,11 +159,22 @@ def decompress_message(content: bytes) -> bytes:
     Raises:
         DamageError: it was not, or is too large.
     """
-    try:
-        with pa.CompressedInputStream(pa.BufferReader(content), "zstd") as stream:
-            full: bytes = stream.read(LARGEST_MESSAGE + 1)
-    except (OSError, pa.ArrowException):
-        raise DamageError("a message cannot be decompressed") from None
+    full, is_good = _decompressed(content, "zstd", LARGEST_MESSAGE)
+    if not is_good:
+        raise DamageError("a message cannot be decompressed")
     if len(full) > LARGEST_MESSAGE:
         raise DamageError(f"a message decompresses to more than {LARGEST_MESSAGE} bytes")
     return full
+
+
+def _decompressed(content: bytes, compression: str, size: int) -> tuple[bytes, bool]:
+    """As much as can be decompressed, at most one byte more than ``size``; and whether nothing before it is broken."""
+    pieces, done = [], 0
+    try:
+        with pa.CompressedInputStream(pa.BufferReader(content), compression) as stream:
+            while done <= size and (piece := stream.read(min(_PIECE, size + 1 - done))):
+                pieces.append(piece)
+                done += len(piece)
+    except (OSError, pa.ArrowException):
+        return b"".join(pieces), False
+    return b"".join(pieces), True

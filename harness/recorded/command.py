@@ -42,6 +42,7 @@ from navstack.types import Belief, Pose2D
 
 INTERRUPTED = 130
 
+Comparison = tuple[Errors, Errors | None]  # APE and RPE
 Show = Callable[[], AbstractContextManager[Callable[[float], None]]]
 
 
@@ -66,14 +67,6 @@ class Request:
     seed: int = 0
     allow_unknown: bool = True
     as_json: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Comparison:
-    """Errors against a reference."""
-
-    ape: Errors
-    rpe: Errors | None
 
 
 def localize(request: Request, show: Show) -> int:
@@ -207,23 +200,25 @@ def _finish(
 
 
 def _compare(trajectory: Trajectory, reference: Trajectory | None, request: Request) -> Comparison | None:
+    """APE and RPE against a reference; None: there is no reference."""
     if reference is None:
         return None
     if not len(reference):
         raise InputError(f"reference {request.reference} has no usable pose")
     estimate, matched = match(trajectory, reference)
     aligned = align(estimate, matched, request.alignment)
-    return Comparison(absolute_errors(aligned, matched), relative_errors(estimate, matched, request.interval))
+    return absolute_errors(aligned, matched), relative_errors(estimate, matched, request.interval)
 
 
 def _print(trajectory: Trajectory, comparison: Comparison | None, request: Request) -> None:
+    ape, rpe = comparison or (None, None)
     final = [float(value) for value in trajectory.poses[-1]]
     if request.as_json:
         document = {
             "poses": len(trajectory),
             "final": final,
-            "ape": comparison and {"alignment": request.alignment, **comparison.ape.as_json()},
-            "rpe": comparison and comparison.rpe and {"interval_s": request.interval, **comparison.rpe.as_json()},
+            "ape": ape and {"alignment": request.alignment, **ape.as_json()},
+            "rpe": rpe and {"interval_s": request.interval, **rpe.as_json()},
             "out": str(request.out),
         }
         sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
@@ -233,10 +228,9 @@ def _print(trajectory: Trajectory, comparison: Comparison | None, request: Reque
         f"{request.localizer}: {len(trajectory)} poses over {lasted:.1f} s in {request.out}",
         f"final pose: x {final[0]:.3f} m, y {final[1]:.3f} m, yaw {final[2]:.4f} rad",
     ]
-    if comparison is not None:
-        lines.append(f"APE against {request.reference}, alignment {request.alignment}: {_text(comparison.ape)}")
-        rpe = NO_RPE if comparison.rpe is None else _text(comparison.rpe)
-        lines.append(f"RPE over {request.interval:g} s: {rpe}")
+    if ape is not None:
+        lines.append(f"APE against {request.reference}, alignment {request.alignment}: {_text(ape)}")
+        lines.append(f"RPE over {request.interval:g} s: {NO_RPE if rpe is None else _text(rpe)}")
     sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 

@@ -4,7 +4,7 @@ import struct
 from pathlib import Path
 
 from harness.recorded.bag_file import DamageError, Topic, type_name
-from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile
+from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile, FileBytes
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6  # opcode of a record
@@ -24,27 +24,29 @@ class McapFile(BlockFile):
         self._schemas: dict[int, str] = {}
 
     def _scan(self) -> None:
-        position, size = len(MAGIC), self.size
-        while position < size:
-            head = self._bytes_at(position, _HEAD.size)
-            if len(head) < _HEAD.size:
-                break
+        if not self._take_records(self._file, WHOLE_FILE, len(MAGIC), ""):
+            raise DamageError(f"was never closed by its recorder, or is cut off at byte {len(self._file)}")
+
+    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+        """See :class:`BlockFile`."""
+        while len(head := content[position : position + _HEAD.size]) == _HEAD.size:
             opcode, length = _HEAD.unpack(head)
             start = position + _HEAD.size
-            if opcode == _FOOTER:
-                return
-            if opcode == _CHUNK:
-                self._take_chunk(start, length)
-            elif opcode == _MESSAGE and start + length <= size:
-                head = self._bytes_at(start, _MESSAGE_HEAD.size)
-                self._take_message(head, 0, WHOLE_FILE, start, length)
-            elif opcode in (_SCHEMA, _CHANNEL) and start + length <= size:
-                self._describe(opcode, self._bytes_at(start, min(length, _LONGEST)))
             position = start + length
-        raise DamageError(f"was never closed by its recorder, or is cut off at byte {size}")
+            if block == WHOLE_FILE and opcode == _FOOTER:
+                return True
+            if block == WHOLE_FILE and opcode == _CHUNK:
+                self._take_chunk(start, length)
+            elif position > len(content):
+                return False
+            elif opcode == _MESSAGE:
+                self._take_message(content[start : min(start + _MESSAGE_HEAD.size, position)], block, start, length)
+            elif opcode in (_SCHEMA, _CHANNEL):
+                self._describe(opcode, content[start : min(start + _LONGEST, position)])
+        return block != WHOLE_FILE
 
     def _take_chunk(self, start: int, length: int) -> None:
-        head = self._bytes_at(start, min(length, _CHUNK_HEAD.size + 4 + 64 + 8))
+        head = self._file[start : start + min(length, _CHUNK_HEAD.size + 4 + 64 + 8)]
         try:
             _, _, full_size, checksum = _CHUNK_HEAD.unpack_from(head)
             compression, position = _text(head, _CHUNK_HEAD.size)
@@ -52,20 +54,6 @@ class McapFile(BlockFile):
         except struct.error:
             raise DamageError(f"is cut off in the block at byte {start}") from None
         self._take_block(start, Block(start + position + 8, size, compression, full_size, checksum))
-
-    def _take_records(self, content: bytes, block: int, where: str) -> None:
-        """Take in the records of a block."""
-        position = 0
-        while position + _HEAD.size <= len(content):
-            opcode, length = _HEAD.unpack_from(content, position)
-            data = position + _HEAD.size
-            if data + length > len(content):
-                raise DamageError(f"has a record beyond the end of {where}")
-            if opcode == _MESSAGE:
-                self._take_message(content, data, block, data, length)
-            elif opcode in (_SCHEMA, _CHANNEL):
-                self._describe(opcode, content[data : data + length])
-            position = data + length
 
     def _describe(self, opcode: int, record: bytes) -> None:
         """Take in a schema or a channel."""
@@ -84,15 +72,14 @@ class McapFile(BlockFile):
         kind = self._schemas.get(schema, "")
         self._enter_topic(key, Topic(name, kind, encoding), encoding in _ENCODINGS)
 
-    def _take_message(self, content: bytes, head: int, block: int, start: int, length: int) -> None:
-        """Take in the message whose head stands in ``content`` and that itself is at ``start`` of its block."""
-        size = length - _MESSAGE_HEAD.size
-        if size < 0 or head + _MESSAGE_HEAD.size > len(content):
+    def _take_message(self, head: bytes, block: int, start: int, length: int) -> None:
+        """Take in the message with this head, whose record's data begin at ``start`` of its block."""
+        if len(head) < _MESSAGE_HEAD.size:
             raise DamageError("has a message that is too short")
-        channel, _, time, _ = _MESSAGE_HEAD.unpack_from(content, head)
+        channel, _, time, _ = _MESSAGE_HEAD.unpack(head)
         topic = self._wanted.get(channel)
         if topic is not None:
-            self._enter_message(topic, time, block, start + _MESSAGE_HEAD.size, size)
+            self._enter_message(topic, time, block, start + _MESSAGE_HEAD.size, length - _MESSAGE_HEAD.size)
 
 
 def _text(record: bytes, position: int) -> tuple[str, int]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.recorded.mountings import IDENTITY, Transform, from_quaternion
+from harness.recorded.mountings import Transform, from_quaternion
 from navstack.geometry import normalize_angle
 from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D, Twist2D
 
@@ -58,10 +58,6 @@ def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
         return None
     covariance = np.asarray(message.twist.covariance, dtype=np.float64)
     speed_std, rate_std = _deviation(covariance[0]), _deviation(covariance[35])
-    if child is IDENTITY:
-        yaw = math.atan2(turn[1, 0], turn[0, 0])
-        planar = Twist2D(rates[0], rates[1], rates[5])
-        return Odometry(stamp, Pose2D(*numbers, yaw), planar, speed_std, rate_std)
     base = Transform(turn, np.array((*numbers, 0.0))) @ child.inverse
     angular = child.rotation @ rates[3:]
     linear = child.rotation @ rates[:3] + np.cross(child.translation, angular)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from harness.recorded.bag_file import printable
 from navstack.errors import InputError
@@ -47,7 +48,7 @@ class Transform:
     @property
     def tilt(self) -> float:
         """Angle in [rad] between the z axes, 0 where both point up, pi where the frame is upside down."""
-        return math.acos(max(min(float(self.rotation[2, 2]), 1.0), -1.0))
+        return math.atan2(math.hypot(*self.rotation[2, :2]), self.rotation[2, 2])
 
 
 IDENTITY = Transform(np.eye(3), np.zeros(3))
@@ -55,29 +56,16 @@ IDENTITY = Transform(np.eye(3), np.zeros(3))
 
 def from_quaternion(x: float, y: float, z: float, w: float) -> FloatArray | None:
     """The rotation (3, 3) of a quaternion that may not be quite normalised; None: it is none."""
-    norm = math.sqrt(x * x + y * y + z * z + w * w) if max(map(abs, (x, y, z, w))) < 1e3 else 0.0
-    if not 0.5 < norm < 2.0:  # also not a number
+    if not 0.5 < math.hypot(x, y, z, w) < 2.0:  # also not a number
         return None
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return np.array(
-        (
-            (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-        )
-    )
+    rotation: FloatArray = Rotation.from_quat((x, y, z, w)).as_matrix()
+    return rotation
 
 
 def from_angles(roll: float, pitch: float, yaw: float) -> FloatArray:
     """The rotation (3, 3) about the fixed axes x, y, z in this order, as tf and URDF have it; angles in [rad]."""
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in (roll, pitch, yaw))
-    return np.array(
-        (
-            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-            (-sp, cp * sr, cp * cr),
-        )
-    )
+    rotation: FloatArray = Rotation.from_euler("xyz", (roll, pitch, yaw)).as_matrix()
+    return rotation
 
 
 @dataclass(slots=True)

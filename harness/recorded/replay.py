@@ -1,6 +1,5 @@
 """A localizer over a recorded log, message by message in the order of arrival."""
 
-import contextlib
 import math
 from array import array
 from collections import Counter
@@ -13,9 +12,8 @@ import numpy as np
 
 from harness.recorded import messages
 from harness.recorded.bag import Bag, Message
-from harness.recorded.bag_file import DamageError
 from harness.recorded.receiver import Measured, Receiver
-from harness.recorded.ros_messages import FIX, decode
+from harness.recorded.ros_messages import FIX, decode, first_messages
 from harness.recorded.sources import Choice
 from harness.recorded.trajectory import Trajectory
 from navstack.errors import InputError
@@ -142,12 +140,10 @@ class Replay:
     def _first_times(self, topic: str) -> list[tuple[float, float]]:
         """Arrival and stamp in [s] of a topic's first messages."""
         times = []
-        with contextlib.suppress(DamageError):  # it is met again
-            for place in self._bag.places({topic})[:_FIRST]:
-                message = self._bag.read(place)
-                stamp = self._receiver.stamp_of(message.topic.type, decode(message))
-                if stamp is not None:
-                    times.append((message.arrival, stamp))
+        for message, decoded in first_messages(self._bag, topic, _FIRST):
+            stamp = self._receiver.stamp_of(message.topic.type, decoded)
+            if stamp is not None:
+                times.append((message.arrival, stamp))
         return times
 
     def _take(self, message: Message, decoded: Any, stamp: float, now: float, belief: Belief) -> Belief:

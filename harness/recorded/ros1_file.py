@@ -3,7 +3,7 @@
 import struct
 
 from harness.recorded.bag_file import BagError, DamageError, Topic, type_name
-from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile
+from harness.recorded.blocks import WHOLE_FILE, Block, BlockFile, FileBytes
 
 MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
@@ -20,60 +20,40 @@ class Ros1File(BlockFile):
     """A ``.bag`` file; also one that was not closed, or lost its end."""
 
     def _scan(self) -> None:
-        if self._bytes_at(0, len(_VERSION)) != _VERSION:
+        if self._file[: len(_VERSION)] != _VERSION:
             raise BagError(
                 f"bag '{self.path}' is not of the format 2.0; convert it with 'rosbag fix' or 'rosbags-convert'"
             )
-        position, size = len(_VERSION), self.size
-        ends_at = 0  # [bytes] where the index should begin; 0: the recorder never wrote it
-        while position < size:
-            header, data, data_size = self._record_at(position)
-            op = _op(header)
-            if op == _BAG:
+        if not self._take_records(self._file, WHOLE_FILE, len(_VERSION), ""):
+            raise DamageError(f"was never closed by its recorder, or is cut off at byte {len(self._file)}")
+
+    def _take_records(self, content: bytes | FileBytes, block: int, position: int, within: str) -> bool:
+        """See :class:`BlockFile`."""
+        ends_at = 0  # [bytes] where the file's index should begin; 0: the recorder never wrote it
+        while position < len(content):
+            header, start, size = _record(content, position, within)
+            op, position = _number(header, b"op", 1), start + size
+            if block == WHOLE_FILE and op == _BAG:
                 ends_at = _number(header, b"index_pos", 8)
                 if header.get(b"encryptor"):
                     raise BagError(f"bag '{self.path}' is encrypted, which is not supported")
-            elif op == _CHUNK:
-                self._take_chunk(header, data, data_size)
+            elif block == WHOLE_FILE and op == _CHUNK:
+                self._take_chunk(header, start, size)
+            elif position > len(content):
+                return False
             elif op == _CONNECTION:
-                _check_connection(data_size)
-                self._take_connection(header, self._bytes_at(data, data_size))
+                if size > _LONGEST_CONNECTION:
+                    raise DamageError(f"has a connection of {size} bytes; at most {_LONGEST_CONNECTION} are read")
+                self._take_connection(header, content[start:position])
             elif op == _MESSAGE:
-                self._take_message(header, WHOLE_FILE, data, data_size)
-            if data + data_size > size:
-                raise DamageError(f"is cut off at byte {size}")
-            position = data + data_size
-        if not 0 < ends_at <= size:
-            raise DamageError(f"was never closed by its recorder, or is cut off at byte {size}")
-
-    def _record_at(self, position: int) -> tuple[Header, int, int]:
-        """A record's header, and where its data are: from which byte on, how many."""
-        length = self._bytes_at(position, 4)
-        if len(length) == 4 and _LENGTH.unpack(length)[0] > _LONGEST_HEADER:
-            raise DamageError(f"has a record of impossible size at byte {position}")
-        head = self._bytes_at(position, 8 + (_LENGTH.unpack(length)[0] if len(length) == 4 else 0))
-        return _record(head, 0, f"byte {position}", position)
+                self._take_message(header, block, start, size)
+        return position == len(content) and (block != WHOLE_FILE or 0 < ends_at <= len(content))
 
     def _take_chunk(self, header: Header, start: int, size: int) -> None:
         name = header.get(b"compression", b"")
         compression = _COMPRESSIONS.get(name, name.decode(errors="replace") or "?")
         full_size = _number(header, b"size", 4)
         self._take_block(start, Block(start, size, compression, full_size))
-
-    def _take_records(self, content: bytes, block: int, where: str) -> None:
-        """Take in the records of a block."""
-        position = 0
-        while position < len(content):
-            header, data, size = _record(content, position, f"byte {position} of {where}")
-            op = _op(header)
-            if data + size > len(content):
-                raise DamageError(f"has a record beyond the end of {where}")
-            if op == _CONNECTION:
-                _check_connection(size)
-                self._take_connection(header, content[data : data + size])
-            elif op == _MESSAGE:
-                self._take_message(header, block, data, size)
-            position = data + size
 
     def _take_connection(self, header: Header, data: bytes) -> None:
         connection = _number(header, b"conn", 4)
@@ -94,15 +74,15 @@ class Ros1File(BlockFile):
         self._enter_message(topic, seconds * 1_000_000_000 + nanoseconds, block, start, size)
 
 
-def _record(content: bytes, start: int, where: str, offset: int = 0) -> tuple[Header, int, int]:
-    """A record's header and where its data are in what ``content`` is a part of, from ``offset`` on."""
-    try:
-        (header_size,) = _LENGTH.unpack_from(content, start)
-        (data_size,) = _LENGTH.unpack_from(content, start + 4 + header_size)
-    except struct.error:
-        raise DamageError(f"is cut off at {where}") from None
-    header = _fields(content[start + 4 : start + 4 + header_size])
-    return header, offset + start + 8 + header_size, data_size
+def _record(content: bytes | FileBytes, position: int, within: str) -> tuple[Header, int, int]:
+    """The header of the record at a position, and where its data are: from which byte on, how many."""
+    (length,) = _LENGTH.unpack(content[position : position + 4].ljust(4, b"\0"))
+    if length > _LONGEST_HEADER:
+        raise DamageError(f"has a record of impossible size at byte {position}{within}")
+    head = content[position : position + 8 + length]
+    if len(head) < 8 + length:
+        raise DamageError(f"is cut off at byte {position}{within}")
+    return _fields(head[4:-4]), position + len(head), _LENGTH.unpack(head[-4:])[0]
 
 
 def _fields(content: bytes) -> Header:
@@ -116,16 +96,6 @@ def _fields(content: bytes) -> Header:
         fields[name] = value
         position += 4 + size
     return fields
-
-
-def _check_connection(size: int) -> None:
-    """Check the size of a connection's data before they are read."""
-    if size > _LONGEST_CONNECTION:
-        raise DamageError(f"has a connection of {size} bytes; at most {_LONGEST_CONNECTION} are read")
-
-
-def _op(header: Header) -> int:
-    return _number(header, b"op", 1)
 
 
 def _number(header: Header, name: bytes, size: int) -> int:

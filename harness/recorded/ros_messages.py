@@ -4,7 +4,9 @@ Definitions that a bag brings along are not compiled: whoever made it would deci
 read have not changed between the releases of ROS 2, and in ROS 1 the bag names the MD5 sum of the definition it used.
 """
 
+import contextlib
 import struct
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -12,7 +14,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from harness.recorded.bag import Message
+from harness.recorded.bag import Bag, Message
 from harness.recorded.bag_file import DamageError, Topic
 
 SCAN, IMU = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/Imu"
@@ -40,6 +42,14 @@ def decode(message: Message) -> Any:
     except (SerdeError, struct.error, ValueError, AssertionError, IndexError, KeyError, OverflowError) as error:
         reason = str(error).rstrip(".")
         raise DamageError(f"a message of {topic.name} is no {topic.type}: {reason}") from None
+
+
+def first_messages(bag: Bag, topic: str, most: int) -> Iterator[tuple[Message, Any]]:
+    """The first messages of a topic with their decoded selves, up to damage, which whoever reads on meets again."""
+    with contextlib.suppress(DamageError):
+        for place in bag.places({topic})[:most]:
+            message = bag.read(place)
+            yield message, decode(message)
 
 
 @cache

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from harness.recorded.bag import Bag
-from harness.recorded.bag_file import BagError, DamageError
+from harness.recorded.bag_file import BagError
 from harness.recorded.mountings import Mountings
 from harness.recorded.moving_frame import Edge, odometry_edge
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, POSE_COVARIANCE, SCAN, decode
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, POSE_COVARIANCE, SCAN, first_messages
 from harness.recorded.topics import USUAL_NAMES, Topics
 from navstack.errors import InputError
 from navstack.params.extensions import localizers
@@ -57,13 +57,9 @@ def choose(localizer: str, topics: Topics, bag: Bag, reference: str | None) -> C
 
 def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
     """A topic of transforms that tells odometry, and between which frames."""
-    for name, is_static in topics.transforms():
-        for place in () if is_static else bag.places({name})[:MOST_TRANSFORMS]:
-            try:
-                edge = odometry_edge(decode(bag.read(place)))
-            except DamageError:
-                break  # it is told when the other topics are read
-            if edge is not None:
+    for name in (name for name, is_static in topics.transforms() if not is_static):
+        for _, message in first_messages(bag, name, MOST_TRANSFORMS):
+            if (edge := odometry_edge(message)) is not None:
                 return name, edge
     return None
 
@@ -72,11 +68,8 @@ def odometry_frame(bag: Bag, choice: Choice) -> str | None:
     """The frame whose motion the odometry tells; None: there is no odometry."""
     if choice.edge is not None:
         return choice.edge[1]
-    places = bag.places({choice.topics[ODOMETRY]})[:1] if ODOMETRY in choice.topics else ()
-    try:
-        return next((decode(bag.read(place)).child_frame_id for place in places), None)
-    except DamageError:
-        return None  # it is met again
+    odometry = first_messages(bag, choice.topics[ODOMETRY], 1) if ODOMETRY in choice.topics else iter(())
+    return next((message.child_frame_id for _, message in odometry), None)
 
 
 def _missing(localizer: str, bag: Bag, kind: str, name: str | None) -> BagError:
@@ -90,8 +83,5 @@ def _missing(localizer: str, bag: Bag, kind: str, name: str | None) -> BagError:
 def read_transforms(bag: Bag, topics: Topics, mountings: Mountings) -> None:
     """Enter the frames of a bag, static ones last so that they stand."""
     for name, is_static in sorted(topics.transforms(), key=lambda topic: topic[1]):
-        for place in bag.places({name})[:MOST_TRANSFORMS]:
-            try:
-                mountings.take(decode(bag.read(place)), is_static)
-            except DamageError:
-                break  # it is told when the other topics are read
+        for _, message in first_messages(bag, name, MOST_TRANSFORMS):
+            mountings.take(message, is_static)

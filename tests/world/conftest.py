@@ -2,13 +2,14 @@
 
 import dataclasses
 
-import laboratory
 import pytest
 
 from harness.storage import shipped as resources
 from harness.world.robot import RobotParams
 from harness.world.world_params import WorldParams
 from navstack.params.strict import load_dataclass
+
+from . import laboratory
 
 
 class Lab:

@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from laboratory import bullet
 
 from harness.storage.shipped import shipped
 from harness.world.world_params import WorldParams
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D, Twist2D
+
+from .laboratory import bullet
 
 FRONT, RADIUS = 0.14, 0.3  # [m] of the robot ahead of its base origin, of a person
 FRAME = 1.0 / 30.0  # [s]

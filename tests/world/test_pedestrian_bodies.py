@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from laboratory import NoSensors
 
 from harness.task.mission import Mission
 from harness.world.crowd import Crowd, friction_factor
@@ -16,6 +15,8 @@ from harness.world.scene import Scene
 from harness.world.world_params import PedestrianBodyParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D
+
+from .laboratory import NoSensors
 
 WALKABLE = OccupancyGrid(np.zeros((80, 300), dtype=np.int8), 0.1, Pose2D())
 START = Pose2D(5.0, 4.0)

@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
 
 from harness.world.engine import bullet
 from harness.world.scene import Obstacle
 from harness.world.shapes import box, octagon
 from harness.world.truth import Partner
 from navstack.types import Pose2D, Twist2D
+
+from .laboratory import bollard, collide, greatest_tilt, mechanical_energy, stepping_at, tipping_speed
 
 FRONT = 0.14  # [m] of the robot's body ahead of the base origin
 PERSON_RADIUS = 0.3  # [m]

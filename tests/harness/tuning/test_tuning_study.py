@@ -1,6 +1,5 @@
 """The benchmark study: what another checkout goes on from, and what is kept beside it."""
 
-import argparse
 import importlib.util
 import sys
 import tarfile
@@ -8,6 +7,8 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from harness.cli.tune import tune
 
 SCRIPT = Path(__file__).parents[3] / "benchmarks" / "tuning_study.py"
 
@@ -41,14 +42,13 @@ def test_another_checkout_goes_on_from_the_archive(script: ModuleType, tmp_path:
 
 
 def test_spaces_and_objective_of_a_question_can_be_exchanged(script: ModuleType, tmp_path: Path) -> None:
-    asked = argparse.Namespace(
-        space=None, objective=None, unraced=True, budget="50m", trials=9, episodes=8, finalists=2, final_episodes=4,
-        test_episodes=6, waterfall=0, seed=0, world="easy",
-    )  # fmt: skip
-    question = script.QUESTIONS["critics"]
-    line = " ".join(script.arguments_of(asked, question, Path("a.yaml"), tmp_path))
-    assert "--space dwb_critics --space local_layers --objective shared_margin --no-racing" in line
-    assert "--final-episodes 4" in line and "--budget 50m" in line
-    asked.space, asked.objective = ["inflation"], "margin"
-    other = " ".join(script.arguments_of(asked, question, Path("a.yaml"), tmp_path))
-    assert "--space inflation --objective margin" in other and "dwb_critics" not in other
+    def options(*given: str) -> dict[str, object]:
+        words = script.arguments_of(given, script.QUESTIONS["critics"], Path("a.yaml"), tmp_path / "study")
+        with tune.make_context("tune", words) as context:
+            return context.params
+
+    own = options("--final-episodes", "4", "--budget", "50m", "--no-racing")
+    assert own["spaces"] == ("dwb_critics", "local_layers") and own["objective"] == "shared_margin"
+    assert (own["final_episodes"], own["budget"], own["is_raced"]) == (4, "50m", False)
+    other = options("--space", "inflation", "--objective", "margin")
+    assert other["spaces"] == ("inflation",) and other["objective"] == "margin"

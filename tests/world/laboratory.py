@@ -1,7 +1,4 @@
-"""Experiments in an empty place: the physical world without a city, sensors, popcorn or people with plans.
-
-The tests and ``benchmarks/check_physics.py`` hold their results against mechanics.
-"""
+"""Experiments in an empty place: the physical world without a city, sensors, popcorn or people with plans."""
 
 import dataclasses
 import math
@@ -18,7 +15,7 @@ from harness.world.pybullet_world import PyBulletWorld
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.sensors import SensorSuite
-from harness.world.shapes import box, octagon
+from harness.world.shapes import octagon
 from harness.world.truth import Contact, Truth
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -106,11 +103,6 @@ def stepping_at(params: WorldParams, rate: float) -> WorldParams:
     """The world with a physics rate [Hz], without popcorn."""
     physics, cargo = dataclasses.replace(params.physics, rate=rate), dataclasses.replace(params.cargo, pieces=0)
     return dataclasses.replace(params, physics=physics, cargo=cargo)
-
-
-def wall(x: float, height: float = 1.5) -> Obstacle:
-    """A wide wall whose face is at ``x`` [m]."""
-    return Obstacle("building_glass", box(x + 0.5, 0.0, 0.0, 1.0, 4.0), height)
 
 
 def bollard(x: float, height: float) -> Obstacle:
