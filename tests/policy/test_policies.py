@@ -55,10 +55,12 @@ def test_a_policy_repeats(stack: Write, task_of: Task) -> None:
 
 
 @pytest.mark.slow
-def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(stack: Write, hall: Path, tmp_path: Path) -> None:
+def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(
+    stack: Write, hall: Path, in_process: None, tmp_path: Path
+) -> None:
     stacks = [str(stack(name, limit=2.0)) for name in (*ENDS, "Steer")]
     rules = str(tmp_path / "rules.yaml")
-    run = navbench.run(stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=2, out=tmp_path / "run")
+    run = navbench.run(stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=1, out=tmp_path / "run")
     rows = run.table().to_pylist()
     assert len(rows) == 2 * len(stacks)
     for row in rows:
