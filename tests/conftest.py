@@ -2,16 +2,21 @@
 
 import contextlib
 import gc
+import os
 import resource
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from harness.execution.process_cache import forget
-from harness.execution.workers import give_memory_back
+from harness.execution.workers import InProcess, Workers, give_memory_back
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.types import Pose2D
 
 CHROMIUM, DRIVER = "chromium", "chromedriver"
 SWITCHES = (
@@ -19,13 +24,20 @@ SWITCHES = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 MEMORY = Path("/proc/self/statm")  # pages of this process; the second number: resident ones
-ROOM = 800e6  # [bytes] beyond which a process forgets the worlds of earlier tests
-GROWTH = 50e6  # [bytes] since it forgot last: every object is looked at, which takes half a second
-left = [ROOM - GROWTH]  # [bytes] what was still there after it forgot
+SHARE = 0.4  # of the machine's memory for the processes that run tests, one per core
+LEAST_ROOM, MOST_ROOM = 0.8e9, 1.6e9  # [bytes] of one; beyond it a process forgets the worlds of earlier tests
+GROWTH = 300e6  # [bytes] since it forgot last: a world and a brain, which take two seconds to make anew
+left: list[float] = []  # [bytes] what was still there after it forgot
 
 
 def pytest_sessionstart() -> None:
     give_memory_back()
+
+
+def pytest_collection_finish() -> None:
+    """All modules are imported, and stay: no later look for garbage goes through them."""
+    gc.collect()
+    gc.freeze()
 
 
 def resident() -> float:
@@ -33,34 +45,78 @@ def resident() -> float:
     return int(MEMORY.read_text().split()[1]) * resource.getpagesize() if MEMORY.exists() else 0.0
 
 
+def room() -> float:
+    """Memory that one process may take [bytes]."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return min(max(SHARE * memory / (os.cpu_count() or 1), LEAST_ROOM), MOST_ROOM)
+
+
 def pytest_runtest_logfinish() -> None:
-    if resident() > left[-1] + GROWTH:
+    if resident() > (left[-1] + GROWTH if left else room()):
         forget()
         gc.collect()
         left.append(resident())
 
 
+@contextlib.contextmanager
+def _in_process() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+        yield
+
+
 @pytest.fixture
-def browse(tmp_path: Path) -> Iterator[Callable[[Path | str, int], Any]]:
-    """Open a file or an address in headless Chromium at a width; the test is skipped where there is none."""
+def in_process() -> Iterator[None]:
+    """Deliveries are driven in this process: others take seconds to start, and give the same rows."""
+    with _in_process():
+        yield
+
+
+@pytest.fixture(scope="session")
+def driven_in_process() -> Callable[[], contextlib.AbstractContextManager[None]]:
+    """The same as a context, for fixtures that are made once for several tests."""
+    return _in_process
+
+
+@pytest.fixture(scope="session")
+def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The map of a hall of 60 m by 40 m; a world on it is made in a tenth of the time that a shipped map takes."""
+    cells = np.zeros((400, 600), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    path = tmp_path_factory.mktemp("hall") / "hall.yaml"
+    save_map(OccupancyGrid(cells, 0.1, Pose2D()), path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One headless Chromium for all tests of a process; those that need it are skipped where there is none."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     chromium, driver = shutil.which(CHROMIUM), shutil.which(DRIVER)
     if chromium is None or driver is None:
         pytest.skip("Chromium is not installed: apt-get install chromium chromium-driver")
-    with contextlib.ExitStack() as open_browsers:
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for switch in (*SWITCHES, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(switch)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield started
+    started.quit()
 
-        def show(page: Path | str, width: int) -> Any:
-            options = webdriver.ChromeOptions()
-            options.binary_location = chromium
-            for switch in (*SWITCHES, f"--user-data-dir={tmp_path / f'profile-{width}'}"):
-                options.add_argument(switch)
-            options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-            browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-            open_browsers.callback(browser.quit)
-            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
-            browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-            browser.get_log("performance")  # of the empty page before
-            browser.get(page.as_uri() if isinstance(page, Path) else page)
-            return browser
 
-        yield show
+@pytest.fixture
+def browse(browser: Any) -> Callable[[Path | str, int], Any]:
+    """Open a file or an address in the browser at a width, with nothing of the pages before it."""
+
+    def show(page: Path | str, width: int) -> Any:
+        browser.get("about:blank")
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"})
+        for log in ("browser", "performance"):
+            browser.get_log(log)
+        browser.get(page.as_uri() if isinstance(page, Path) else page)
+        return browser
+
+    return show

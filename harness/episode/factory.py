@@ -39,13 +39,13 @@ REDRAWS = 50  # of a mission that is over before it begins, or whose given end t
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
-@kept(2)
+@kept(2, is_heavy=True)
 def scene_of(map_name: str) -> Scene:
     """The scene of a map."""
     return load_scene(map_name)
 
 
-@kept(2)
+@kept(2, is_heavy=True)
 def _missions_on(map_name: str, sampling: str) -> MissionSampler:
     scene = scene_of(map_name)
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)
@@ -177,7 +177,7 @@ def _make_world(
     )
 
 
-_world = kept(2)(_make_world)
+_world = kept(2, is_heavy=True)(_make_world)
 
 
 @kept(2)
@@ -233,7 +233,7 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
 
-@kept(2)
+@kept(2, is_heavy=True)
 def _navigator(
     world: World, map_name: str, stack: Stack, allow_unknown: bool, prices: DeliveryPrices, real_time_factor: float
 ) -> Navigator:
@@ -241,7 +241,7 @@ def _navigator(
     return navigator_on(scene_of(map_name), world, stack, nav2, prices)
 
 
-@kept(2)
+@kept(2, is_heavy=True)
 def _policy_brain(
     world: World, map_name: str, stack: Stack, allow_unknown: bool, persons: PedestrianParams
 ) -> PolicyBrain:

@@ -20,15 +20,17 @@ class Kept(Generic[Given, Made]):
     hundreds of megabytes.
     """
 
-    def __init__(self, make: Callable[Given, Made], most: int) -> None:
+    def __init__(self, make: Callable[Given, Made], most: int, is_heavy: bool) -> None:
         """Keep nothing yet.
 
         Args:
             make: the function.
             most: number of results kept.
+            is_heavy: the memory of a result that goes is needed at once, and its parts know each other. Looking for
+                them among all objects of the process takes a fifth of a second.
         """
         functools.update_wrapper(self, make)
-        self._make, self._most = make, most
+        self._make, self._most, self._is_heavy = make, most, is_heavy
         self._lock = threading.Lock()
         self.cache_clear()
 
@@ -43,8 +45,8 @@ class Kept(Generic[Given, Made]):
             is_full = len(known) >= self._most
             if is_full:
                 known.popitem(last=False)
-        if is_full:
-            gc.collect()  # its parts know each other
+        if is_full and self._is_heavy:
+            gc.collect()
         made = known[key] = self._make(*given, **named)
         return made
 
@@ -53,11 +55,11 @@ class Kept(Generic[Given, Made]):
         self._known: OrderedDict[Hashable, Made] = OrderedDict()
 
 
-def kept(most: int) -> Callable[[Callable[Given, Made]], Kept[Given, Made]]:
+def kept(most: int, is_heavy: bool = False) -> Callable[[Callable[Given, Made]], Kept[Given, Made]]:
     """Keep the last results of a function that reads files, or takes what another one made of them."""
 
     def keep(make: Callable[Given, Made]) -> Kept[Given, Made]:
-        _ALL.append(Kept(make, most))
+        _ALL.append(Kept(make, most, is_heavy))
         return _ALL[-1]
 
     return keep

@@ -1,6 +1,8 @@
 """``import navbench``: what its functions give is what the commands print."""
 
 import json
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +13,12 @@ from harness.cli.app import app
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> navbench.Run:
+def run(
+    tmp_path_factory: pytest.TempPathFactory, driven_in_process: Callable[[], AbstractContextManager[None]]
+) -> navbench.Run:
     folder = tmp_path_factory.mktemp("api") / "run"
-    return navbench.run(["nav2-gps", "parked"], 2, pedestrians=3, seed=5, workers=2, out=folder)
+    with driven_in_process():
+        return navbench.run(["nav2-gps", "parked"], 2, pedestrians=3, seed=5, workers=1, out=folder)
 
 
 def test_everything_that_is_promised_is_there() -> None:

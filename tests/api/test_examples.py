@@ -14,7 +14,9 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 
 @pytest.mark.slow
-def test_the_notebook_runs_from_the_first_cell_to_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_notebook_runs_from_the_first_cell_to_the_last(
+    tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     notebook = json.loads((EXAMPLES / "first_steps.ipynb").read_text(encoding="utf-8"))
     names: dict[str, object] = {"__name__": "__main__"}
@@ -26,7 +28,7 @@ def test_the_notebook_runs_from_the_first_cell_to_the_last(tmp_path: Path, monke
 
 
 @pytest.mark.slow
-def test_a_policy_is_trained_and_driven(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_policy_is_trained_and_driven(tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("gymnasium", reason="gymnasium is not installed")
     for file in EXAMPLES.glob("tiny_policy.*"):
         shutil.copy(file, tmp_path)

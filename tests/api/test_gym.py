@@ -83,7 +83,7 @@ def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
 
 
 @pytest.mark.slow
-def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path) -> None:
+def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path, in_process: None) -> None:
     import navbench
 
     sys.path.insert(0, str(tmp_path))
@@ -103,7 +103,7 @@ def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path) -> None:
         "title: Steered\nnavigator: steering.py:Steering\nnav2_file: gps_ekf\nlocalizer: gps-ekf\n"
         "planning_map: geometry\nsensors: rtk_good\ncarries: [lidar, gps]\nrobot: segway_e1\n"
     )
-    stored = navbench.run(str(stack), 2, seed=11, workers=2, out=tmp_path / "run").table().to_pylist()
+    stored = navbench.run(str(stack), 2, seed=11, workers=1, out=tmp_path / "run").table().to_pylist()
     from steering import Steering  # type: ignore[import-not-found]
 
     env, policy = DeliveryEnv(str(stack)), Steering()

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
+RULES = "arrival_radius: 2.0\ntimeout: 5.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 STACKS = ["--stack", "nav2-gps", "--stack", "parked"]
 EIGHT = ["run", "--stack", "nav2-gps", "--episodes", "8", "--seed", "0", "--json"]
 FEW = ["run", *STACKS, "--episodes", "2", "--seed", "7", "--json"]
@@ -51,12 +52,10 @@ def test_at_least_half_of_eight_deliveries_arrive(eight: Path) -> None:
     assert sum(row["outcome"] in ("sla", "spoiled") for row in rows) >= 4
 
 
-@pytest.mark.parametrize("name", ["episodes.parquet", "events.parquet", "summary.json"])
-def test_rows_do_not_depend_on_the_number_of_workers(eight: Path, name: str) -> None:
-    other = eight.parent / "one"
-    if not other.is_dir():
-        finish(eight.parent, "one", *EIGHT, "--workers", "1")
-    assert (eight / name).read_bytes() == (other / name).read_bytes()
+def test_rows_do_not_depend_on_the_number_of_workers(few: Path, tmp_path: Path) -> None:
+    other = finish(tmp_path, "two", *FEW, "--workers", "2")
+    for name in ("episodes.parquet", "events.parquet", "summary.json"):
+        assert (few / name).read_bytes() == (other / name).read_bytes(), name
 
 
 def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
@@ -74,10 +73,12 @@ def test_rows_do_not_depend_on_what_the_process_did_before(few: Path) -> None:
     assert row == {key: value for key, value in read(few)[1].items() if key != "error"}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, number: int) -> None:
-    out = tmp_path / "run"
-    arguments = ["run", "--stack", "parked", "--episodes", "5000", "--workers", "2", "--out", str(out)]
+@pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, 2), (signal.SIGTERM, 1), (signal.SIGHUP, 1)])
+def test_an_interrupt_keeps_the_finished_deliveries(tmp_path: Path, hall: Path, number: int, workers: int) -> None:
+    out, rules = tmp_path / "run", tmp_path / "short.yaml"
+    rules.write_text(RULES)
+    arguments = ["run", "--stack", "parked", "--episodes", "5000", "--workers", str(workers), "--map", str(hall)]
+    arguments += ["--rules", str(rules), "--pedestrians", "4", "--out", str(out)]
     process = subprocess.Popen(
         [*NAVBENCH, *arguments],
         stderr=subprocess.PIPE,

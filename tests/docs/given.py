@@ -1,30 +1,26 @@
 """The folder in which a page's commands are executed: a checkout, and what ``GIVEN`` says of the page's reader."""
 
-import gc
 import importlib.util
 import shutil
 import sys
 import time
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
 from ruamel.yaml import YAML
 
 from harness.cli.app import main
-from harness.execution.process_cache import forget
 from harness.execution.workers import InProcess, Workers
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
 
 from .blocks import ROOT, Block
-from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT
+from .shortened import IN_FILES, SHORT_RULES, SHORT_TIMEOUT, SMALL_MAP
 
 # What pages take for granted beside a checkout, where no command of theirs makes it. Tutorials are not among them.
 GIVEN = {
@@ -46,32 +42,12 @@ RUNS = {  # folders in results, and the names of their stacks
 }
 
 
-def forget_worlds() -> None:
-    """Give back what deliveries have read and built; worlds and their parts know each other: collect them."""
-    forget()
-    gc.collect()
-
-
-class InThisProcess(InProcess):
-    """Runs deliveries here, without the parts of those before: a page drives more stacks than a worker keeps."""
-
-    _stack: object = None
-
-    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Run a call to its end."""
-        stack = getattr(args[0], "stack", None)
-        if stack != self._stack:
-            forget_worlds()
-            self._stack = stack
-        return super().submit(function, *args, **kwargs)
-
-
 @contextmanager
 def in_this_process() -> Iterator[None]:
     """Deliveries are driven in this process, which saves starting others."""
     before = Workers.__init__.__defaults__
     assert before is not None
-    Workers.__init__.__defaults__ = (InThisProcess, *before[1:])  # type: ignore[misc]
+    Workers.__init__.__defaults__ = (InProcess, *before[1:])  # type: ignore[misc]
     try:
         yield
     finally:
@@ -84,8 +60,6 @@ def status_of(words: list[str]) -> int | str | None:
         main(words)
     except SystemExit as ended:
         return ended.code
-    finally:
-        forget_worlds()  # the next one is not likely to take them
     raise AssertionError("navbench returned")
 
 
@@ -102,19 +76,26 @@ def short_rules() -> str:
     return text.replace("timeout: 241.0", f"timeout: {SHORT_TIMEOUT}")
 
 
+def make_short(folder: Path) -> None:
+    """The rules and the map of shortened commands."""
+    (folder / SHORT_RULES).write_text(short_rules(), encoding="utf-8")
+    (folder / SMALL_MAP).parent.mkdir()
+    make_map(folder / SMALL_MAP, 60.0, 40.0)
+
+
 def drive_runs(folder: Path) -> None:
     """Drive what ``RUNS`` needs, once."""
-    (folder / SHORT_RULES).write_text(short_rules(), encoding="utf-8")
+    make_short(folder)
     for stacks in set(RUNS.values()):
         named = [word for stack in stacks for word in ("--stack", stack)]
         out = ["--out", str(folder / "-".join(stacks))]
-        rules = ["--rules", str(folder / SHORT_RULES), "--workers", "1"]
-        assert status_of(["run", *named, "--episodes", "2", "--record", "full", *out, *rules]) == 0
+        short = ["--rules", str(folder / SHORT_RULES), "--map", str(folder / SMALL_MAP), "--workers", "1"]
+        assert status_of(["run", *named, "--episodes", "2", "--record", "full", *out, *short]) == 0
 
 
 def furnish(folder: Path, runs: Path, given: Iterable[str]) -> None:
     """A checkout as its reader has it, and what else is given; ``runs`` is the folder of :func:`drive_runs`."""
-    (folder / SHORT_RULES).write_text(short_rules(), encoding="utf-8")
+    make_short(folder)
     for name in ("params", "tests", "benchmarks"):
         (folder / name).symlink_to(ROOT / name)
     (folder / "docs").mkdir()
@@ -144,9 +125,9 @@ def make_recording(path: Path) -> None:
     path.write_text("id,t,x,y\n1,0.0,-60.0,-70.0\n1,30.0,-60.0,-40.0\n", encoding="utf-8")
 
 
-def make_map(path: Path) -> None:
-    """A hall of 30 m by 10 m."""
-    pixels = np.full((200, 600), 254, dtype=np.uint8)
+def make_map(path: Path, length: float = 30.0, width: float = 10.0) -> None:
+    """A hall; its sides are given in [m]."""
+    pixels = np.full((round(width / 0.05), round(length / 0.05)), 254, dtype=np.uint8)
     pixels[:4] = pixels[-4:] = pixels[:, :4] = pixels[:, -4:] = 0
     Image.fromarray(pixels).save(path.with_suffix(".png"))
     text = f"image: {path.stem}.png\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"

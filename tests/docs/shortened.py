@@ -11,25 +11,29 @@ AT_MOST = {
 }
 DELIVERIES_OF = {"tune": {"--episodes": 2}}  # a search needs two missions
 
-# Options that each command gets besides. The rules end a delivery after a second of simulated time.
+# Options that each command gets besides. The rules end a delivery after a second of simulated time; the map is a hall.
 SHORT_RULES = "short_rules.yaml"
 SHORT_TIMEOUT = 1.0  # [s]
+SMALL_MAP = "small/sidewalk.yaml"  # called as the map that it stands for
 ADDED = {
-    "run": ("--workers", "1", "--rules", SHORT_RULES, "--episodes", "1"),
-    "ablate": ("--workers", "1", "--rules", SHORT_RULES, "--episodes", "1"),
+    "run": ("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP, "--episodes", "1"),
+    "ablate": ("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP, "--episodes", "1"),
     "tune": (
-        *("--workers", "1", "--rules", SHORT_RULES),
+        *("--workers", "1", "--rules", SHORT_RULES, "--map", SMALL_MAP),
         *("--trials", "2", "--episodes", "2", "--test-episodes", "2", "--final-episodes", "1", "--waterfall", "0"),
     ),
     "suite": ("--workers", "1"),
+    "map show": ("--samples", "10"),
 }
 OF_ONE_DELIVERY = ("replay", "explain")  # a run is shortened to one delivery, whose number is 0
 BESIDE_RESUME = ("--workers", "1")  # the rules of a study that goes on are its own
 
-# Words that are exchanged.
+# Words that are exchanged, but not for a suite, whose maps are named.
 EXCHANGED = {
+    "sidewalk": SMALL_MAP,
     "ground_truth,gps,gps-ekf,amcl,amcl-gps": "ground_truth,gps-ekf",  # each arm is a delivery more
     "NavFn,IncrementalNavfn,Smac2D,SmacHybrid,SmacLattice,RRTConnect,BITstar": "NavFn,RRTConnect",
+    "NavFn,RRTstar": "NavFn,RRTConnect",  # the one that goes on searching for shorter paths takes 40 s
     "position=0.1,0.3,1.0": "position=0.3,1.0",
     "heading=2,5": "heading=2",
 }
@@ -37,7 +41,7 @@ EXCHANGED = {
 # Texts of files in the pages that are exchanged before the file is written.
 IN_FILES = {
     "my_suite.yaml": (
-        ("maps: [sidewalk, sidewalk_1]", "maps: [sidewalk]"),
+        ("maps: [sidewalk, sidewalk_1]", f"maps: [{SMALL_MAP}]"),
         ("worlds: [easy, social]", "worlds: [easy]"),
         ("pedestrians: [0, 20]", "pedestrians: [0]"),
         ("episodes: 50", f"episodes: 1\nrules: {SHORT_RULES}"),
@@ -97,14 +101,19 @@ def reason_not_to(command: str) -> Reason | None:
 
 def shortened(words: Iterable[str]) -> list[str]:
     """A navbench command line as it is executed, without the program's name."""
-    _, name, *rest = (EXCHANGED.get(word, word) for word in words)
+    _, name, *rest = words
+    if name != "suite":
+        rest = [EXCHANGED.get(word, word) for word in rest]
     limits = {**AT_MOST, **DELIVERIES_OF.get(name, {})}
     result = [name]
     if name in OF_ONE_DELIVERY:
         rest[1] = "0"
     for before, word in zip(["", *rest], rest, strict=False):
         result.append(f"{min(float(word), limits[before]):g}" if before in limits else word)
-    more = BESIDE_RESUME if "--resume" in rest and name in ADDED else ADDED.get(name, ())
+    added = ADDED.get(name) or ADDED.get(f"{name} {rest[0] if rest else ''}", ())
+    more = BESIDE_RESUME if "--resume" in rest and added else added
+    if any(word.endswith(".csv") for word in rest):  # people who were recorded on the map itself
+        more = [word for word in more if word not in ("--map", SMALL_MAP)]
     for option, value in zip(more[::2], more[1::2], strict=True):
         if option not in result:
             result += [option, value]

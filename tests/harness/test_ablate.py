@@ -4,7 +4,6 @@ import io
 import json
 from pathlib import Path
 
-import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
@@ -16,10 +15,7 @@ from harness.storage.run_folder import ABLATION, JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
 from harness.world.sensors import SensorParams
-from navstack.costmap.map_io import save_map
-from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.params.strict import load_dataclass
-from navstack.types import Pose2D
 
 RULES = "arrival_radius: 2.0\ntimeout: 2.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 ARMS = ["ground_truth", "gps", "position=0.5"]
@@ -34,16 +30,13 @@ def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, 
 
 
 @pytest.fixture
-def given(tmp_path: Path) -> list[str]:
+def given(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     (tmp_path / "short.yaml").write_text(RULES)
-    cells = np.zeros((400, 400), dtype=np.int8)
-    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
-    save_map(OccupancyGrid(cells, 0.1, Pose2D()), tmp_path / "hall.yaml")
     chosen = ["--localizers", "ground_truth,gps", "--inject", "position=0.5", "--rules", str(tmp_path / "short.yaml")]
     return [
         *chosen,
         "--map",
-        str(tmp_path / "hall.yaml"),
+        str(hall),
         "--episodes",
         "2",
         "--pedestrians",

@@ -18,8 +18,14 @@ from navstack.params.registry.localizers import LOCALIZERS
 from navstack.params.registry.nodes import FAMILIES
 
 MODULES = ["navstack.costmap.spread_kernels", "navstack.localization.kld", "harness.world.gone"]
-# Drives the first seconds of a delivery and prints the kernels called from Python: module, name, types.
+STACKS = (
+    *("paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "graceful-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf"),
+    "evasive-gps-ekf",
+)
+# Drives the first seconds of a delivery of each stack, in a process of its own, and prints the kernels called from
+# Python: stack, module, name, types.
 DRIVE = """
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -31,14 +37,21 @@ compile_for_args = Dispatcher._compile_for_args
 
 def noted(kernel, *given):
     types = [str(kernel.typeof_pyval(each)) for each in given]
-    print("called", kernel.py_func.__module__, kernel.py_func.__qualname__, types)
+    print("called by", stack, kernel.py_func.__module__, kernel.py_func.__qualname__, types)
     return compile_for_args(kernel, *given)
 
 
 Dispatcher._compile_for_args = noted
 from harness.bench.loops import Course, Loop, drive
 
-drive(Course(Loop(sys.argv[1], sys.argv[1], False, 1.0), Path(tempfile.mkdtemp()), seconds=5.0).task(0))
+for stack in sys.argv[1:]:
+    process = os.fork()
+    if not process:
+        drive(Course(Loop(stack, stack, False, 1.0), Path(tempfile.mkdtemp()), seconds=5.0).task(0))
+        sys.stdout.flush()
+        os._exit(0)
+    if os.waitpid(process, 0)[1]:
+        sys.exit(stack)
 """
 
 
@@ -120,18 +133,20 @@ def test_second_program_waits_for_the_first(cache: Path, monkeypatch: pytest.Mon
     assert compiled == [0]
 
 
+@pytest.fixture(scope="module")
+def calls() -> list[str]:
+    """The lines of :data:`DRIVE`."""
+    command = [sys.executable, "-c", DRIVE, *STACKS]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "stack",
-    ["paper-gps", "nav2-amcl-gps", "rpp-gps-ekf", "graceful-gps-ekf", "mppi-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf"],
-)
-def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str) -> None:
-    command = [sys.executable, "-c", DRIVE, stack]
-    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    called = {line for line in lines if line.startswith("called ")}
+@pytest.mark.parametrize("stack", STACKS)
+def test_kernels_say_the_types_with_which_deliveries_call_them(stack: str, calls: list[str]) -> None:
+    called = {line for line in calls if line.startswith(f"called by {stack} ")}
     needed = [(name, kernel) for name in needed_modules([load_stack(stack)]) for kernel in kernels_of(name)]
     listed = {
-        f"called {name} {kernel.py_func.__qualname__} {[str(one) for one in argument_types(kernel)]}"
+        f"called by {stack} {name} {kernel.py_func.__qualname__} {[str(one) for one in argument_types(kernel)]}"
         for name, kernel in needed
     }
     assert called

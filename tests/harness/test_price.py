@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from harness.analysis.repricing import choose, document, reprice
+from harness.cli.app import main
 from harness.cli.price import price
 from harness.economics.accountings import accounted
 from harness.economics.contact_costs import injury_cost, mais_probabilities, monotone_injury_costs
@@ -30,7 +31,6 @@ from navstack.errors import InputError
 from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, load_yaml
 
-NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
 SHIPPED = (shipped("params") / "prices" / "costnav.yaml").read_text(encoding="utf-8")
 CHANGES = (
     ("value: 3.49", "value: 4.99"),
@@ -357,7 +357,9 @@ def test_values_follow_the_summary(write_run: WriteRun) -> None:
     assert entry["intervals"]["avg_min_time_to_collision_s"]["n"] == 26
 
 
-def test_a_real_run_repriced_is_that_run_at_these_prices(tmp_path: Path, other_prices: str) -> None:
+def test_a_real_run_repriced_is_that_run_at_these_prices(
+    tmp_path: Path, other_prices: str, in_process: None, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A short delivery in a thick crowd, every touch of which counts."""
     options = {}
     changes = (
@@ -374,9 +376,11 @@ def test_a_real_run_repriced_is_that_run_at_these_prices(tmp_path: Path, other_p
     documents = {}
     for name, prices in (("before", "costnav"), ("there", other_prices)):
         extra = ["--prices", prices, "--out", str(tmp_path / name), "--json"]
-        done = subprocess.run([*NAVBENCH, *common, *extra], capture_output=True, text=True, timeout=200, check=False)
-        assert done.returncode == 0, done.stderr
-        documents[name] = json.loads(done.stdout)["runs"][0]
+        with pytest.raises(SystemExit) as ended:
+            main([*common, *extra])
+        said = capsys.readouterr()
+        assert ended.value.code == 0, said.err
+        documents[name] = json.loads(said.out)["runs"][0]
     assert documents["there"]["measured"]["pedestrian_injury_usd_per_run"] > 0.0
     again = priced(tmp_path / "before", other_prices)[0]
     own = without(documents["there"], "real_time_factor_per_core", "wall_s", "folder")

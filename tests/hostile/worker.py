@@ -6,6 +6,7 @@ folder; with NUMBER and SEED, so many random ones of :mod:`.mutations` instead o
 
 import contextlib
 import faulthandler
+import gc
 import io
 import json
 import os
@@ -22,6 +23,7 @@ from .case import run_arguments
 from .corpus import CASES
 from .mutations import mutants
 
+EVERY = 100  # inputs, after which what is imported by then is left out of the search for garbage
 MEMORY = 1 << 30  # [bytes]
 TIME = 10.0  # [s] of one input; beyond it this process ends
 
@@ -61,6 +63,9 @@ def main() -> None:
     highest = 0
     cases = tuple(mutants(int(sys.argv[3]), int(sys.argv[4]))) if len(sys.argv) > 3 else CASES
     for number, case in enumerate(cases[first:], start=first):
+        if number % EVERY == 1:
+            gc.collect()
+            gc.freeze()
         folder = root / f"case-{number}"
         folder.mkdir()
         os.chdir(folder)

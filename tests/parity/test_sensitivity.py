@@ -3,6 +3,7 @@
 The sources are copied, one constant is changed in the text, and the case that depends on it is run on the copy.
 """
 
+import compileall
 import json
 import os
 import shutil
@@ -10,6 +11,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from py_compile import PycInvalidationMode
 
 import pytest
 
@@ -151,23 +153,24 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sources")
     for package in PACKAGES:
         shutil.copytree(ROOT / package, folder / package, ignore=HALF_WRITTEN)
+    compileall.compile_dir(folder, quiet=1, invalidation_mode=PycInvalidationMode.CHECKED_HASH)  # once for all changes
     return folder
 
 
 @pytest.fixture(scope="module")
 def wrong(copy: Path) -> dict[str, list[str]]:
     """What is wrong with each change, and with none (before and after all changes)."""
-    cases = {(constant.part, constant.case, constant.jit) for constant in CONSTANTS}
+    every = sorted({(constant.part, constant.case, constant.jit) for constant in CONSTANTS})
     unchanged = [
-        {"file": "", "old": "", "new": "", "part": part, "case": case, "jit": jit} for part, case, jit in sorted(cases)
+        {"file": "", "old": "", "new": "", "cases": [[*case] for *case, jit in every if jit is which], "jit": which}
+        for which in (False, True)
     ]
     changed = [
         {
             "file": constant.file,
             "old": constant.text,
             "new": constant.changed(factor),
-            "part": constant.part,
-            "case": constant.case,
+            "cases": [[constant.part, constant.case]],
             "jit": constant.jit,
         }
         for constant, factor in CHANGES
@@ -189,7 +192,8 @@ def wrong(copy: Path) -> dict[str, list[str]]:
     assert program.returncode == 0, program.stderr
     answers = json.loads(program.stdout)
     assert len(answers) == len(jobs)
-    before, middle, after = answers[: len(cases)], answers[len(cases) : -len(cases)], answers[-len(cases) :]
+    pair = len(unchanged)
+    before, middle, after = answers[:pair], answers[pair:-pair], answers[-pair:]
     found = {label(*change): answer for change, answer in zip(CHANGES, middle, strict=True)}
     return found | {UNCHANGED: sum((*before, *after), [])}
 

@@ -15,6 +15,7 @@ from harness.task.study import EpisodeTask, make_study
 from navstack.errors import InputError, ParameterError
 
 Write = Callable[..., Path]
+Task = Callable[..., EpisodeTask]
 ENDS = {
     "Crashes": "act: RuntimeError: out of ideas",
     "Ends": "ended while it was asked to act, with status 7",
@@ -24,33 +25,42 @@ ENDS = {
 }
 
 
-def task_of(stack: Path, **options: object) -> EpisodeTask:
-    choices: dict[str, object] = {"pedestrians": 0, "rules": str(stack.parent / "rules.yaml"), **options}
-    return make_study(stacks=[str(stack)], episodes=1, workers=1, **choices).template  # type: ignore[arg-type]
+@pytest.fixture
+def task_of(hall: Path) -> Task:
+    """Make the task of a stack: a short delivery in a hall."""
+
+    def make(stack: Path, **options: object) -> EpisodeTask:
+        files = {"map_name": str(hall), "rules": str(stack.parent / "rules.yaml")}
+        choices: dict[str, object] = {"pedestrians": 0, **files, **options}
+        return make_study(stacks=[str(stack)], episodes=1, workers=1, **choices).template  # type: ignore[arg-type]
+
+    return make
 
 
 @pytest.mark.parametrize("name", ["Along", "Steer"])
-def test_a_policy_drives_by_velocities_or_waypoints(name: str, stack: Write) -> None:
+def test_a_policy_drives_by_velocities_or_waypoints(name: str, stack: Write, task_of: Task) -> None:
     row = run_episode(task_of(stack(name))).row
     assert row["distance_m"] > 1.5  # in the four seconds that the rules allow
     assert row["plans"] == 1
 
 
-def test_a_policy_is_shown_pictures(stack: Write) -> None:
+def test_a_policy_is_shown_pictures(stack: Write, task_of: Task) -> None:
     row = run_episode(task_of(stack("Looks", more=", camera: {width: 40, height: 30}"), pedestrians=3)).row
     assert row["distance_m"] > 1.5
 
 
-def test_a_policy_repeats(stack: Write) -> None:
+def test_a_policy_repeats(stack: Write, task_of: Task) -> None:
     task = task_of(stack("Steer"), pedestrians=20)
     assert run_episode(task).row == run_episode(task).row
 
 
 @pytest.mark.slow
-def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(stack: Write, tmp_path: Path) -> None:
+def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(
+    stack: Write, hall: Path, in_process: None, tmp_path: Path
+) -> None:
     stacks = [str(stack(name, limit=2.0)) for name in (*ENDS, "Steer")]
     rules = str(tmp_path / "rules.yaml")
-    run = navbench.run(stacks, 2, pedestrians=0, rules=rules, workers=2, out=tmp_path / "run")
+    run = navbench.run(stacks, 2, map=str(hall), pedestrians=0, rules=rules, workers=1, out=tmp_path / "run")
     rows = run.table().to_pylist()
     assert len(rows) == 2 * len(stacks)
     for row in rows:
@@ -60,13 +70,13 @@ def test_one_that_fails_is_an_error_row_and_nothing_else_is_lost(stack: Write, t
 
 
 @pytest.mark.parametrize("name", ENDS)
-def test_what_went_wrong_is_told_in_a_line(name: str, stack: Write) -> None:
+def test_what_went_wrong_is_told_in_a_line(name: str, stack: Write, task_of: Task) -> None:
     with pytest.raises(PolicyError, match=ENDS[name]) as told:
         run_episode(task_of(stack(name, limit=2.0)))
     assert "\n" not in str(told.value)
 
 
-def test_a_lost_policy_is_loaded_again(stack: Write) -> None:
+def test_a_lost_policy_is_loaded_again(stack: Write, task_of: Task) -> None:
     task = task_of(stack("Ends"))
     for _ in range(2):
         with pytest.raises(PolicyError, match="status 7"):
@@ -118,18 +128,22 @@ def test_a_stack_that_names_no_policy(change: tuple[str, str], told: str, stack:
         load_stack(str(path))
 
 
-def test_collected_data_are_paid_for(stack: Write, tmp_path: Path) -> None:
+def test_collected_data_are_paid_for(stack: Write, hall: Path, in_process: None, tmp_path: Path) -> None:
     path = stack("Along", more=", data_collection: true")
-    run = navbench.run(str(path), 1, pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
+    run = navbench.run(
+        str(path), 1, map=str(hall), pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run"
+    )
     economics, prices = run.valuations["along"].economics, run.stored.prices()
     collected = prices.data_collector_wage.value * prices.data_collection_time.value
     assert economics.data_collection_usd == collected > 0.0
     assert economics.capex_usd == economics.hardware_usd + economics.data_collection_usd
 
 
-def test_a_changed_policy_is_noted_when_a_run_goes_on(stack: Write, tmp_path: Path) -> None:
+def test_a_changed_policy_is_noted_when_a_run_goes_on(
+    stack: Write, hall: Path, in_process: None, tmp_path: Path
+) -> None:
     path = stack("Along")
-    navbench.run(str(path), 1, pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
+    navbench.run(str(path), 1, map=str(hall), pedestrians=0, rules=str(tmp_path / "rules.yaml"), out=tmp_path / "run")
     assert load_study(tmp_path / "run").template.stack.navigator == f"{tmp_path / 'policies.py'}:Along"
     assert version_notes(tmp_path / "run") == []
     (tmp_path / "policies.py").write_text((tmp_path / "policies.py").read_text() + "# another version\n")

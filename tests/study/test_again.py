@@ -9,7 +9,7 @@ import pytest
 
 from harness.ablation.arms import arms_of, with_arms
 from harness.cli.app import main
-from harness.execution.workers import InProcess, Workers
+from harness.execution.workers import Workers
 from harness.study.again import PARTINGS, record_again, recorded_again
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
@@ -25,12 +25,6 @@ def study(tmp_path: Path) -> Study:
     return make_study(stacks=["parked"], episodes=5, rules=rules, pedestrians=2, workers=1)
 
 
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Deliveries are driven in this process."""
-    monkeypatch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
-
-
 def drive(tmp_path: Path, name: str, *options: str) -> list[dict[str, object]]:
     fixed = ("--stack", "parked", "--rules", str(tmp_path / "short.yaml"), "--pedestrians", "2", "--workers", "1")
     with pytest.raises(SystemExit) as ended:
@@ -39,7 +33,7 @@ def drive(tmp_path: Path, name: str, *options: str) -> list[dict[str, object]]:
     return list(load_run(str(tmp_path / name)).stacks[0].rows)
 
 
-def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, here: None, tmp_path: Path) -> None:
+def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, in_process: None, tmp_path: Path) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     some = drive(tmp_path, "some", "--only", "4", "--only", "1", "--only", "4")
     assert some == [whole[1], whole[4]]
@@ -50,7 +44,7 @@ def test_a_delivery_by_its_number_is_the_one_of_the_whole_run(study: Study, here
     assert list(load_run(str(tmp_path / "some")).stacks[0].rows) == some
 
 
-def test_a_manifest_that_contradicts_itself_is_refused(study: Study, here: None, tmp_path: Path) -> None:
+def test_a_manifest_that_contradicts_itself_is_refused(study: Study, in_process: None, tmp_path: Path) -> None:
     from harness.storage.checksums import write_checksums
     from harness.study.manifest import load_study
 
@@ -69,7 +63,7 @@ def test_numbers_out_of_range_are_refused() -> None:
         make_study(stacks=["parked"], episodes=5, only=[3, -1])
 
 
-def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, here: None, tmp_path: Path) -> None:
+def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, in_process: None, tmp_path: Path) -> None:
     whole = drive(tmp_path, "whole", "--episodes", "5")
     parent = tmp_path / PARTINGS
     with Workers(1) as workers:
@@ -84,7 +78,7 @@ def test_what_is_recorded_again_is_the_same_and_is_driven_once(study: Study, her
     assert not folder.exists() and list(recorded_again(parent)) == [other]
 
 
-def test_other_parameters_are_driven_anew(study: Study, here: None, tmp_path: Path) -> None:
+def test_other_parameters_are_driven_anew(study: Study, in_process: None, tmp_path: Path) -> None:
     fewer = dataclasses.replace(study.template, pedestrians=0)
     with Workers(1) as workers:
         first = record_again(tmp_path / PARTINGS, "these", study.stacks, study.template, (1,), workers)

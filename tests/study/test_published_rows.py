@@ -29,6 +29,7 @@ CELLS += [  # with what must have happened on the way
     ("study", "nav2-gps-ekf", ("spins", "waits")),
     ("study", "rpp-gps-ekf", ("recoveries", "pieces_lost")),
 ]
+CELLS.sort(key=lambda cell: cell[1])  # a stack's brain is made once
 OTHER = ("stack_number", "episode")  # count something else in a run of one delivery
 
 

@@ -129,7 +129,7 @@ def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_p
     assert not (path / "episodes.parquet").exists()
     environment = {**os.environ, "NAVSTACK_CACHE": str(tmp_path / "cold")}
     resumed = subprocess.run(
-        [*NAVBENCH, "run", "--resume", str(path), "--json"],
+        [*NAVBENCH, "run", "--resume", str(path), "--workers", "1", "--json"],
         capture_output=True,
         text=True,
         env=environment,

@@ -2,33 +2,41 @@
 
 import json
 import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from harness.cli.app import main
 from harness.episode.factory import rules_of
-from harness.execution.workers import InProcess, Workers
 from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from harness.storage.shipped import names, shipped
 from harness.study.drive import TABLES
 from harness.study.suite import Portion, begin, cells, declare, load_suite
+from navstack.costmap.map_io import save_map
+from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
+from navstack.types import Pose2D
 
+Here = Callable[[], AbstractContextManager[None]]
 RULES = "arrival_radius: 2.0\ntimeout: 1.0\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 SUITE = """
 title: Nobody and somebody
 stacks: [parked]
+maps: [hall.yaml]  # beside this file
 pedestrians: [0, 3]
 seeds: [0, 1]
 episodes: 2
-rules: short.yaml  # beside this file
+rules: short.yaml  # likewise
 """
 
 TWO_STACKS = """
 title: Two that stand
 stacks: [parked, standing.yaml]
+maps: [hall.yaml]
 seeds: [0]
 episodes: 3
 rules: short.yaml
@@ -36,13 +44,15 @@ rules: short.yaml
 
 
 @pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Deliveries are driven in this process, and no figures drawn: test_suite_page.py does."""
+def quick(in_process: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No figures are drawn: test_suite_page.py does."""
     monkeypatch.setattr("harness.report.suite.document.draw_figures", lambda results, folder: [])
-    monkeypatch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
 
 
 def suite_file(folder: Path, text: str = SUITE) -> Path:
+    cells = np.zeros((200, 300), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    save_map(OccupancyGrid(cells, 0.1, Pose2D()), folder / "hall.yaml")
     (folder / "short.yaml").write_text(RULES)
     (folder / "suite.yaml").write_text(text)
     parked = (shipped("params") / "stacks" / "parked.yaml").read_text(encoding="utf-8")
@@ -51,11 +61,10 @@ def suite_file(folder: Path, text: str = SUITE) -> Path:
 
 
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def driven(tmp_path_factory: pytest.TempPathFactory, driven_in_process: Here) -> Path:
     """A suite of which one of two cells is driven, in one call."""
     folder = tmp_path_factory.mktemp("driven")
-    with pytest.raises(SystemExit), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Workers.__init__, "__defaults__", (InProcess, *(Workers.__init__.__defaults__ or ())[1:]))
+    with pytest.raises(SystemExit), driven_in_process():
         main(["suite", str(suite_file(folder, TWO_STACKS)), "--out", str(folder / "out"), "--stack", "parked",
               "--episodes", "1", "--workers", "1"])  # fmt: skip
     return folder / "out"
@@ -164,14 +173,14 @@ def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     assert [piece["deliveries"] for piece in pieces] == [1, 3, 2]
     own = [{name.rpartition("-")[2]: count for name, count in piece["cells"].items()} for piece in pieces]
     assert own == [{"parked": 1}, {"parked": 1, "standing": 2}, {"parked": 1, "standing": 1}]
-    assert "program" in page and "(sidewalk: parked 1)" in page
+    assert "program" in page and "(hall: parked 1)" in page
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--stack", "parkd"), ("parkd", "did you mean 'parked'")),
-        (("--map", "sidewalk_9"), ("sidewalk_9", "did you mean 'sidewalk")),
+        (("--map", "hal"), ("hal", "did you mean 'hall'")),
         (("--episodes", "3"), ("--episodes 3", "declares 1 to 2")),
         (("--world", "esay"), ("esay", "did you mean 'easy'")),
     ],
@@ -237,7 +246,7 @@ def test_a_damaged_log_of_pieces_is_told(
     assert status == 1 and "pieces.jsonl: line 2" in complaint
 
 
-@pytest.mark.parametrize("name", ["figures", "sidewalk-published_2-seed0-standing"])
+@pytest.mark.parametrize("name", ["figures", "hall-published_2-seed0-standing"])
 def test_a_suite_is_not_written_through_a_link(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path, name: str
 ) -> None:

@@ -2,6 +2,8 @@
 
 import json
 import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -25,14 +27,21 @@ def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, 
     return int(leaving.value.code or 0), told.out, told.err
 
 
+@pytest.fixture(autouse=True)
+def quick(in_process: None) -> None:
+    """Deliveries are driven in this process."""
+
+
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def driven(
+    tmp_path_factory: pytest.TempPathFactory, driven_in_process: Callable[[], AbstractContextManager[None]]
+) -> Path:
     """A run of three short deliveries of a robot that stands."""
     folder = tmp_path_factory.mktemp("verified")
     rules = (shipped("params") / "rules" / "costnav.yaml").read_text(encoding="utf-8")
     (folder / "short.yaml").write_text(rules.replace("timeout: 241.0", "timeout: 3.0"))
     options = ["--episodes", "3", "--pedestrians", "2", "--workers", "1", "--rules", str(folder / "short.yaml")]
-    with pytest.raises(SystemExit) as leaving:
+    with pytest.raises(SystemExit) as leaving, driven_in_process():
         main(["run", "--stack", "parked", "--out", str(folder / "run"), *options])
     assert not leaving.value.code
     return folder / "run"

@@ -1,6 +1,8 @@
 """YAML within bounds: whatever could make it endless is refused while it is being read."""
 
+import copy
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from ruamel.yaml import YAML
@@ -58,7 +60,13 @@ def load_text(text: str, where: str) -> Any:
     """
     if len(text) > MAX_CHARACTERS:
         raise ParameterError(f"{where}: {len(text)} characters; at most {MAX_CHARACTERS} are read")
-    return guarded(lambda: _reader().load(text), where)
+    return copy.deepcopy(guarded(lambda: _values_of(text), where))
+
+
+@lru_cache(maxsize=64)
+def _values_of(text: str) -> Any:
+    """The plain values of a YAML text; one that is read again is not parsed again."""
+    return _reader().load(text)
 
 
 def compose_text(text: str) -> Node | None:

@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,8 @@ from navstack.control.decision import RUNNER_UP
 from navstack.errors import InputError
 from navstack.navigation_status import Status
 
-START, GOAL = "-67.9,-71.9,0", "-89.7,-63.5,0"
+START, GOAL = "10,20,0", "50,22,0"  # in the hall
+Here = Callable[[], AbstractContextManager[None]]
 SECONDS = 5.0  # [s] of every delivery here
 MOMENT = 2.0  # [s]
 SPEED, SCALE = "controller_server.FollowPath.max_vel_x", "controller_server.FollowPath.BaseObstacle.scale"
@@ -40,10 +43,9 @@ def rules(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def task_for(stack: str, rules: Path) -> EpisodeTask:
-    study = make_study(
-        stacks=[stack], episodes=1, start=START, goal=GOAL, pedestrians=3, workers=1, rules=str(rules), record="full"
-    )
+def task_for(stack: str, rules: Path, hall: Path) -> EpisodeTask:
+    where = {"map_name": str(hall), "start": START, "goal": GOAL, "rules": str(rules)}
+    study = make_study(stacks=[stack], episodes=1, pedestrians=3, workers=1, record="full", **where)
     return next(study.tasks())
 
 
@@ -52,8 +54,8 @@ def value_of(task: EpisodeTask, path: str) -> Any:
 
 
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
-def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: Path) -> None:
-    task = task_for(stack, rules)
+def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: Path, hall: Path) -> None:
+    task = task_for(stack, rules, hall)
     as_it_was = run_episode(task)
     forget()  # three brains at once are 1.5 GB
     rewound = drive_changed(task, [f"{SPEED}={value_of(task, SPEED)}"], MOMENT)
@@ -68,8 +70,8 @@ def test_with_nothing_changed_everything_comes_out_as_it_was(stack: str, rules: 
     assert take_over.stamp == pytest.approx(MOMENT, abs=0.05)
 
 
-def test_to_be_asked_for_alternatives_changes_nothing(rules: Path) -> None:
-    task, watched = task_for("nav2-gps", rules), []
+def test_to_be_asked_for_alternatives_changes_nothing(rules: Path, hall: Path) -> None:
+    task, watched = task_for("nav2-gps", rules, hall), []
 
     def make(parts: Parts, world: World) -> Any:
         watched.append(Watched(parts.brain(world)))
@@ -87,8 +89,8 @@ def test_to_be_asked_for_alternatives_changes_nothing(rules: Path) -> None:
             assert other.kind == RUNNER_UP or abs(other.command.linear_x) <= 0.5 * abs(row["wanted_linear_x_mps"])
 
 
-def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path) -> None:
-    task = task_for("nav2-gps", rules)
+def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path, hall: Path) -> None:
+    task = task_for("nav2-gps", rules, hall)
     same, slow = (drive_changed(task, [f"{SPEED}={speed}"], MOMENT) for speed in (value_of(task, SPEED), 0.5))
     trace, other = (each.delivery.recording["trace"] for each in (same, slow))
     before = trace[:, 0] < slow.take_over.stamp - 1e-6
@@ -113,30 +115,32 @@ def test_a_change_acts_from_its_moment_on_and_not_before(rules: Path) -> None:
         (("controller_server.FollowPath.vx_samples=2.5",), "'2.5' is not a whole number"),
     ],
 )
-def test_what_cannot_be_changed_is_said_in_one_line(settings: tuple[str, ...], said: str, rules: Path) -> None:
+def test_what_cannot_be_changed_is_said_in_one_line(
+    settings: tuple[str, ...], said: str, rules: Path, hall: Path
+) -> None:
     with pytest.raises(InputError) as refused:
-        drive_changed(task_for("nav2-gps", rules), settings, MOMENT)
+        drive_changed(task_for("nav2-gps", rules, hall), settings, MOMENT)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
-def test_a_moment_after_the_last_decision_is_refused(rules: Path) -> None:
+def test_a_moment_after_the_last_decision_is_refused(rules: Path, hall: Path) -> None:
     with pytest.raises(InputError, match="nothing is decided from 5.00 s on; give a larger --before"):
-        drive_changed(task_for("nav2-gps", rules), [f"{SPEED}=1.0"], SECONDS)
+        drive_changed(task_for("nav2-gps", rules, hall), [f"{SPEED}=1.0"], SECONDS)
 
 
-def test_who_is_parked_has_nothing_to_change(rules: Path) -> None:
+def test_who_is_parked_has_nothing_to_change(rules: Path, hall: Path) -> None:
     with pytest.raises(InputError, match="how parked drives"):
-        drive_changed(task_for("parked", rules), [f"{SPEED}=1.0"], MOMENT)
+        drive_changed(task_for("parked", rules, hall), [f"{SPEED}=1.0"], MOMENT)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory, rules: Path) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, rules: Path, hall: Path, driven_in_process: Here) -> Path:
     """A run of one delivery that ran out of time, with nothing recorded."""
     path = tmp_path_factory.mktemp("runs") / "run"
     arguments = ["run", "--stack", "nav2-gps", "--episodes", "1", "--pedestrians", "3", "--workers", "1"]
-    arguments += ["--start", START, "--goal", GOAL, "--rules", str(rules), "--out", str(path)]
-    with pytest.raises(SystemExit) as ended:
+    arguments += ["--map", str(hall), "--start", START, "--goal", GOAL, "--rules", str(rules), "--out", str(path)]
+    with pytest.raises(SystemExit) as ended, driven_in_process():
         main(arguments)
     assert ended.value.code == 0
     return path
@@ -186,8 +190,8 @@ def test_a_delivery_that_comes_out_otherwise_is_not_explained(
     assert "comes out otherwise when it is driven again (distance_m" in err[-1]
 
 
-def test_settings_leave_the_task_alone(rules: Path) -> None:
-    task = task_for("nav2-gps", rules)
+def test_settings_leave_the_task_alone(rules: Path, hall: Path) -> None:
+    task = task_for("nav2-gps", rules, hall)
     before = dataclasses.asdict(task)
     changes = changes_of(Parts(task).nav2, [f"{SCALE}=0.5"])
     assert (changes[0].place.path, changes[0].value) == (SCALE, 0.5)

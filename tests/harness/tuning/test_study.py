@@ -36,11 +36,13 @@ ORIGINAL = Candidate("original", {})
 DRAWN = 25  # deliveries after which trials come from the sampler's model
 
 
-def template(folder: Path) -> EpisodeTask:
-    (folder / "short.yaml").write_text(RULES)
+@pytest.fixture
+def task(tmp_path: Path, hall: Path) -> EpisodeTask:
+    """A short delivery in a hall."""
+    (tmp_path / "short.yaml").write_text(RULES)
     study = make_study(
-        stacks=["nav2-stock"], localizer="ground_truth", episodes=4, seed=3, pedestrians=4,
-        rules=str(folder / "short.yaml"),
+        stacks=["nav2-stock"], localizer="ground_truth", episodes=4, seed=3, pedestrians=4, map_name=str(hall),
+        rules=str(tmp_path / "short.yaml"),
     )  # fmt: skip
     return study.template
 
@@ -59,11 +61,10 @@ def rows(folder: Path, task: EpisodeTask, asked: list[tuple[Candidate, list[int]
         return [*(evaluator.rows(*each) for each in asked), len(driven)]
 
 
-def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path) -> None:
+def test_nothing_is_driven_twice_and_an_interrupt_changes_nothing(tmp_path: Path, task: EpisodeTask) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
-    task = template(tmp_path)
     asked = [(ORIGINAL, [1, 0]), (OTHER, [0, FIRST_TEST])]
     first, second, driven = rows(whole, task, asked)
     assert driven == 4 and [row["episode"] for row in first] == [1, 0]
@@ -88,10 +89,10 @@ def test_what_follows_a_small_search_is_small() -> None:
     assert sizes(3, 2) == {"test_episodes": 20, "final_episodes": 4, "waterfall_missions": 0}
 
 
-def test_values_that_cannot_be_had_are_refused(tmp_path: Path) -> None:
+def test_values_that_cannot_be_had_are_refused(tmp_path: Path, task: EpisodeTask) -> None:
     bad = Candidate("trial-1", {"controller_server.FollowPath.vx_samples": 1_000_000})
     with pytest.raises(ParameterError, match="at most 100,000 are allowed"):
-        rows(tmp_path, template(tmp_path), [(bad, [0])])
+        rows(tmp_path, task, [(bad, [0])])
 
 
 def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
@@ -162,11 +163,12 @@ def test_bad_input_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def tune(folder: Path, workers: int, more: list[str]) -> "subprocess.Popen[str]":
+def tune(task: EpisodeTask, workers: int, more: list[str]) -> "subprocess.Popen[str]":
     options = ["--json", "--workers", str(workers)]
     if "--resume" not in more:
         options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
-        options += ["--rules", str(folder / "short.yaml"), "--pedestrians", "4", "--trials", "14", "--episodes", "2"]
+        options += ["--map", task.map_name, "--rules", task.rules, "--pedestrians", "4"]
+        options += ["--trials", "14", "--episodes", "2"]
         options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
         options += ["--finalists", "2", "--final-episodes", "2"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
@@ -182,11 +184,10 @@ def told(process: "subprocess.Popen[str]", folder: Path) -> tuple[dict[str, Any]
 
 
 @pytest.mark.slow
-def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Path) -> None:
-    template(tmp_path)
+def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Path, task: EpisodeTask) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
-    one = told(tune(tmp_path, 1, ["--out", str(whole)]), whole)
-    killed = tune(tmp_path, 2, ["--out", str(cut)])
+    one = told(tune(task, 1, ["--out", str(whole)]), whole)
+    killed = tune(task, 2, ["--out", str(cut)])
     deadline = time.monotonic() + 300.0
     while (
         not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < 25
@@ -196,18 +197,17 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Pat
     killed.send_signal(signal.SIGKILL)
     killed.wait()
     assert not (cut / DOCUMENT).exists()
-    assert told(tune(tmp_path, 2, ["--resume", str(cut)]), cut) == one
+    assert told(tune(task, 2, ["--resume", str(cut)]), cut) == one
     assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
 
 
 @pytest.mark.slow
 def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, task: EpisodeTask, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    template(tmp_path)
     folder, few = tmp_path / "study", ["--trials", "2", "--test-episodes", "0", "--finalists", "0", "--out"]
-    begun = tune(tmp_path, 1, [*few, str(folder)])
+    begun = tune(task, 1, [*few, str(folder)])
     assert begun.communicate(timeout=500)[0] and begun.returncode == 0
     lines = (folder / JOURNAL).read_text().splitlines(keepends=True)
     lost = json.loads(lines[2])  # the first of the first trial, which the second followed
@@ -264,9 +264,8 @@ def test_a_lost_delivery_of_a_trial_that_others_followed_stays_lost(tmp_path: Pa
         assert within_budget(0.0, 0, journal)(OTHER, (0,)), "it has begun before"
 
 
-def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path) -> None:
+def test_a_trial_that_no_file_can_have_is_gone_through_again(tmp_path: Path, task: EpisodeTask) -> None:
     bad = Candidate("trial-1", {"controller_server.FollowPath.vx_samples": 1_000_000})
-    task = template(tmp_path)
     with pytest.raises(ParameterError):
         rows(tmp_path, task, [(bad, [2, 0])])
     rows(tmp_path, task, [(OTHER, [0])])
