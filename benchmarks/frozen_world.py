@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
-from scipy.stats import binomtest, fisher_exact
+from scipy.stats import fisher_exact
 
 from harness.analysis.compare import compare, side_of
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
 from harness.report.markdown import interval_text, table
-from harness.report.published import PublishedMethod, load_published
+from harness.report.published import load_published
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm
 from harness.storage.checksums import write_checksums
@@ -55,7 +55,6 @@ FAMILIES = (  # of shares that are tested together: a stack for each published r
     ("paper-gps-seen", "paper-amcl-seen"),
 )
 LEVEL = 0.05  # p below which equality is rejected
-PROPERTY = ("mailbox_contacts", "trash_bin_contacts", "building_glass_contacts", "bollard_contacts")
 PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("pedestrian_injury_usd_per_run", 2, (1 / 1.5, 1.5)),
     ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
@@ -205,8 +204,8 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
             )
             is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
             line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
-        lines.append([*line, property_text(delivered, method)])
-    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]", "property contacts"]
+        lines.append(line)
+    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
     return table(["place", "stack", *heading], lines)
 
 
@@ -215,15 +214,6 @@ def mean_of(delivered: Delivered, key: str) -> float:
     mean = delivered.came_to.intervals[key].value
     assert mean is not None, key
     return mean
-
-
-def property_text(delivered: Delivered, method: PublishedMethod) -> str:
-    """Counted contacts with property; exact test of two Poisson rates (Przyborowski and Wilenski 1940)."""
-    n, episodes = len(delivered.outcomes), method.episodes
-    ours = round(n * sum(delivered.came_to.measured[key] or 0.0 for key in PROPERTY))
-    theirs = round(episodes * sum(getattr(method.measured, key) or 0.0 for key in PROPERTY))
-    p = binomtest(ours, ours + theirs, n / (n + episodes)).pvalue if ours + theirs else 1.0
-    return f"{ours} in {n} ({theirs} in {episodes}), {p_text(p)}"
 
 
 def standing(driven: dict[Cell, Delivered]) -> str:
