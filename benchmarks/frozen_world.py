@@ -9,6 +9,7 @@ names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was f
 
 import argparse
 import os
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -268,7 +269,8 @@ def main() -> None:
             if is_asked and (own_map is not None or cell.place != OWN_MAP):
                 drive(cell, own_map, asked.workers)
         driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
-        tables = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
+        aligned = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
+        tables = re.sub(r" +(?= \|)", "", re.sub("-{4,}", "---", aligned))  # as the other tables of the page
         print(tables)
         before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
         write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")
