@@ -61,7 +61,6 @@ PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
     ("avg_distance_km", 4, (0.75, 1.25)),
     ("avg_velocity_mps", 2, None),
-    ("avg_runtime_h", 4, None),
 )
 PAGE = KEPT.parents[2] / "docs" / "calibration.md"
 BEGIN, END = "<!-- benchmarks/frozen_world.py writes what follows -->", "<!-- tables end -->"
@@ -206,7 +205,7 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
             is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
             line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
         lines.append(line)
-    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
+    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]"]
     return table(["place", "stack", *heading], lines)
 
 
