@@ -61,6 +61,7 @@ PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
     ("avg_distance_km", 4, (0.75, 1.25)),
     ("avg_velocity_mps", 2, None),
+    ("avg_runtime_h", 4, None),
 )
 PAGE = KEPT.parents[2] / "docs" / "calibration.md"
 BEGIN, END = "<!-- benchmarks/frozen_world.py writes what follows -->", "<!-- tables end -->"
@@ -205,7 +206,7 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
             is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
             line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
         lines.append(line)
-    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]"]
+    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
     return table(["place", "stack", *heading], lines)
 
 
@@ -228,8 +229,8 @@ def standing(driven: dict[Cell, Delivered]) -> str:
         value, low, high = (None if each is None else each * share for each in (cost.value, cost.low, cost.high))
         scaled = interval_text(Interval(value, low, high, cost.n), 2)
         ratio = mean_of(delivered, "pedestrian_injury_usd_per_run") * share / theirs
-        lines.append([cell.place, str(len(delivered.outcomes)), scaled, f"{ratio:.2f}"])
-    return table(["place", "n", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
+        lines.append([cell.place, scaled, f"{ratio:.2f}"])
+    return table(["place", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
 
 
 def earnings(driven: dict[Cell, Delivered]) -> str:
@@ -249,9 +250,9 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
         texts = [interval_text(wilson_interval(outcomes.count("sla"), len(outcomes)), 3)]
         texts += [interval_text(means[key], 2) for key in ("pedestrian_injury_usd_per_run", "contribution_margin")]
         paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}" if cell in found else "--"
-        lines.append([cell.place, cell.stack, str(len(outcomes)), *texts, paired])
+        lines.append([cell.place, cell.stack, *texts, paired])
     heading = ["SLA", "injuries [USD]", "margin [USD]", f"minus {EARNING[0]} [USD], p (Holm)"]
-    return table(["place", "stack", "n", *heading], lines)
+    return table(["place", "stack", *heading], lines)
 
 
 def main() -> None:
