@@ -9,19 +9,20 @@ names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was f
 
 import argparse
 import os
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
-from scipy.stats import binomtest, fisher_exact
+from scipy.stats import fisher_exact
 
 from harness.analysis.compare import compare, side_of
 from harness.cli.driving import begin_run, resume_run
 from harness.cli.signals import run_script
 from harness.economics.valuation import OUTCOMES, Valuation, value
 from harness.report.markdown import interval_text, table
-from harness.report.published import PublishedMethod, load_published
+from harness.report.published import load_published
 from harness.statistics.interval import Interval, wilson_interval
 from harness.statistics.paired import holm
 from harness.storage.checksums import write_checksums
@@ -55,7 +56,6 @@ FAMILIES = (  # of shares that are tested together: a stack for each published r
     ("paper-gps-seen", "paper-amcl-seen"),
 )
 LEVEL = 0.05  # p below which equality is rejected
-PROPERTY = ("mailbox_contacts", "trash_bin_contacts", "building_glass_contacts", "bollard_contacts")
 PREDICTED = (  # key, decimals, allowed ours / published; None: reported
     ("pedestrian_injury_usd_per_run", 2, (1 / 1.5, 1.5)),
     ("avg_collision_impulse_ns", 1, (0.7, 1.3)),
@@ -205,8 +205,8 @@ def predictions(driven: dict[Cell, Delivered]) -> str:
             )
             is_missed = gate is not None and not gate[0] <= float(ratio) <= gate[1]
             line.append(f"{interval_text(ours, decimals)}: {f'**{ratio}**' if is_missed else ratio}")
-        lines.append([*line, property_text(delivered, method)])
-    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]", "property contacts"]
+        lines.append(line)
+    heading = ["injuries [USD]", "impulse [N s]", "distance [km]", "speed [m/s]", "time [h]"]
     return table(["place", "stack", *heading], lines)
 
 
@@ -215,15 +215,6 @@ def mean_of(delivered: Delivered, key: str) -> float:
     mean = delivered.came_to.intervals[key].value
     assert mean is not None, key
     return mean
-
-
-def property_text(delivered: Delivered, method: PublishedMethod) -> str:
-    """Counted contacts with property; exact test of two Poisson rates (Przyborowski and Wilenski 1940)."""
-    n, episodes = len(delivered.outcomes), method.episodes
-    ours = round(n * sum(delivered.came_to.measured[key] or 0.0 for key in PROPERTY))
-    theirs = round(episodes * sum(getattr(method.measured, key) or 0.0 for key in PROPERTY))
-    p = binomtest(ours, ours + theirs, n / (n + episodes)).pvalue if ours + theirs else 1.0
-    return f"{ours} in {n} ({theirs} in {episodes}), {p_text(p)}"
 
 
 def standing(driven: dict[Cell, Delivered]) -> str:
@@ -238,8 +229,8 @@ def standing(driven: dict[Cell, Delivered]) -> str:
         value, low, high = (None if each is None else each * share for each in (cost.value, cost.low, cost.high))
         scaled = interval_text(Interval(value, low, high, cost.n), 2)
         ratio = mean_of(delivered, "pedestrian_injury_usd_per_run") * share / theirs
-        lines.append([cell.place, str(len(delivered.outcomes)), scaled, f"{ratio:.2f}"])
-    return table(["place", "n", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
+        lines.append([cell.place, scaled, f"{ratio:.2f}"])
+    return table(["place", f"injuries in {STANDING:g} s of standing [USD]", "of the published"], lines)
 
 
 def earnings(driven: dict[Cell, Delivered]) -> str:
@@ -259,9 +250,9 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
         texts = [interval_text(wilson_interval(outcomes.count("sla"), len(outcomes)), 3)]
         texts += [interval_text(means[key], 2) for key in ("pedestrian_injury_usd_per_run", "contribution_margin")]
         paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}" if cell in found else "--"
-        lines.append([cell.place, cell.stack, str(len(outcomes)), *texts, paired])
+        lines.append([cell.place, cell.stack, *texts, paired])
     heading = ["SLA", "injuries [USD]", "margin [USD]", f"minus {EARNING[0]} [USD], p (Holm)"]
-    return table(["place", "stack", "n", *heading], lines)
+    return table(["place", "stack", *heading], lines)
 
 
 def main() -> None:
@@ -278,7 +269,8 @@ def main() -> None:
             if is_asked and (own_map is not None or cell.place != OWN_MAP):
                 drive(cell, own_map, asked.workers)
         driven = {cell: read(cell) for cell in CELLS if (cell.folder / "summary.json").exists()}
-        tables = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
+        aligned = "\n\n".join(part(driven) for part in (shares, predictions, standing, earnings))
+        tables = re.sub(r" +(?= \|)", "", re.sub("-{4,}", "---", aligned))  # as the other tables of the page
         print(tables)
         before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
         write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")
