@@ -14,7 +14,8 @@ Weight = Annotated[float, within(0.0, 1e6)]
 Distance = Annotated[float, within(0.0, 1e4)]
 Cost = Annotated[float, within(0.0, 1e9)]
 Ratio = Annotated[float, within(0.0, 1e3)]
-Points, Step = Annotated[int, within(0, 10_000)], Annotated[int, within(1, 10_000)]
+Points = Annotated[int, within(0, 10_000)]
+Step = Annotated[int, within(1, 10_000)]
 FORWARD, EITHER, AS_THE_PATH = 0, 1, 2  # values of PathAngleCritic's mode
 Mode = Annotated[int, Allowed("0, 1 or 2", (FORWARD, EITHER, AS_THE_PATH).__contains__)]
 
