@@ -197,7 +197,7 @@ def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
     ]
 
 
-def _prices(arms: Sequence[Arm], rows: dict[str, tuple[Row, ...]], prices: Prices, seed: int) -> Iterator[ErrorPrice]:
+def _prices(arms: Sequence[Arm], rows: dict[str, Sequence[Row]], prices: Prices, seed: int) -> Iterator[ErrorPrice]:
     """The price of each kind of error that was injected, over the missions that every level finished."""
     truth = next((arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None), None)
     for kind in KINDS:

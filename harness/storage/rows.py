@@ -26,7 +26,7 @@ class Rows(Sequence[Row]):
 
     def __len__(self) -> int:
         batches, last = self._kept
-        return sum(batch.num_rows for batch in batches) + len(last)
+        return sum(int(batch.num_rows) for batch in batches) + len(last)
 
     def __iter__(self) -> Iterator[Row]:
         batches, last = self._kept

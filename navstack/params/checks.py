@@ -51,7 +51,8 @@ def check(params: Any, whose: str = "", *, finite: bool = False) -> None:
     Raises:
         ParameterError: a value is not allowed.
     """
-    for name, allowed in _checked_fields(type(params)):
+    kind: Any = type(params)
+    for name, allowed in _checked_fields(kind):
         value = getattr(params, name)
         if finite and isinstance(value, float):
             require(params, name, math.isfinite(value), "a finite number", whose)

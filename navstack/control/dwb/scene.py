@@ -40,7 +40,7 @@ class Scene:
     @property
     def leaves_map(self) -> BoolArray:
         """Whether some pose of a trajectory (K,) is off the map."""
-        leaves: BoolArray = (self.cells < 0).any(axis=1)
+        leaves: BoolArray = np.any(self.cells < 0, axis=1)
         return leaves
 
 
