@@ -37,7 +37,7 @@ def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
             with Workers(at_once, lambda: Place(executor.submit)) as workers:
                 drive_missing(study, folder, workers, lambda finished, record: None)
         finish(study, folder)
-        say(f"{len(folder.records)} of {study.total} deliveries are in {path}")
+        say(f"{len(folder.rows)} of {study.total} deliveries are in {path}")
 
 
 def main() -> None:

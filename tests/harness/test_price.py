@@ -73,7 +73,7 @@ def test_the_result_is_that_of_a_run_at_these_prices(write_run: WriteRun, other_
 def test_rows_are_those_of_a_run_at_these_prices(write_run: WriteRun, other_prices: str) -> None:
     before, there = load_run(str(write_run("before"))), load_run(str(write_run("there", prices=other_prices)))
     prices = load_prices(other_prices)
-    assert repriced(before.stacks[0], before.events, prices).rows == there.stacks[0].rows
+    assert list(repriced(before.stacks[0], before.events, prices).rows) == list(there.stacks[0].rows)
     assert before.stacks[0].rows != there.stacks[0].rows
 
 

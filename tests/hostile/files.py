@@ -59,7 +59,7 @@ OPTIONS: dict[str, tuple[str, str, str, dict[str, tuple[Changes, str]]]] = {
             ),
             "people follow a device": ({"random_walk": "replay\n  replay: {file: /dev/zero}"}, "/dev/zero"),
             "cargo is a billion pieces": ({"pieces: 50": "pieces: 1000000000"}, "pieces"),
-            "cargo weighs nothing": ({"piece_mass: 0.001": "piece_mass: 0"}, "masses"),
+            "cargo weighs nothing": ({"piece_mass: 0.001": "piece_mass: 0"}, "piece_mass"),
             "cool_down is a half": ({"cool_down: 30": "cool_down: 0.5"}, "cool_down"),
             "a key is unknown at depth": ({"  rate: 120.0": "  rates: 120.0"}, "did you mean 'rate'"),
             "a section is a list": ({"physics:\n  rate: 120.0": "physics: []\nmore:\n  rate: 120.0"}, "given.yaml"),

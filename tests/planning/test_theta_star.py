@@ -93,5 +93,5 @@ def test_ends_in_obstacles_are_refused():
     with pytest.raises(GoalOccupiedError):
         planner.plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)
     assert ThetaStarPlanner(ThetaStarParams()).plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap).length > 3.0
-    with pytest.raises(ParameterError, match="negative"):
+    with pytest.raises(ParameterError, match="w_euc_cost -1.0 must be 0 or more"):
         ThetaStarParams(w_euc_cost=-1.0)

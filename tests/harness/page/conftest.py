@@ -109,7 +109,7 @@ def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
 def place_events(folder: Path) -> None:
     """Contacts happen on the way, a few seconds apart."""
     ends = {(row["stack"], row["episode"]): row for row in read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)}
-    events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
+    events = list(read_rows(folder / "events.parquet", EVENT_COLUMNS))
     for event in events:
         row = ends[event["stack"], event["episode"]]
         event |= {"x_m": row["start_x_m"] + 1.0, "y_m": row["start_y_m"] + 1.0}

@@ -180,7 +180,7 @@ def told(process: "subprocess.Popen[str]", folder: Path) -> tuple[dict[str, Any]
     document = json.loads(process.communicate(timeout=500)[0])
     assert process.returncode == 0 and json.loads((folder / DOCUMENT).read_text())["folder"] == str(folder)
     plain = {key: value for key, value in document.items() if key not in ("folder", "command")}
-    return plain, read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"})
+    return plain, list(read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"}))
 
 
 @pytest.mark.slow
