@@ -112,7 +112,8 @@ CONSTANTS = (
     Constant("navstack/params/smoothers.py", "w_smooth: NotNegative = {} ", 0.3, "simple_smoother", "sm_empty60"),
     Constant(
         "navstack/params/smoothers.py",
-        "neighbours\n    do_refinement: bool = True  # smooth the smoothed path again\n    refinement_num: NotNegativeInt = {} ",
+        "neighbours\n    do_refinement: bool = True  # smooth the smoothed path again\n"
+        "    refinement_num: NotNegativeInt = {} ",
         2,
         "simple_smoother",
         "sm_empty60",
