@@ -39,6 +39,7 @@ WORLD = (  # what every delivery calls
     "harness.world.lidar_kernels",
     "harness.world.pedestrian_kernels",
     "harness.world.drive_kernels",
+    "harness.world.touch_kernels",
     "harness.world.motion_kernels",
     "harness.task.shortest_paths",
 )

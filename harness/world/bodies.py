@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import shapely
 
 from harness.world.contacts import Touched, Vector
 from harness.world.engine import bullet, set_dynamics
 from harness.world.robot import RobotParams
 from harness.world.scene import Obstacle, Scene
+from harness.world.touch_kernels import find_near, may_touch
 from harness.world.truth import Partner
 from navstack.types import FloatArray
 
@@ -32,14 +32,16 @@ class StaticIndex:
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
-        self._tree = shapely.STRtree([shapely.Polygon(obstacle.polygon) for obstacle in obstacles])
+        polygons = [obstacle.polygon for obstacle in obstacles]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+        self._boxes = np.array([(*polygon.min(axis=0), *polygon.max(axis=0)) for polygon in polygons]).reshape(-1, 4)
+        self._found = np.empty(len(polygons), dtype=np.int64)
 
     def near(self, x: float, y: float, radius: float) -> tuple[list[int], float]:
         """Numbers of the obstacles within ``radius`` [m], ascending, and the distance [m] of the nearest (or inf)."""
-        place = shapely.Point(x, y)
-        found = np.sort(self._tree.query(place, predicate="dwithin", distance=radius))
-        distances = shapely.distance(self._tree.geometries[found], place)
-        return found.tolist(), float(distances.min(initial=math.inf))
+        count, nearest = find_near(x, y, radius, self._corners, self._first, self._boxes, self._found)
+        return self._found[:count].tolist(), nearest
 
 
 @lru_cache(maxsize=4)
@@ -53,9 +55,12 @@ class NearObstacles:
 
     ACTIVE_RADIUS = 3.5  # [m] around the body's centre
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
+    MARGIN = 0.15  # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's excess
 
-    def __init__(self, client: int, index: StaticIndex, friction: float) -> None:
+    def __init__(self, client: int, index: StaticIndex, friction: float, robot: RobotParams) -> None:
         self._client = client
+        self._half_size = robot.half_size
+        self._ahead = robot.center[0] - robot.center_of_mass_x  # [m] of the body's middle from its centre of mass
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
@@ -89,6 +94,15 @@ class NearObstacles:
         for number in wanted:
             if number not in self._active:
                 self._add(number)
+        polygons = [self._index.obstacles[number].polygon for number in wanted]
+        self._corners = np.concatenate(polygons) if polygons else np.empty((0, 2))
+        self._first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+
+    def can_touch(self, x: float, y: float, yaw: float) -> bool:
+        """Whether a level robot with its centre of mass at (x, y) may touch something in the coming step."""
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        middle = x + cos * self._ahead, y + sin * self._ahead
+        return bool(may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first))
 
     def _add(self, number: int) -> None:
         obstacle = self._index.obstacles[number]

@@ -9,6 +9,7 @@ from harness.world.bodies import add_person, person_shape, put_person
 from harness.world.body_frames import LEAP, BodyFrames
 from harness.world.contacts import Motion, Touched
 from harness.world.engine import bullet
+from harness.world.pedestrian_kernels import count_near
 from harness.world.pedestrians import PedestrianModel
 from harness.world.robot import RobotParams
 from harness.world.truth import Partner
@@ -71,6 +72,8 @@ class Crowd:
             Whether anybody has one.
         """
         states = self._model.states
+        if not self._bodies and not count_near(states, x, y, self.ACTIVE_RADIUS):
+            return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
         wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
         for person in [person for person in self._bodies if person not in wanted and self._may_go(person)]:

@@ -105,6 +105,16 @@ def _least_length(a: Float32Array, b: Float32Array) -> float:
     return max(even, odd)
 
 
+@njit(ahead="float64[:, ::1], float64, float64, float64")
+def count_near(states: FloatArray, x: float, y: float, radius: float) -> int:
+    """How many of ``states`` (n, >= 2) are less than ``radius`` [m] from (x, y) [m]."""
+    number = 0
+    for i in range(len(states)):
+        dx, dy = states[i, 0] - x, states[i, 1] - y
+        number += dx * dx + dy * dy < radius * radius
+    return number
+
+
 class Walks(NamedTuple):
     """Where everybody goes."""
 

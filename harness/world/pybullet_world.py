@@ -93,7 +93,7 @@ class PyBulletWorld(World):
         self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)  # see harness.world.bodies
         self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
         self._body = add_robot(client, robot)
-        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION)
+        self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
         self._crowd = Crowd(client, self._pedestrians, self._params, robot)
         self._book = ContactBook(self._params.contacts, self._dt, robot.mass)
@@ -205,7 +205,11 @@ class PyBulletWorld(World):
         to_obstacle = self._obstacles.follow(x, y, self._reach)
         self._clear_around = x, y
         self._clear_squared = max(min(to_step, to_obstacle) - _SLACK, 0.0) ** 2
-        return to_step < 0.0, to_obstacle < 0.0
+        near = to_obstacle < 0.0
+        if near and not self._is_tilted and not self._book.is_waiting:
+            _, _, qz, qw = self._orientation
+            near = self._obstacles.can_touch(x, y, 2.0 * math.atan2(qz, qw))
+        return to_step < 0.0, near
 
     def _apply_forces(self, speed: float, yaw_rate: float) -> None:
         """Let drive, weight and scraping act during the coming step."""

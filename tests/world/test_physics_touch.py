@@ -1,4 +1,4 @@
-"""Which obstacles are near the robot."""
+"""Which obstacles the contacts of a step are asked for."""
 
 import math
 
@@ -8,6 +8,15 @@ import shapely
 
 from harness.world.bodies import StaticIndex
 from harness.world.scene import Obstacle
+from harness.world.touch_kernels import may_touch
+
+HALF_LENGTH, HALF_WIDTH, MARGIN = 0.4, 0.3, 0.15  # [m]
+
+
+def rectangle(x, y, yaw):
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    corners = np.array(((1, 1), (-1, 1), (-1, -1), (1, -1))) * (HALF_LENGTH, HALF_WIDTH)
+    return shapely.Polygon(corners @ np.array(((cos, sin), (-sin, cos))) + (x, y))
 
 
 def random_polygons(rng, number):
@@ -16,6 +25,38 @@ def random_polygons(rng, number):
         hull = shapely.MultiPoint(rng.normal(size=(6, 2)) * 0.5 + rng.uniform(-2.5, 2.5, 2)).convex_hull
         polygons.append(shapely.geometry.polygon.orient(hull))
     return polygons
+
+
+def asked(polygons, x, y, yaw):
+    corners = [np.array(polygon.exterior.coords)[:-1] for polygon in polygons]
+    first = np.cumsum([0, *(len(each) for each in corners)])
+    flat = np.concatenate(corners) if corners else np.empty((0, 2))
+    return may_touch(x, y, math.cos(yaw), math.sin(yaw), HALF_LENGTH, HALF_WIDTH, MARGIN, flat, first)
+
+
+def test_nothing_within_the_margin_is_missed_and_little_else_is_asked_for():
+    rng = np.random.default_rng(4)
+    near, far, idle = 0, 0, 0
+    for _ in range(1500):
+        polygons = random_polygons(rng, rng.integers(1, 4))
+        x, y, yaw = rng.uniform((-3, -3, -4), (3, 3, 4))
+        distance = min(shapely.distance(polygon, rectangle(x, y, yaw)) for polygon in polygons)
+        is_asked = asked(polygons, x, y, yaw)
+        assert is_asked or distance > MARGIN - 1e-9
+        near, far, idle = (
+            near + (distance <= MARGIN),
+            far + (distance > MARGIN),
+            idle + (is_asked > (distance <= MARGIN)),
+        )
+    assert near > 200 and far > 200
+    assert idle < 0.02 * far  # only near corners
+
+
+def test_without_obstacles_and_with_repeated_corners():
+    assert not asked([], 0.0, 0.0, 0.0)
+    square = np.array(((1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (2.0, 0.5), (1.0, 0.5)))
+    for x, expected in ((0.4, False), (0.5, True)):  # its front at 0.8 m and 0.9 m
+        assert may_touch(x, 0.0, 1.0, 0.0, HALF_LENGTH, HALF_WIDTH, MARGIN, square, np.array((0, 5))) == expected
 
 
 def test_obstacles_are_found_by_their_distance():
