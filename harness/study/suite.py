@@ -15,10 +15,12 @@ from harness.storage.manifest_file import extend_run
 from harness.storage.run_folder import MANIFEST, create_run
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.manifest import about, load_study, parameters
+from harness.study.stored_run import MOST_PEOPLE
 from harness.task.study import Study, make_study
 from navstack.errors import InputError, ParameterError, UnknownNameError
+from navstack.files import check_regular
 from navstack.params.nav2_file.yaml_text import load_text
-from navstack.params.strict import dump_dataclass, load_dataclass
+from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 DECLARATION = "suite.yaml"  # a folder that has it can be resumed
 MOST_CELLS = 2000
@@ -226,8 +228,15 @@ def _require_common(path: Path, begun: Cell, cell: Cell, texts: Mapping[str, str
 def _differing(folder: Path, texts: Mapping[str, str]) -> list[str]:
     """Which parameters of a run folder are others than these, by the names of their files."""
     files = (file for file in (folder / "params").iterdir() if file.suffix == ".yaml" or file.stem == PEOPLE)
-    then, now = _contents({file.name: file.read_text(encoding="utf-8") for file in files}), _contents(texts)
+    then, now = _contents({file.name: _text_of(file) for file in files}), _contents(texts)
     return [name for name in sorted({*now, *then}) if now.get(name) != then.get(name)]
+
+
+def _text_of(file: Path) -> str:
+    if file.suffix == ".yaml":
+        return read_text(file)
+    check_regular(file, MOST_PEOPLE)
+    return file.read_text(encoding="utf-8", errors="replace")
 
 
 def _contents(texts: Mapping[str, str]) -> dict[str, Any]:

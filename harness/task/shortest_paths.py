@@ -84,7 +84,7 @@ def path_length(cells: IntArray) -> float:
     return float(np.hypot(*np.diff(cells, axis=0).T).sum()) if len(cells) > 1 else 0.0
 
 
-@njit(cache=True)
+@njit()
 def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bool:
     """Whether all cells that the line between two cell centres touches are free (Amanatides & Woo, in integers).
 
@@ -110,7 +110,7 @@ def line_of_sight(free: BoolArray, my0: int, mx0: int, my1: int, mx1: int) -> bo
     return True
 
 
-@njit(cache=True, ahead="bool[:, ::1], int64[::1], int64")
+@njit(ahead="bool[:, ::1], int64[::1], int64")
 def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
     """Label-setting with buckets as wide as the shortest move (Denardo & Fox 1979): exact, without a heap.
 
@@ -152,7 +152,7 @@ def _dijkstra(free: BoolArray, goals: IntArray, last: int) -> FloatArray:
     return length.reshape(free.shape)
 
 
-@njit(cache=True)
+@njit()
 def _push(queues: IntArray, counts: IntArray, slot: int, cell: int) -> IntArray:
     if counts[slot] == queues.shape[1]:
         larger = np.empty((queues.shape[0], 2 * queues.shape[1]), np.int64)
@@ -165,7 +165,7 @@ def _push(queues: IntArray, counts: IntArray, slot: int, cell: int) -> IntArray:
     return queues
 
 
-@njit(cache=True, ahead="float32[:, ::1], int64, int64")
+@njit(ahead="float32[:, ::1], int64, int64")
 def _descend(field: Float32Array, y: int, x: int) -> IntArray:
     height, width = field.shape
     cells = np.empty((64, 2), np.int64)
@@ -195,7 +195,7 @@ def _descend(field: Float32Array, y: int, x: int) -> IntArray:
         y, x = best_y, best_x
 
 
-@njit(cache=True, ahead="bool[:, ::1], int64[:, ::1]")
+@njit(ahead="bool[:, ::1], int64[:, ::1]")
 def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
     corners = np.empty((len(cells), 2), np.int64)
     corners[0, 0], corners[0, 1] = cells[0, 0], cells[0, 1]
@@ -209,7 +209,7 @@ def _shortcut(free: BoolArray, cells: IntArray) -> IntArray:
     return corners[: number + 1].copy()
 
 
-@njit(cache=True, ahead="int64[:, ::1]")
+@njit(ahead="int64[:, ::1]")
 def _trace(corners: IntArray) -> IntArray:
     """The cells (N, 2) that a polyline passes, one legal step apart; every leg is a line of sight."""
     total = 1

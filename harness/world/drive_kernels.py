@@ -36,7 +36,7 @@ def drive_constants(robot: RobotParams, gravity: float, dt: float) -> FloatArray
     )
 
 
-@njit(cache=True)
+@njit()
 def step_towards(now: float, target: float, dt: float, time_constant: float, up: float, down: float) -> float:
     """The next value of a first-order servo, its rate limited by ``up`` away from zero and ``down`` towards zero."""
     change = (target - now) * dt / time_constant
@@ -44,7 +44,7 @@ def step_towards(now: float, target: float, dt: float, time_constant: float, up:
     return now + min(max(change, -limit), limit)
 
 
-@njit(cache=True)
+@njit()
 def within_friction(
     left: float, right: float, sideways: float, left_load: float, right_load: float, friction: float
 ) -> tuple[float, float, float, float]:
@@ -63,14 +63,14 @@ def within_friction(
     return scale_left * left, scale_left * left_side, scale_right * right, scale_right * right_side
 
 
-@njit(cache=True)
+@njit()
 def motor_forces(along: float, couple: float, half_track: float, limit: float) -> tuple[float, float]:
     """Forces [N] of the left and the right motor for a force [N] and a couple [N m]; each gives at most ``limit``."""
     left, right = 0.5 * along - 0.5 * couple / half_track, 0.5 * along + 0.5 * couple / half_track
     return min(max(left, -limit), limit), min(max(right, -limit), limit)
 
 
-@njit(cache=True)
+@njit()
 def grip(
     left: float, right: float, sideways: float, left_load: float, right_load: float, constants: FloatArray
 ) -> tuple[float, float, float, float]:
@@ -81,7 +81,7 @@ def grip(
     return within_friction(left, right, sideways, left_load, right_load, friction)
 
 
-@njit(cache=True)
+@njit()
 def mechanical_power(
     left: float, right: float, forward: float, turn: float, along: float, constants: FloatArray
 ) -> float:
@@ -100,7 +100,6 @@ def mechanical_power(
 
 
 @njit(
-    cache=True,
     ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64, "
     "float64, float64[::1]",
 )

@@ -20,7 +20,7 @@ def extrude(grid: OccupancyGrid, solid: BoolArray) -> tuple[Obstacle, ...]:
     )
 
 
-@njit(cache=True)
+@njit()
 def merge_rectangles(solid: BoolArray) -> IntArray:
     """Cover a mask (H, W) with disjoint rectangles (N, 4): first row, first column, end row, end column.
 
@@ -49,7 +49,7 @@ def merge_rectangles(solid: BoolArray) -> IntArray:
     return found[:count].copy()
 
 
-@njit(cache=True)
+@njit()
 def _grow(mask: BoolArray, row: int, column: int) -> tuple[int, int]:
     """End row and end column of the rectangle from a cell that is as wide as its row allows, then as high."""
     height, width = mask.shape

@@ -96,7 +96,7 @@ def _edges(polygon: FloatArray) -> FloatArray:
     return np.column_stack((normals, (normals * polygon).sum(axis=1)))
 
 
-@njit(cache=True)
+@njit()
 def see_through(
     numbers: IntArray,
     first: IntArray,
@@ -147,7 +147,7 @@ def see_through(
         ranges[passing[k]] = farther[k] * resolution
 
 
-@njit(cache=True)
+@njit()
 def _incidence(x: float, y: float, dx: float, dy: float, start: int, end: int, edges: FloatArray) -> float:
     """Cosine of incidence of a beam along (dx, dy) on that of the edges ``start`` to ``end`` that is nearest (x, y)."""
     nearest, incidence = -math.inf, 1.0

@@ -29,14 +29,14 @@ INTEGERS = 6 * LANES
 _u, _i = np.uint64, np.int32  # unsigned indices spare the treatment of negative ones
 
 
-@njit(cache=True)
+@njit()
 def _place_of(row: Index, column: Index, tiles: int) -> Index:
     """Where a block stands in a table with ``tiles`` tiles per row."""
     tile = (row >> _TILE_BITS) * tiles + (column >> _TILE_BITS)
     return (tile << 2 * _TILE_BITS) + ((row & (_TILE - 1)) << _TILE_BITS) + (column & (_TILE - 1))
 
 
-@njit(cache=True, ahead="bool[:, ::1]")
+@njit(ahead="bool[:, ::1]")
 def clearance_field(occupied: BoolArray) -> Field:
     """Prepare a grid for :func:`cast_grid`: blocks of 4 x 4 cells with a ring of blocks around.
 
@@ -71,7 +71,7 @@ def clearance_field(occupied: BoolArray) -> Field:
     return height, width, tiles, _by_tiles(solid, np.empty(solid.size, np.uint16)), squares.reshape(-1)
 
 
-@njit(cache=True)
+@njit()
 def _by_tiles(table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]) -> npt.NDArray[Unsigned]:
     """Put the blocks of a table (rows, columns) into their places; returns ``ordered`` (blocks,)."""
     rows, columns = table.shape
@@ -81,7 +81,7 @@ def _by_tiles(table: npt.NDArray[Unsigned], ordered: npt.NDArray[Unsigned]) -> n
     return ordered
 
 
-@njit(cache=True)
+@njit()
 def _find_squares(
     solid: npt.NDArray[np.uint16], rows: int, columns: int, ahead_x: int, ahead_y: int, squares: ByteArray
 ) -> None:
@@ -100,7 +100,7 @@ def _find_squares(
                 squares[row, column] = min(least + 1, _MAX_SQUARE)
 
 
-@njit(cache=True)
+@njit()
 def _start(
     lane: int,
     beam: int,
@@ -134,7 +134,7 @@ def _start(
     n[SQUARES_AT + lane] = ((dx < 0.0) + 2 * (dy < 0.0)) * len(solid)
 
 
-@njit(cache=True)
+@njit()
 def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.int32]) -> None:
     """Read of every lane the blocks of the free square ahead, and the cells of the block where there is none.
 
@@ -146,7 +146,7 @@ def _look(solid: npt.NDArray[np.uint16], squares: ByteArray, n: npt.NDArray[np.i
         n[CELLS + i] = solid[_u(n[AT + i] if n[BLOCKS + i] == 0 else 0)]
 
 
-@njit(cache=True)
+@njit()
 def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> None:
     """Take every ray out of the free square ahead of it, or into the next cell.
 
@@ -180,7 +180,6 @@ def _go(reach: float, tiles: int, b: FloatArray, n: npt.NDArray[np.int32]) -> No
 
 
 @njit(
-    cache=True,
     ahead="Tuple((int64, int64, int64, uint16[::1], uint8[::1])), float64, float64, float64, float64, "
     "float64[:, ::1], float64, float64[::1]",
 )
@@ -230,7 +229,6 @@ def cast_grid(
 
 
 @njit(
-    cache=True,
     ahead="float64[:, ::1], float64, float64, float64, float64, float64[:, ::1], float64, float64, float64, "
     "float64[::1]",
 )
@@ -283,7 +281,7 @@ def cast_circles(
                 _meet(i, px, py, squared, radius, directions, ranges)
 
 
-@njit(cache=True)
+@njit()
 def _meet(
     i: int, px: float, py: float, squared: float, radius: float, directions: FloatArray, ranges: FloatArray
 ) -> None:
@@ -295,7 +293,6 @@ def _meet(
 
 
 @njit(
-    cache=True,
     ahead="float64[::1], float64[::1], float64, float64, float64[:, ::1], float64, float64, float64[::1]",
 )
 def finish_scan(

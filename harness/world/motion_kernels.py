@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]  # x, y, z
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
-@njit(cache=True)
+@njit()
 def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
     """A vector turned by a unit quaternion (textbook: v + 2 q x (q x v + w v))."""
     qx, qy, qz, qw = orientation
@@ -18,7 +18,6 @@ def rotate(orientation: Quaternion, x: float, y: float, z: float) -> Vector:
 
 
 @njit(
-    cache=True,
     ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64, float64, float64",
 )
 def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: float, y: float, z: float) -> Vector:
@@ -28,7 +27,7 @@ def point_velocity(orientation: Quaternion, velocity: Vector, spin: Vector, x: f
     return vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx
 
 
-@njit(cache=True, ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64[::1]")
+@njit(ahead="UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), float64[::1]")
 def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: FloatArray) -> bool:
     """Whether the bucket is shaken or tilted beyond what its pieces bear at rest; see :func:`lean_and_shake`.
 
@@ -45,7 +44,7 @@ def is_shaken(orientation: Quaternion, velocity: Vector, spin: Vector, bucket: F
     return bool(lean_and_shake(ax, ay, az, orientation[0], orientation[1], bucket[7]) > bucket[8])
 
 
-@njit(cache=True, ahead="float64, float64, float64, float64, float64, float64")
+@njit(ahead="float64, float64, float64, float64, float64, float64")
 def lean_and_shake(ax: float, ay: float, az: float, qx: float, qy: float, gravity: float) -> float:
     """Acceleration [m/s2] of the bucket and, for small angles, that of gravity along its floor."""
     lean = 2.0 * gravity * math.sqrt(qx * qx + qy * qy)
@@ -53,7 +52,6 @@ def lean_and_shake(ax: float, ay: float, az: float, qx: float, qy: float, gravit
 
 
 @njit(
-    cache=True,
     ahead="UniTuple(float64, 3), UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 3), "
     "UniTuple(float64, 3), float64, float64, float64, float64",
 )

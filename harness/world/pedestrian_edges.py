@@ -15,7 +15,7 @@ class Edges(NamedTuple):
     frame: FloatArray  # (5,) x, y [m] of the grid's corner in the map frame, cosine and sine of its yaw, cell [m]
 
 
-@njit(cache=True)
+@njit()
 def keep_inside(
     x: float, y: float, vx: float, vy: float, dt: float, least: float, edges: Edges
 ) -> tuple[float, float, float, float]:
@@ -38,7 +38,7 @@ def keep_inside(
     return x, y, 0.0, 0.0
 
 
-@njit(cache=True)
+@njit()
 def away_from_edge(x: float, y: float, edges: Edges) -> tuple[float, float]:
     """Direction (x, y), at most a unit vector, in which the distance to the edge grows; shorter between two edges."""
     half = 0.5 * edges.frame[4]
@@ -48,7 +48,7 @@ def away_from_edge(x: float, y: float, edges: Edges) -> tuple[float, float]:
     return gx / norm, gy / norm
 
 
-@njit(cache=True)
+@njit()
 def edge_distance(x: float, y: float, edges: Edges) -> float:
     """Distance [m] of a point to the edge of the walkable area, between cell centres bilinearly; negative outside."""
     column, row = _grid(x, y, edges.frame)
@@ -62,13 +62,13 @@ def edge_distance(x: float, y: float, edges: Edges) -> float:
     return float((1.0 - u) * low + u * high)
 
 
-@njit(cache=True)
+@njit()
 def _grid(x: float, y: float, frame: FloatArray) -> tuple[float, float]:
     dx, dy = x - frame[0], y - frame[1]
     return (frame[2] * dx + frame[3] * dy) / frame[4], (-frame[3] * dx + frame[2] * dy) / frame[4]
 
 
-@njit(cache=True)
+@njit()
 def cell_of(x: float, y: float, edges: Edges) -> tuple[int, int]:
     """The cell (row, column) of a point, the nearest one of the grid where it is outside."""
     column, row = _grid(x, y, edges.frame)

@@ -15,7 +15,7 @@ CLOSED, BLOCKED = -1.0, -2.0  # lengths of cells that the search is done with, o
 _WEIGHT = 1.01  # [-] of the heuristic
 
 
-@njit(cache=True, ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]")
+@njit(ahead="int32[::1], int64, float32[:, ::1], int64, int64, float64[::1], float64[::1], uint8[::1]")
 def find_path(
     numbers: npt.NDArray[np.int32],
     width: int,
@@ -79,7 +79,7 @@ def find_path(
     return _trace(moves, width, start, goal, arrival)
 
 
-@njit(cache=True)
+@njit()
 def _trace(moves: IntArray, width: int, start: int, goal: int, arrival: ByteArray) -> IntArray:
     """The cells (M, 2) from ``start`` to ``goal``, found by undoing the move that led to each."""
     number, cell = 1, goal
@@ -95,7 +95,7 @@ def _trace(moves: IntArray, width: int, start: int, goal: int, arrival: ByteArra
     return cells
 
 
-@njit(cache=True)
+@njit()
 def _least_length(a: Float32Array, b: Float32Array) -> float:
     """Lower bound on the length between two cells from their landmark lengths (L,), L even, in cells."""
     even, odd = 0.0, 0.0
@@ -128,7 +128,7 @@ class Walks(NamedTuple):
 _WALKS = "NamedTuple((float64[:, :, ::1], int64[::1], int64[::1], float64[::1], float64[::1]), Walks)"
 
 
-@njit(cache=True, ahead=f"float64, int64, {_WALKS}, float64[:, ::1], float64[:, ::1], bool[::1]")
+@njit(ahead=f"float64, int64, {_WALKS}, float64[:, ::1], float64[:, ::1], bool[::1]")
 def walk(
     dt: float, times: int, walks: Walks, positions: FloatArray, states: FloatArray, restless: BoolArray
 ) -> tuple[int, int]:
@@ -176,7 +176,7 @@ def walk(
     return times, 0
 
 
-@njit(cache=True)
+@njit()
 def replay(
     time: float,
     firsts: IntArray,

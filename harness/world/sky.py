@@ -60,7 +60,7 @@ class Sky:
         return share
 
 
-@njit(cache=True)
+@njit()
 def hidden_share(
     heights: Float32Array, x: float, y: float, directions: FloatArray, highest: float, cell: float, mask: float
 ) -> float:

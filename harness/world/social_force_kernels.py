@@ -70,7 +70,7 @@ def force_constants(people: PedestrianParams, robot_half_size: tuple[float, floa
     )
 
 
-@njit(cache=True)
+@njit()
 def walk_among_others(
     dt: float,
     forces: Forces,
@@ -120,7 +120,7 @@ def walk_among_others(
     return number
 
 
-@njit(cache=True)
+@njit()
 def _acceleration(
     i: int,
     forces: Forces,
@@ -146,7 +146,7 @@ def _acceleration(
     return ax + fx + wx, ay + fy + wy
 
 
-@njit(cache=True)
+@njit()
 def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
     """Unit vector towards the next corner of the path, (0, 0) when standing; counts off corners that are reached."""
     points, counts, next_point, _, _ = walks
@@ -160,7 +160,7 @@ def _heading(i: int, walks: Walks, states: FloatArray) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-@njit(cache=True)
+@njit()
 def _need(i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray, edges: Edges) -> int:
     """What person ``i`` needs; see :func:`walk_among_others`."""
     points, counts, next_point, pauses, _ = walks
@@ -176,14 +176,14 @@ def _need(i: int, dt: float, walks: Walks, looks: FloatArray, states: FloatArray
     return BUSY if line_of_sight(edges.walkable, row, column, corner_row, corner_column) else LOST
 
 
-@njit(cache=True)
+@njit()
 def _is_felt(forces: Forces, rx: float, ry: float, ovx: float, ovy: float) -> bool:
     """Whether a robot that is (rx, ry) [m] away and drives at (ovx, ovy) [m/s] can matter."""
     reach = forces.look_ahead * (abs(ovx) + abs(ovy)) + _FAR * (forces.robot_range + forces.radius)
     return abs(rx) < reach and abs(ry) < reach
 
 
-@njit(cache=True)
+@njit()
 def from_person(
     forces: Forces, x: float, y: float, ex: float, ey: float, ox: float, oy: float, ovx: float, ovy: float
 ) -> tuple[float, float]:
@@ -204,7 +204,7 @@ def from_person(
     return fx, fy
 
 
-@njit(cache=True)
+@njit()
 def _weight(forces: Forces, ex: float, ey: float, fx: float, fy: float) -> float:
     """Of the force (fx, fy) on somebody who heads for (ex, ey): who is not seen counts less.
 
@@ -219,7 +219,7 @@ def _weight(forces: Forces, ex: float, ey: float, fx: float, fy: float) -> float
     return forces.anisotropy + (1.0 - forces.anisotropy) * 0.5 * (1.0 + ahead / strength)
 
 
-@njit(cache=True)
+@njit()
 def _elliptical(
     forces: Forces, potential: float, reach: float, rx: float, ry: float, ovx: float, ovy: float, excess: float
 ) -> tuple[float, float]:
@@ -242,7 +242,7 @@ def _elliptical(
     return scale * (rx / d1 + (rx - sx) / d2), scale * (ry / d1 + (ry - sy) / d2)
 
 
-@njit(cache=True)
+@njit()
 def from_robot(
     forces: Forces, x: float, y: float, vx: float, vy: float, ex: float, ey: float, robot: FloatArray, is_aware: bool
 ) -> tuple[float, float]:
@@ -279,7 +279,7 @@ def from_robot(
     return fx + push * (cos * dx - sin * dy), fy + push * (sin * dx + cos * dy)
 
 
-@njit(cache=True)
+@njit()
 def from_edge(forces: Forces, x: float, y: float, edges: Edges) -> tuple[float, float]:
     """Acceleration [m/s2] of somebody at (x, y) away from the nearest edge of the walkable area (eq. 5)."""
     distance = edge_distance(x, y, edges)

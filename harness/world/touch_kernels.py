@@ -7,7 +7,6 @@ from navstack.types import FloatArray, IntArray
 
 
 @njit(
-    cache=True,
     ahead="float64, float64, float64, float64, float64, float64, float64, float64[:, ::1], int64[::1]",
 )
 def may_touch(
@@ -43,7 +42,7 @@ def may_touch(
     return False
 
 
-@njit(cache=True)
+@njit()
 def _are_apart(
     x: float,
     y: float,
@@ -78,7 +77,7 @@ def _are_apart(
     return False
 
 
-@njit(cache=True, ahead="float64, float64, float64, float64[:, ::1], int64[::1], float64[:, ::1], int64[::1]")
+@njit(ahead="float64, float64, float64, float64[:, ::1], int64[::1], float64[:, ::1], int64[::1]")
 def find_near(
     x: float, y: float, radius: float, corners: FloatArray, first: IntArray, boxes: FloatArray, found: IntArray
 ) -> tuple[int, float]:
@@ -110,7 +109,7 @@ def find_near(
     return count, nearest
 
 
-@njit(cache=True)
+@njit()
 def _distance(x: float, y: float, corners: FloatArray, begin: int, end: int) -> float:
     """Distance [m] from a point to a convex polygon of corners ``begin`` to ``end``; 0 inside it."""
     squared, is_inside = math.inf, True

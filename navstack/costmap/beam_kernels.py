@@ -27,7 +27,6 @@ _ARC = 1.05  # asin(x) / x is less for x up to 1/2; and the bearing's number gro
 
 
 @njit(
-    cache=True,
     ahead="float64[::1], float64[:, ::1], UniTuple(float64, 2), float64, UniTuple(float64, 4), float64[:, ::1]",
 )
 def project(
@@ -63,7 +62,7 @@ def project(
     return count
 
 
-@njit(cache=True)
+@njit()
 def _bearing(dx: float, dy: float) -> float:
     """A number in [0, 4) that grows with the bearing; 0 where there is none."""
     total = abs(dx) + abs(dy)
@@ -75,7 +74,7 @@ def _bearing(dx: float, dy: float) -> float:
     return share if share >= 0.0 else 4.0 + share
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64, float64, int64[::1], float64[:, ::1]")
+@njit(ahead="float64[:, ::1], float64, float64, int64[::1], float64[:, ::1]")
 def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, ordered: FloatArray) -> None:
     """Sort points (n, 2) into sectors around (ox, oy): sector k holds ``ordered[starts[k]:starts[k + 1]]``."""
     sectors = starts.shape[0] - 1
@@ -96,7 +95,7 @@ def sort_by_bearing(points: FloatArray, ox: float, oy: float, starts: IntArray, 
         place[sector_of[i]] = at + 1
 
 
-@njit(cache=True)
+@njit()
 def trace_ray(px: float, py: float, view: View, line: LineArray) -> None:
     """The line (8,) that clears on the way to a point (px, py) [m]; ``view``: see :func:`view_from`.
 
@@ -117,7 +116,7 @@ def trace_ray(px: float, py: float, view: View, line: LineArray) -> None:
     line[6], line[7] = steps, abs(dx) >= abs(dy)
 
 
-@njit(cache=True)
+@njit()
 def view_from(
     ox: float, oy: float, origin: FloatArray, resolution: float, window: IntArray, limits: tuple[float, float]
 ) -> View:
@@ -142,7 +141,7 @@ def view_from(
     return metric, (x0, y0, window[2], window[3], window[0], window[1])
 
 
-@njit(cache=True)
+@njit()
 def is_hit(
     x: int,
     y: int,
@@ -185,7 +184,7 @@ def is_hit(
     return False
 
 
-@njit(cache=True)
+@njit()
 def candidates(dx: float, dy: float, reach: float, lateral: float, starts: IntArray) -> tuple[int, int]:
     """The first of the points, in their cyclic order, whose lines may hold a cell, and how many they are.
 

@@ -40,7 +40,7 @@ class Listed(NamedTuple):
 _LISTED = "NamedTuple((int32[:, ::1], int64, uint8[:, ::1], int64[::1]), Listed)"
 
 
-@njit(cache=True)
+@njit()
 def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
     """Where the flat ``present`` holds the state of a cell of the window."""
     height, width = present.shape
@@ -48,7 +48,7 @@ def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
     return int((row - (height if row >= height else 0)) * width + column - (width if column >= width else 0))
 
 
-@njit(cache=True)
+@njit()
 def grow(changed: IntArray, x: int, y: int) -> None:
     """Grow a box to hold a cell that came or went."""
     changed[0] = min(changed[0], x)
@@ -58,7 +58,6 @@ def grow(changed: IntArray, x: int, y: int) -> None:
 
 
 @njit(
-    cache=True,
     ahead=f"{_LISTED}, float64[:, ::1], int64[::1], UniTuple(float64, 2), "
     "float64[::1], float64, UniTuple(float64, 2), float64, int32[:, ::1]",
 )
@@ -105,7 +104,6 @@ def clear_hit(
 
 
 @njit(
-    cache=True,
     ahead=f"{_LISTED}, float64[:, ::1], UniTuple(float64, 2), "
     "float64[::1], float64, UniTuple(float64, 2), Array(uint8, 2, 'C', readonly=True), int64, int64[::1]",
 )
@@ -159,7 +157,7 @@ def mark_cells(
     return count
 
 
-@njit(cache=True)
+@njit()
 def drop_doubted(listed: Listed, changed: IntArray) -> int:
     """Drop the cells that are doubted; returns how many remain."""
     cells, count, present, window = listed
@@ -177,7 +175,7 @@ def drop_doubted(listed: Listed, changed: IntArray) -> int:
     return kept
 
 
-@njit(cache=True, ahead=f"{_LISTED}, UniTuple(int64, 4), int64[::1]")
+@njit(ahead=f"{_LISTED}, UniTuple(int64, 4), int64[::1]")
 def drop_outside(
     listed: Listed,
     box: tuple[int, int, int, int],
@@ -194,7 +192,6 @@ def drop_outside(
 
 
 @njit(
-    cache=True,
     ahead=f"{_LISTED}, float64[:, ::1], float64[::1], float64, int64[:, ::1], int64[::1]",
 )
 def drop_polygon(

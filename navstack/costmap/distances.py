@@ -9,7 +9,7 @@ from navstack.jit import njit
 from navstack.types import BoolArray, IntArray
 
 
-@njit(cache=True)
+@njit()
 def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int32]:
     """Squared distance in cells from every cell to the nearest obstacle, exact; ``farthest`` + 1 for all beyond.
 
@@ -41,7 +41,7 @@ def squared_distances(obstacles: BoolArray, farthest: int) -> npt.NDArray[np.int
     return squares
 
 
-@njit(cache=True)
+@njit()
 def _row_envelope(
     column: npt.NDArray[np.int32],
     reach: np.int64,
@@ -78,7 +78,7 @@ def _row_envelope(
         squares[x] = squared
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _parabola(x: int, site: int, column: npt.NDArray[np.int32]) -> np.int64:
     """Squared distance from x to the nearest obstacle of the column at ``site``."""
     height = np.int64(column[site])

@@ -15,12 +15,12 @@ _INSCRIBED = np.uint8(INSCRIBED_INFLATED_OBSTACLE)
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _is_source(cost: np.uint8, around_unknown: bool) -> bool:
     return cost == _LETHAL or (around_unknown and cost == _UNKNOWN)
 
 
-@njit(cache=True)
+@njit()
 def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
     """Whether one of ``length`` costs from ``start`` on is lethal or unknown; compiles to vector instructions."""
     found = np.uint8(0)
@@ -30,7 +30,7 @@ def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
     return bool(found != 0)
 
 
-@njit(cache=True)
+@njit()
 def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool) -> bool:
     """Whether the cell (x, y) at index ``at`` is a source that some other cell may be nearest to."""
     if flat[at] != _LETHAL:
@@ -43,7 +43,7 @@ def _spreads(flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height:
     )
 
 
-@njit(cache=True, ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
+@njit(ahead="uint8[:, ::1], int64, int64, int64, int64, bool, int32[:, ::1]")
 def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_unknown: bool, cells: CellArray) -> int:
     """Cells of ``costs`` [y0:yn, x0:xn] from which inflation spreads, their x, y into ``cells`` (n, 2).
 
@@ -71,7 +71,7 @@ def find_sources(costs: ByteArray, x0: int, xn: int, y0: int, yn: int, around_un
     return count
 
 
-@njit(cache=True)
+@njit()
 def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn: int, inflate_unknown: bool) -> None:
     """Merge inflated costs into ``costs`` [y0:yn, x0:xn]; ``influence`` is (yn - y0, xn - x0).
 
@@ -90,7 +90,6 @@ def merge(costs: ByteArray, influence: ByteArray, x0: int, xn: int, y0: int, yn:
 
 
 @njit(
-    cache=True,
     ahead="Array(uint8, 2, 'C', readonly=True), int64, int64, uint8[:, ::1], int64[::1], int64[:, ::1]",
 )
 def copy_boxes(source: ByteArray, margin: int, fill: int, target: ByteArray, window: IntArray, boxes: IntArray) -> None:

@@ -19,7 +19,7 @@ _UNKNOWN = np.uint8(NO_INFORMATION)
 _INSIDE_EDGE = 0.001  # [m] an end point clipped at the far edges is put so far inside the grid
 
 
-@njit(cache=True)
+@njit()
 def to_cell(
     x: float, y: float, origin_x: float, origin_y: float, resolution: float, size_x: int, size_y: int
 ) -> tuple[int, int]:
@@ -33,7 +33,7 @@ def to_cell(
     return -1, -1
 
 
-@njit(cache=True)
+@njit()
 def clip_to_grid(
     ox: float, oy: float, wx: float, wy: float, origin_x: float, origin_y: float, end_x: float, end_y: float
 ) -> tuple[float, float]:
@@ -55,7 +55,7 @@ def clip_to_grid(
     return wx, wy
 
 
-@njit(cache=True)
+@njit()
 def ray(x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float) -> tuple[int, int, int, int, int]:
     """A Bresenham line from cell 0 to cell 1, cut to [min_length, max_length] cells (``nav2_util::raytraceLine``).
 
@@ -78,7 +78,7 @@ def ray(x0: int, y0: int, x1: int, y1: int, max_length: float, min_length: float
     return start_x, start_y, dx, dy, min(int(min(1.0, max_length / distance) * longer), longer)
 
 
-@njit(cache=True)
+@njit()
 def touch(bounds: FloatArray, x: float, y: float) -> None:
     """Grow the bounds to hold a point."""
     bounds[0] = min(bounds[0], x)
@@ -87,7 +87,7 @@ def touch(bounds: FloatArray, x: float, y: float) -> None:
     bounds[3] = max(bounds[3], y)
 
 
-@njit(cache=True)
+@njit()
 def clear_rays(
     grid: ByteArray,
     points: FloatArray,
@@ -123,7 +123,7 @@ def clear_rays(
             touch(bounds, ox + (wx - ox) * scale, oy + (wy - oy) * scale)
 
 
-@njit(cache=True)
+@njit()
 def free_line(grid: ByteArray, x: int, y: int, dx: int, dy: int, steps: int) -> None:
     """Free ``steps`` + 1 cells from (x, y) on along the direction (dx, dy)."""
     if steps < 0:
@@ -148,7 +148,7 @@ def free_line(grid: ByteArray, x: int, y: int, dx: int, dy: int, steps: int) -> 
     flat[np.uint64(at)] = _FREE
 
 
-@njit(cache=True)
+@njit()
 def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float, float]) -> bool:
     """The test of a point's horizontal distance [m] that comes before the one of its cell."""
     squared = (px - ox) * (px - ox) + (py - oy) * (py - oy)
@@ -156,7 +156,6 @@ def is_in_range(px: float, py: float, ox: float, oy: float, limits: tuple[float,
 
 
 @njit(
-    cache=True,
     ahead="uint8[:, ::1], float64[:, ::1], float64, float64, float64[::1], float64, UniTuple(float64, 2), float64[::1]",
 )
 def mark_points(
@@ -186,7 +185,7 @@ def mark_points(
             touch(bounds, px, py)
 
 
-@njit(cache=True)
+@njit()
 def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, highest: IntArray) -> None:
     """Widen each column's span by the cells of one line."""
     step_x = 1 if dx > 0 else -1
@@ -207,7 +206,7 @@ def _outline(x: int, y: int, dx: int, dy: int, steps: int, lowest: IntArray, hig
             y += step_y
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64, float64, float64, float64[:, ::1]")
+@njit(ahead="float64[:, ::1], float64, float64, float64, float64[:, ::1]")
 def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatArray) -> None:
     """Express points (N, 2), given in the frame that stands at (x, y) [m], ``yaw`` [rad], in its parent."""
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -216,7 +215,7 @@ def transform(points: FloatArray, x: float, y: float, yaw: float, moved: FloatAr
         moved[i, 1] = points[i, 0] * sin + points[i, 1] * cos + y
 
 
-@njit(cache=True, ahead="float64[:, ::1], float64[::1], float64, int64, int64, int64[::1], int64[::1]")
+@njit(ahead="float64[:, ::1], float64[::1], float64, int64, int64, int64[::1], int64[::1]")
 def polygon_columns(
     polygon: FloatArray,
     origin: FloatArray,
@@ -252,7 +251,7 @@ def polygon_columns(
     return first, last
 
 
-@njit(cache=True, ahead="uint8[:, ::1], int64, int64, int64[::1], int64[::1]")
+@njit(ahead="uint8[:, ::1], int64, int64, int64[::1], int64[::1]")
 def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highest: IntArray) -> None:
     """Free the cells of a polygon given by :func:`polygon_columns`."""
     for x in range(first, last + 1):
@@ -260,7 +259,7 @@ def free_columns(grid: ByteArray, first: int, last: int, lowest: IntArray, highe
             grid[y, x] = _FREE
 
 
-@njit(cache=True, ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
+@njit(ahead="uint8[:, ::1], UniTuple(int64, 4), uint8[:, ::1], int64, int64, bool")
 def combine_maximum(
     master: ByteArray, region: tuple[int, int, int, int], layer: ByteArray, x: int, y: int, keep_unknown: bool
 ) -> None:

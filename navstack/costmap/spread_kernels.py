@@ -21,7 +21,7 @@ DistanceArray = npt.NDArray[np.unsignedinteger]  # [cells]
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones, and the loop vectorises
 
 
-@njit(cache=True, ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]")
+@njit(ahead="int32[:, ::1], int64, uint8[::1], int64, UniTuple(int64, 4), uint8[::1], int64[:, ::1]")
 def measure_columns(
     cells: CellArray,
     count: int,
@@ -72,7 +72,6 @@ def measure_columns(
 
 
 @njit(
-    cache=True,
     ahead="uint8[:, ::1], UniTuple(int64, 2), int64, uint8[:, ::1], UniTuple(int64, 4), uint8[::1], "
     "int64[:, ::1], uint8[::1]",
 )
@@ -114,7 +113,7 @@ def spread(
                     to[at + j] = max(to[at + j], tile[source + j])
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _fill_tile(
     tile: ByteArray,
     place: tuple[int, int, int, int],

@@ -21,7 +21,7 @@ BEAMS = 8  # a multiple of 4 that are added up at a time
 _u = np.uint64  # unsigned indices: numba then omits the treatment of negative ones
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _take_group(poses: FloatArray, begin: int, group: FloatArray, reach: float, right: float, top: float) -> bool:
     """Put x, y, cosine and sine of the particles from ``begin`` on into the rows of ``group`` (4, GROUP).
 
@@ -36,7 +36,7 @@ def _take_group(poses: FloatArray, begin: int, group: FloatArray, reach: float, 
     return inside
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _end_cells(
     group: FloatArray, size: int, ends: FloatArray, i: int, inside: bool, shape: tuple[int, int], cells: CellArray
 ) -> None:
@@ -56,7 +56,7 @@ def _end_cells(
         cells[j] = np.int32(row) * columns + np.int32(column)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _reach(ends: FloatArray) -> float:
     """The greatest distance of an end, and a little more."""
     squared = 0.0
@@ -65,7 +65,41 @@ def _reach(ends: FloatArray) -> float:
     return math.sqrt(squared) + 1.0
 
 
-@njit(cache=True, ahead="uint16[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64")
+@njit(ahead="float64[::1], float64, float64")
+def screen_ranges(ranges: FloatArray, shortest: float, longest: float) -> bool:
+    """Set the ranges (n,) that are not above ``shortest`` to ``longest``, in place; returns whether one is NaN."""
+    has_nan = False
+    for i in range(len(ranges)):
+        has_nan = has_nan or math.isnan(ranges[i])
+        if ranges[i] <= shortest:
+            ranges[i] = longest
+    return has_nan
+
+
+@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64")
+def beam_ends(
+    ranges: FloatArray, directions: FloatArray, range_max: float, sensor_x: float, sensor_y: float
+) -> FloatArray:
+    """Where the beams that returned end (m, 2), in the frame of the sensor's position.
+
+    Args:
+        ranges: (n,) [m]; ``range_max`` and more: no return.
+        directions: (2, n) cosines and sines of the bearings.
+        range_max: [m].
+        sensor_x: [m].
+        sensor_y: [m].
+    """
+    ends = np.empty((len(ranges), 2))
+    count = 0
+    for i in range(len(ranges)):
+        if ranges[i] < range_max:
+            ends[count, 0] = sensor_x + ranges[i] * directions[0, i]
+            ends[count, 1] = sensor_y + ranges[i] * directions[1, i]
+            count += 1
+    return ends[:count]
+
+
+@njit(ahead="uint16[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], float64")
 def sum_over_beams(
     codes: CodeArray, values: FloatArray, poses: FloatArray, ends: FloatArray, first: float
 ) -> FloatArray:
@@ -105,7 +139,7 @@ def sum_over_beams(
     return sums
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _add_all(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, lanes: FloatArray) -> None:
     """Add the values of ``BEAMS`` beams to the lanes (GROUP, 4) of each particle; nothing is stored in between."""
     at, step = cells.reshape(-1), _u(GROUP)
@@ -120,7 +154,7 @@ def _add_all(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, l
         lanes[j, 0], lanes[j, 1], lanes[j, 2], lanes[j, 3] = a, b, c, d
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _add_last(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, count: int, lanes: FloatArray) -> None:
     """As :func:`_add_all` with the last, fewer beams."""
     for k in range(count):
@@ -129,7 +163,7 @@ def _add_last(flat: CodeArray, values: FloatArray, cells: CellArray, size: int, 
             lanes[j, lane] += values[_u(flat[cells[k, j]])]
 
 
-@njit(cache=True)
+@njit()
 def count_agreeing(codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends: FloatArray) -> IntArray:
     """For how many particles each beam (n,) ends where the map agrees.
 
@@ -153,7 +187,7 @@ def count_agreeing(codes: CodeArray, agrees: BoolArray, poses: FloatArray, ends:
     return counts
 
 
-@njit(cache=True)
+@njit()
 def cast_rays(clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach: float) -> FloatArray:
     """Distance in cells from each particle's sensor along each beam to the first cell that is not free.
 
@@ -178,7 +212,7 @@ def cast_rays(clear: CodeArray, sensors: FloatArray, bearings: FloatArray, reach
     return found
 
 
-@njit(cache=True)
+@njit()
 def _cast(clear: CodeArray, x: float, y: float, angle: float, reach: float) -> float:
     height, width = clear.shape
     column, row = math.floor(x), math.floor(y)

@@ -9,7 +9,13 @@ import numpy as np
 
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
-from navstack.localization.amcl_kernels import cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.amcl_kernels import (
+    beam_ends,
+    cast_rays,
+    count_agreeing,
+    screen_ranges,
+    sum_over_beams,
+)
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, LaserScan, Pose2D
@@ -28,9 +34,7 @@ class Beams(NamedTuple):
 
     def ends(self) -> FloatArray:
         """Where the beams that returned end (m, 2), in [m] of the base frame."""
-        returned = self.ranges < self.range_max
-        lengths, (cos, sin) = self.ranges[returned], self.directions[:, returned]
-        return np.column_stack((self.sensor.x + lengths * cos, self.sensor.y + lengths * sin))
+        return beam_ends(self.ranges, self.directions, self.range_max, self.sensor.x, self.sensor.y)
 
 
 class Match(NamedTuple):
@@ -74,9 +78,8 @@ class SensorModel(ABC):
         step = self._step(len(scan.ranges))
         ranges = np.array(scan.ranges[::step], dtype=np.float64)
         bearings, directions = self._look(scan, step, len(ranges))
-        ranges[ranges <= shortest] = longest
-        known = ~np.isnan(ranges)
-        if not known.all():
+        if screen_ranges(ranges, shortest, longest):
+            known = ~np.isnan(ranges)
             ranges, bearings, directions = ranges[known], bearings[known], directions[:, known]
         return Beams(ranges, bearings, directions, longest, scan.sensor_pose)
 

@@ -19,7 +19,7 @@ X, Y, YAW, SPEED, BIAS, SCALE, OFFSET, GPS_X, GPS_Y = range(9)
 SIZE = 9
 
 
-@njit(cache=True)
+@njit()
 def move(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration: float) -> None:
     """Move a state by constant yaw rate and acceleration, in place.
 
@@ -41,7 +41,7 @@ def move(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration
     mean[SPEED] += acceleration * dt
 
 
-@njit(cache=True)
+@njit()
 def motion_jacobian(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, acceleration: float) -> FloatArray:
     """The derivative (9, 9) of :func:`move`'s result by the state."""
     middle = mean[YAW] + 0.5 * (yaw_rate - gyro * mean[BIAS]) * dt
@@ -58,7 +58,7 @@ def motion_jacobian(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, a
     return jacobian
 
 
-@njit(cache=True)
+@njit()
 def process_noise(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, densities: FloatArray) -> FloatArray:
     """The covariance (9, 9) that white noise adds while the state moves.
 
@@ -93,7 +93,7 @@ def process_noise(mean: FloatArray, dt: float, yaw_rate: float, gyro: float, den
     return noise
 
 
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64, float64, float64[::1]")
+@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64, float64, float64[::1]")
 def propagate(
     mean: FloatArray,
     covariance: FloatArray,
@@ -130,7 +130,7 @@ def propagate(
     move(mean, dt, yaw_rate, gyro, acceleration)
 
 
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64[::1], float64, float64")
+@njit(ahead="float64[::1], float64[:, ::1], float64[::1], float64, float64")
 def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovation: float, variance: float) -> None:
     """Correct in place by one scalar measurement: ``x += K nu``, ``P -= K S K'``.
 
@@ -154,7 +154,7 @@ def correct(mean: FloatArray, covariance: FloatArray, row: FloatArray, innovatio
             covariance[i, j] -= gain * projected[j]
 
 
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64")
+@njit(ahead="float64[::1], float64[:, ::1], float64, float64")
 def age_shared_error(mean: FloatArray, covariance: FloatArray, decay: float, variance: float) -> None:
     """Age the error that fixes share, in place: a first-order Gauss-Markov process.
 
@@ -173,7 +173,7 @@ def age_shared_error(mean: FloatArray, covariance: FloatArray, decay: float, var
         covariance[k, k] += variance * (1.0 - decay * decay)
 
 
-@njit(cache=True, ahead="float64[::1], float64[:, ::1], float64, float64, float64")
+@njit(ahead="float64[::1], float64[:, ::1], float64, float64, float64")
 def fix_innovation(
     mean: FloatArray, covariance: FloatArray, x: float, y: float, variance: float
 ) -> tuple[float, float, float]:

@@ -20,7 +20,7 @@ _EMPTY = np.int64(-1)
 _MIXER = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
 
 
-@njit(cache=True)
+@njit()
 def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: float) -> int:
     """How many particles are enough where they fill ``bins`` bins; of a single bin Nav2 asks for ``most``.
 
@@ -34,7 +34,7 @@ def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: floa
     return min(max(math.ceil((bins - 1) / (2.0 * error) * x * x * x), fewest), most)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _key(x: float, y: float, yaw: float) -> np.int64:
     """The bin of a pose, as one number."""
     i = np.int64(math.floor(x / BIN_LENGTH)) + _HALF
@@ -43,7 +43,7 @@ def _key(x: float, y: float, yaw: float) -> np.int64:
     return (i << 42) | (j << 21) | k
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _slot(keys: IntArray, key: np.int64) -> np.int64:
     """Where a key stands in a table whose length is a power of two, or the empty place where it would."""
     mask = len(keys) - 1
@@ -53,7 +53,7 @@ def _slot(keys: IntArray, key: np.int64) -> np.int64:
     return slot
 
 
-@njit(cache=True)
+@njit()
 def _empty_table(count: int) -> IntArray:
     """A table for ``count`` keys, at most half full."""
     size = 2
@@ -62,7 +62,7 @@ def _empty_table(count: int) -> IntArray:
     return np.full(size, _EMPTY, np.int64)
 
 
-@njit(cache=True)
+@njit()
 def count_bins(poses: FloatArray) -> int:
     """How many bins poses (N, 3) fill."""
     keys, bins = _empty_table(len(poses)), 0
@@ -75,9 +75,7 @@ def count_bins(poses: FloatArray) -> int:
     return bins
 
 
-@njit(
-    cache=True, ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64"
-)
+@njit(ahead="float64[:, ::1], float64[::1], float64[:, ::1], bool[::1], float64[::1], int64, float64, float64")
 def resample(
     poses: FloatArray,
     cumulative: FloatArray,
@@ -122,7 +120,7 @@ def resample(
     return drawn
 
 
-@njit(cache=True, ahead="float64[:, ::1]")
+@njit(ahead="float64[:, ::1]")
 def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
     """The cluster (N,) of each pose: bins that touch, at a corner at least, form one. Numbered as they appear."""
     keys = _empty_table(len(poses))
@@ -145,7 +143,7 @@ def label_clusters(poses: FloatArray) -> npt.NDArray[np.int64]:
     return labels
 
 
-@njit(cache=True)
+@njit()
 def _spread(keys: IntArray, clusters: IntArray, waiting: IntArray) -> None:
     """Give the cluster of the first waiting bin to all that touch it, directly or through others."""
     left = 1

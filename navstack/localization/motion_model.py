@@ -13,13 +13,13 @@ Alphas = tuple[float, float, float, float, float]
 MotionModel = Callable[[FloatArray, Pose2D, Pose2D, FloatArray], None]  # see motion_model_of
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _wrap(angle: float) -> float:
     """The same angle in [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _off_axis(angle: float) -> float:
     """How far an angle is from straight ahead or straight back, whichever is nearer, in [rad]."""
     ahead = abs(_wrap(angle))
@@ -27,7 +27,6 @@ def _off_axis(angle: float) -> float:
 
 
 @njit(
-    cache=True,
     ahead="float64[:, ::1], float64, float64, float64, float64, UniTuple(float64, 5), float64[:, ::1]",
 )
 def move_differential(
@@ -61,7 +60,7 @@ def move_differential(
         poses[j, 2] += turn + _wrap(second - second_std * draws[j, 2])
 
 
-@njit(cache=True)
+@njit()
 def move_omni(
     poses: FloatArray, yaw: float, dx: float, dy: float, yaw_after: float, alphas: Alphas, draws: FloatArray
 ) -> None:

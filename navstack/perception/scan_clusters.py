@@ -24,7 +24,7 @@ def background_of(static_map: OccupancyGrid, margin: float) -> ByteArray:
     return cells
 
 
-@njit(cache=True)
+@njit()
 def is_background(
     background: ByteArray, origin_x: float, origin_y: float, resolution: float, x: float, y: float
 ) -> bool:
@@ -36,7 +36,6 @@ def is_background(
 
 
 @njit(
-    cache=True,
     ahead="float64[::1], float64, float64, float64, float64, float64[::1], uint8[:, ::1], float64[::1], "
     "float64, bool[::1]",
 )
@@ -79,7 +78,7 @@ def mark_foreground(
     return count
 
 
-@njit(cache=True, ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]")
+@njit(ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]")
 def find_bodies(
     ranges: FloatArray,
     foreground: BoolArray,
@@ -138,7 +137,7 @@ def find_bodies(
     return found
 
 
-@njit(cache=True)
+@njit()
 def first_break(ranges: FloatArray, foreground: BoolArray, increment: float, cluster_gap: float) -> int:
     """The first beam that does not belong to the one before it, so that no group is cut by the end of the scan."""
     n = len(ranges)
@@ -149,13 +148,13 @@ def first_break(ranges: FloatArray, foreground: BoolArray, increment: float, clu
     return 0
 
 
-@njit(cache=True)
+@njit()
 def belongs(before: float, after: float, increment: float, cluster_gap: float) -> bool:
     """Whether two returns [m] of neighbouring beams can come from one surface, seen at no more than 60 degrees."""
     return bool(abs(after - before) <= cluster_gap + 2.0 * min(before, after) * abs(increment))
 
 
-@njit(cache=True)
+@njit()
 def is_hidden(ranges: FloatArray, beside: int, edge: float, cluster_gap: float) -> bool:
     """Whether the beam beside a group ends nearer than the group's edge [m]: then the group may go on behind."""
     return bool(ranges[beside] < edge - cluster_gap)

@@ -9,8 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from navstack.localization.amcl_kernels import GROUP, cast_rays, count_agreeing, sum_over_beams
-from navstack.localization.amcl_sensor_models import Beams
+from navstack.localization.amcl_kernels import GROUP, beam_ends, cast_rays, count_agreeing, sum_over_beams
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import BIN_ANGLE, BIN_LENGTH, count_bins, label_clusters, resample, sample_limit
 from navstack.localization.likelihood_field import LikelihoodField
@@ -78,7 +77,7 @@ def test_beam_ends_are_those_of_the_returns():
     ranges, bearings = np.append(rng.uniform(0.0, 40.0, 50), (math.inf, 30.0)), rng.uniform(-4.0, 4.0, 52)
     directions, returned = np.stack((np.cos(bearings), np.sin(bearings))), ranges < 30.0
     twin = (0.2, -0.1) + ranges[returned, None] * directions.T[returned]
-    assert np.array_equal(Beams(ranges, np.empty(6), directions, 30.0, Pose2D(0.2, -0.1)).ends(), twin)
+    assert np.array_equal(beam_ends(ranges, directions, 30.0, 0.2, -0.1), twin)
 
 
 def bresenham(is_free, x, y, angle, reach):
