@@ -1,6 +1,10 @@
 """Memory of the program and of each of its workers over many deliveries: flat, and at most 400 MiB of its own.
 
 Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S] [--map MAP]
+       python benchmarks/check_memory.py --rows N
+
+With --rows nothing but one delivery is driven: a run cut off just before its end has N copies of it, no two with the
+same margin. Printed is what memory and processor time resuming it, finishing it and reading it again take.
 
 Short deliveries; after each of them the memory of every process is read (Linux): resident (RSS); that in proportion,
 where what k processes share counts 1/k in each (PSS); and private, what would be free without the process (USS). The
@@ -13,19 +17,26 @@ the last tenth. Exit status 1 when one of them grew by more than 5 %, or when a 
 import argparse
 import multiprocessing
 import os
+import random
+import resource
 import statistics
 import sys
 import tempfile
+import time
 from collections import defaultdict
 from pathlib import Path
 
 from options import parsed
 
+from harness.economics.valuation import value
+from harness.episode.episode import run_episode
 from harness.execution.workers import Workers
-from harness.storage.run_folder import RunFolder, create_run
-from harness.study.drive import TABLES, drive_missing
+from harness.storage.journal import line_of
+from harness.storage.run_folder import JOURNAL, RunFolder, create_run
+from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
-from harness.task.study import make_study
+from harness.study.stored_run import load_run
+from harness.task.study import Study, make_study
 
 ALLOWED = 0.05
 MOST_PRIVATE = 400.0  # [MiB] of a worker
@@ -64,9 +75,49 @@ def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple
     return sizes
 
 
+def write_journal(study: Study, folder: Path) -> None:
+    """Copies of the study's first delivery, with other distances and collisions, as its journal."""
+    with Workers(1) as workers:
+        delivery = next(workers.run(run_episode, [next(iter(study.tasks()))])).result
+    assert delivery is not None
+    draw = random.Random(0)
+    with (folder / JOURNAL).open("wb") as journal:
+        for episode in range(study.total):
+            varied = {"episode": episode, "distance_m": delivery.row["distance_m"] * draw.uniform(0.9, 1.1)}
+            timing = {**delivery.timing, "episode": episode}
+            journal.write(line_of({"row": {**delivery.row, **varied}, "events": delivery.events, "timing": timing}))
+
+
+def measure_rows(arguments: argparse.Namespace, folder: Path) -> None:
+    """Print what each step of ending a large run takes."""
+    study = make_study(stacks=[arguments.stack], episodes=arguments.rows, map_name=arguments.map)
+    create_run(folder, about(study, sys.argv), parameters(study))
+    write_journal(study, folder)
+    began, before = time.process_time(), memory(os.getpid())[0]
+
+    def report(step: str) -> None:
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+        spent, more = time.process_time() - began, memory(os.getpid())[0] - before
+        print(f"{step:<8} {more:+8.0f} MiB since the beginning, peak {peak:.0f} MiB, {spent:6.1f} s of processor time")
+
+    print(f"{study.total} deliveries, {(folder / JOURNAL).stat().st_size / 1e6:.0f} MB of journal, {before:.0f} MiB")
+    with RunFolder(folder, TABLES, study.total) as run:
+        report("resumed")
+        finish(study, run)
+        report("priced")
+    report("closed")
+    stored = load_run(str(folder))
+    report("loaded")
+    value(stored.stacks[0].rows, stored.stacks[0], stored.prices(), stored.seed)
+    report("priced")
+
+
 def main() -> None:
-    arguments = parsed(__doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0)
+    arguments = parsed(__doc__, episodes=500, stack="nav2-gps", workers=2, map="sidewalk", timeout=3.0, rows=0)
     with tempfile.TemporaryDirectory() as name:
+        if arguments.rows:
+            measure_rows(arguments, Path(name) / "run")
+            return
         sizes = measure(arguments, Path(name))
     failed = False
     steps = 10
