@@ -14,6 +14,7 @@ import pytest
 
 from harness.execution.process_cache import forget
 from harness.execution.workers import InProcess, Workers, give_memory_back
+from harness.study.compile_ahead import compile_new, every_module
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D
@@ -30,8 +31,10 @@ GROWTH = 300e6  # [bytes] since it forgot last: a world and a brain, which take 
 left: list[float] = []  # [bytes] what was still there after it forgot
 
 
-def pytest_sessionstart() -> None:
+def pytest_sessionstart(session: pytest.Session) -> None:
     give_memory_back()
+    if getattr(session.config.option, "numprocesses", None) and not hasattr(session.config, "workerinput"):
+        compile_new(every_module())  # once, and by all cores, what each process of tests would compile for itself
 
 
 def pytest_collection_finish() -> None:

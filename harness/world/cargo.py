@@ -7,8 +7,9 @@ of the bucket reach the pieces.
 Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular shape), without air
 drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot, unless
 :mod:`harness.world.loose_cargo` lets it stand loose. Pieces that
-have left the bucket's surroundings are lost for good. Pieces are simulated only while the bucket is shaken or tilted
-beyond a threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not move.
+have left the bucket's surroundings are lost for good. Pieces move only while the bucket is shaken or tilted beyond a
+threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not move. As they act on
+nothing, their motion is worked out late, and not at all where no jolt could lift a liquid over the rim.
 Lengths and accelerations are ten times the real ones, so that the contact solver's tolerances (about 1 mm)
 are small against a piece; times are real.
 """
@@ -28,12 +29,14 @@ from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import BoolArray, FloatArray
 
 Box = tuple[Vector, Vector]  # half extents, centre
+Shaking = tuple[float, Vector, Quaternion, Vector]  # see lean_and_shake; acceleration, orientation and spin as given
 
 SCALE = 10.0  # lengths in the server per real length
 _WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
 _SETTLING = 3.0  # [s] in which the poured pieces come to rest
 _POURS = 16  # differently poured heaps, each of which can be turned and mirrored in eight ways
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
+_JOLT_TIME = 0.2  # [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
 _REST = (0.0, 0.0, 0.0)
 
@@ -65,6 +68,12 @@ class Cargo:
         self._lost = 0
         self._at_start = len(self._heap)
         self.state = CargoState(self._at_start, 0)  # while the pieces move they are looked at ten times per second
+        self._waiting: list[Shaking] | None = []  # all steps, none of which has spilled anything; None: one may have
+        self._harmless = harmless_jolt(self._heap, self.params, self._gravity)
+        self._jolt = 0.0  # [m/s2] mean of the shaking since the pieces rested
+        self._begin()
+
+    def _begin(self) -> None:
         self._is_awake = False
         self._heading = 0.0  # [rad] of the server's frame in the map frame
         self._calm_steps = 0
@@ -73,12 +82,13 @@ class Cargo:
 
     @property
     def is_awake(self) -> bool:
-        """Whether the pieces are being simulated."""
+        """Whether the pieces move."""
         return self._is_awake
 
     @property
     def positions(self) -> FloatArray:
         """Centres (n, 3) in [m] of the pieces near the bucket, frame of the bucket's floor."""
+        self._catch_up()
         if not self._is_built:
             return self._heap.copy()
         get, client = bullet.getBasePositionAndOrientation, self._client
@@ -96,18 +106,41 @@ class Cargo:
             orientation: of the robot's body in the map frame.
             spin: [rad/s] of the robot's body, map frame.
         """
-        params = self.params
-        if lean_and_shake(*acceleration, *orientation[:2], self._gravity) > params.wake_acceleration:
+        shake = lean_and_shake(*acceleration, *orientation[:2], self._gravity)
+        if self._waiting is not None:
+            self._waiting.append((shake, acceleration, orientation, spin))
+            before = self._jolt if self._is_awake else 0.0  # pieces at rest
+            self._jolt = before + (shake - before) * self._dt / _JOLT_TIME
+            if self._jolt > self._harmless:
+                self._catch_up()
+                return
+        self._advance(shake, acceleration, orientation, spin)
+
+    def _catch_up(self) -> None:
+        """Simulate all steps since the beginning, and from now on each as it comes."""
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            self._begin()
+            for shaking in waiting:
+                self._advance(*shaking)
+
+    def _advance(self, shake: float, acceleration: Vector, orientation: Quaternion, spin: Vector) -> None:
+        is_simulated = self._waiting is None
+        if shake > self.params.wake_acceleration:
             self._calm_steps = 0
-            if not self._is_awake:
+            if not self._is_awake and is_simulated:
                 self._wake(orientation)
+            self._is_awake = True
         elif not self._is_awake:
             return
         self._calm_steps += 1
-        self._simulate(acceleration, orientation, spin)
-        if self._calm_steps * self._dt > params.settle_time:
-            self._rest()
-        elif self._steps % _CHECK_STEPS == 0:
+        if is_simulated:
+            self._simulate(acceleration, orientation, spin)
+        if self._calm_steps * self._dt > self.params.settle_time:
+            self._is_awake = False
+            if is_simulated:
+                self._rest()
+        elif is_simulated and self._steps % _CHECK_STEPS == 0:
             self._look()
 
     def close(self) -> None:
@@ -122,7 +155,6 @@ class Cargo:
             self._client = self._server.client
             self._fill()
             self._is_built = True
-        self._is_awake = True
         self._heading = _yaw(orientation) - self._bucket_yaw
 
     def _fill(self) -> None:
@@ -135,7 +167,6 @@ class Cargo:
 
     def _rest(self) -> None:
         self._look()
-        self._is_awake = False
         for piece in self._pieces:
             bullet.resetBaseVelocity(piece, _REST, _REST, physicsClientId=self._client)
 
@@ -161,6 +192,24 @@ class Cargo:
                 self._lost += 1
         outside = self._lost + int((~is_inside(self.positions, self.params)).sum())
         self.state = CargoState(self._at_start, outside)
+
+
+def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> float:
+    """Mean shaking [m/s2] over ``_JOLT_TIME`` up to which nothing is spilled.
+
+    It is that by which a liquid as high as the highest piece just reaches the rim. Held, the shaking inclines the
+    surface about its middle; as a shock it gives a speed, which is spent on the way up. Popcorn rubs, and bears more
+    (docs/physics.md).
+
+    Args:
+        heap: centres (n, 3) [m] of the pieces at rest.
+        params: pieces and bucket; one that stands loose bears nothing.
+        gravity: [m/s2].
+    """
+    to_rim = params.bucket_height - float(heap[:, 2].max(initial=0.0))
+    if params.bucket != "fixed" or to_rim <= 0.0:
+        return 0.0
+    return min(2.0 * gravity * to_rim / params.bucket_width, math.sqrt(2.0 * gravity * to_rim) / _JOLT_TIME)
 
 
 def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:

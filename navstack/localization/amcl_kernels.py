@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.jit import njit
-from navstack.localization.likelihood_field import CodeArray
 from navstack.types import BoolArray, FloatArray, IntArray
 
+CodeArray = npt.NDArray[np.unsignedinteger]
 CellArray = npt.NDArray[np.uint32]  # flat indices
 
 GROUP = 128  # particles that are taken together: what is kept of them stays in the nearest cache
@@ -63,6 +63,17 @@ def _reach(ends: FloatArray) -> float:
     for i in range(len(ends)):
         squared = max(squared, ends[i, 0] * ends[i, 0] + ends[i, 1] * ends[i, 1])
     return math.sqrt(squared) + 1.0
+
+
+@njit(ahead="float64[:, ::1], float64, float64, float64, float64")
+def cells_of(poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float) -> FloatArray:
+    """Poses (N, 3) with x, y counted from an origin, in cells and moved by ``offset``."""
+    cells = np.empty_like(poses)
+    for j in range(len(poses)):
+        cells[j, 0] = (poses[j, 0] - origin_x) / resolution + offset
+        cells[j, 1] = (poses[j, 1] - origin_y) / resolution + offset
+        cells[j, 2] = poses[j, 2]
+    return cells
 
 
 @njit(ahead="float64[::1], float64, float64")

@@ -9,10 +9,8 @@ import numpy.typing as npt
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
-from navstack.jit import njit
+from navstack.localization.amcl_kernels import CodeArray, cells_of
 from navstack.types import FloatArray, Pose2D
-
-CodeArray = npt.NDArray[np.unsignedinteger]
 
 
 class LikelihoodField:
@@ -76,7 +74,7 @@ class LikelihoodField:
 
     def to_cells(self, poses: FloatArray) -> FloatArray:
         """Poses (N, 3) with x, y in cells of ``codes``, so that truncation gives the indices; yaw unchanged."""
-        return _scaled(poses, self.origin.x, self.origin.y, self.resolution, 1.5)  # 1 for the border, 0.5 to the centre
+        return cells_of(poses, self.origin.x, self.origin.y, self.resolution, 1.5)  # the border and half a cell
 
     def at(self, points: FloatArray) -> FloatArray:
         """The distance (N,) in [m] from points (N, 2) of the map frame to the nearest obstacle."""
@@ -86,17 +84,6 @@ class LikelihoodField:
         rows = np.clip(cells[:, 1], 0.0, height - 1.0).astype(np.int64)
         found: FloatArray = self.distances[self.codes[rows, columns]]
         return found
-
-
-@njit(ahead="float64[:, ::1], float64, float64, float64, float64")
-def _scaled(poses: FloatArray, origin_x: float, origin_y: float, resolution: float, offset: float) -> FloatArray:
-    """Poses (N, 3) with x, y counted from an origin, in cells and moved by ``offset``."""
-    cells = np.empty_like(poses)
-    for j in range(len(poses)):
-        cells[j, 0] = (poses[j, 0] - origin_x) / resolution + offset
-        cells[j, 1] = (poses[j, 1] - origin_y) / resolution + offset
-        cells[j, 2] = poses[j, 2]
-    return cells
 
 
 def bordered_codes(squares: npt.NDArray[np.integer], far: int) -> CodeArray:

@@ -110,13 +110,15 @@ def test_a_parameter_can_be_added_to_every_section_of_a_file(path):
     if path is None:
         pytest.skip("NAVSTACK_DATA is not set: no real Nav2 files here")
     text = path.read_text()
-    before = entries_by_node(text)
-    for node, entries in before.items():
+    expected = entries_by_node(text)
+    changes = []
+    for node, entries in expected.items():
         sections = {name[: i + 1] for name in entries for i, char in enumerate(name) if char == "."}
-        for section in ("", *sorted(sections)):
-            added = f"{section}added_here"
-            after = entries_by_node(set_value(text, node, added, 1.5, path.name))
-            assert after == {**before, node: {**entries, added: 1.5}}, (node, section)
+        changes += [(node, f"{section}added_here", 1.5) for section in ("", *sorted(sections))]
+        entries |= {name: value for each, name, value in changes if each == node}
+    after = set_values(text, changes, path.name)
+    assert entries_by_node(after) == expected
+    assert [line for line in after.splitlines() if "added_here" not in line] == text.splitlines()
 
 
 def test_many_changes_at_once_are_those_made_one_after_the_other():

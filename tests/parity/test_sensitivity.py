@@ -129,7 +129,7 @@ CONSTANTS = (
     Constant(FIELD_MODEL, "+ {} / range_max", "given.z_rand", *WEIGHTS),
     Constant(
         "navstack/localization/likelihood_field.py",
-        "_scaled(poses, self.origin.x, self.origin.y, self.resolution, {})",
+        "cells_of(poses, self.origin.x, self.origin.y, self.resolution, {})",
         1.5,
         *WEIGHTS,
     ),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.statistics.interval import wilson_interval
-from harness.world.cargo import Cargo, _poured, in_frame, is_inside, settled_heap, turned
+from harness.world.cargo import Cargo, _poured, harmless_jolt, in_frame, is_inside, settled_heap, turned
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -105,6 +105,7 @@ def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(
     acceleration = np.array((2.0, -5.0, 3.5))
     cargo.reset(np.random.default_rng(0))
     cargo.step(tuple(acceleration.tolist()), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)), STILL)
+    assert len(cargo.positions) == PARAMS.pieces  # which asks for the motion
     rotation = np.array(((math.cos(yaw), math.sin(yaw), 0.0), (-math.sin(yaw), math.cos(yaw), 0.0), (0.0, 0.0, 1.0)))
     np.testing.assert_allclose(pulls, [rotation @ ((0.0, 0.0, -GRAVITY) - acceleration)], atol=1e-12)
 
@@ -208,3 +209,55 @@ def test_in_frame_takes_the_heading_off():
     x, y, z, w = tilted
     turned_too = (ch * x - sh * y, ch * y + sh * x, ch * z + sh * w, ch * w - sh * z)
     assert in_frame(heading, turned_too) == pytest.approx(tilted)
+
+
+ALWAYS = -1.0  # [m/s2] of mean shaking that is harmless: none, so every step is simulated at once
+SMOOTH = dataclasses.replace(  # as in the world "published"
+    PARAMS, piece_radius=0.014, bucket_width=0.16, friction=0.2, restitution=0.5, rolling_friction=0.0
+)
+
+
+def harmless(params, kind, seed):
+    """Accelerations (n, 3) [m/s2], just harmless: one shock, a long pull, or one that turns over and over."""
+    heap = settled_heap(params, GRAVITY, DT, int(np.random.default_rng(seed).integers(16)))
+    most = 0.999 * harmless_jolt(heap, params, GRAVITY)
+    direction = np.random.default_rng((7, seed)).uniform(-math.pi, math.pi)
+    sizes = {"shock": [0.2 / DT], "pull": np.ones(120), "shaking": np.where(np.arange(240) % 60 < 30, 1.0, -1.0)}[kind]
+    return most * np.outer(sizes, (math.cos(direction), math.sin(direction), 0.0))
+
+
+@pytest.mark.parametrize("kind", ["shock", "pull", "shaking"])
+@pytest.mark.parametrize(
+    "params", [PARAMS, dataclasses.replace(PARAMS, fill=0.7), SMOOTH], ids=["0.6", "0.7", "smooth"]
+)
+def test_what_counts_as_harmless_spills_nothing(monkeypatch, params, kind):
+    accelerations = [harmless(params, kind, seed) for seed in range(6)]
+    monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)
+    bucket = Cargo(dataclasses.replace(params, wake_acceleration=0.01), GRAVITY, DT)
+    try:
+        lost = [shake(bucket, each, seed, calm=0.3).pieces_outside for seed, each in enumerate(accelerations)]
+    finally:
+        bucket.close()
+    assert lost == [0] * 6
+
+
+def test_pieces_simulated_late_are_where_they_would_be(cargo, monkeypatch):
+    """Harmless shakes, rests between them, then a shock that spills: nothing, then everything is simulated."""
+    motion = np.concatenate((braking(4.9, 0.3), np.zeros((90, 3)), braking(5.5, 0.1), shock(4.0), braking(5.0, 0.2)))
+    late = [shake(cargo, motion[:n], seed=2) for n in (36, 138, 139, len(motion))]
+    places = cargo.positions
+    monkeypatch.setattr("harness.world.cargo.harmless_jolt", lambda *given: ALWAYS)
+    assert late == [shake(cargo, motion[:n], seed=2) for n in (36, 138, 139, len(motion))]
+    assert np.array_equal(places, cargo.positions)
+    assert late[1].pieces_outside == 0 < late[2].pieces_outside
+
+
+def test_nothing_is_simulated_while_nothing_can_be_spilled(monkeypatch):
+    steps = []
+    monkeypatch.setattr("harness.world.cargo.step_with", lambda *given: steps.append(given))
+    bucket = Cargo(PARAMS, GRAVITY, DT)
+    shake(bucket, braking(5.0, 0.2))
+    assert not steps
+    shake(bucket, np.concatenate((braking(5.0, 0.2), shock(3.0))), calm=0.0)
+    assert len(steps) == 25
+    bucket.close()
