@@ -1,6 +1,7 @@
 """Two stacks on the missions that they have in common: differences, how sure they are, and what stands against it."""
 
 import dataclasses
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -62,6 +63,14 @@ class Compared:
 
 
 @dataclass(frozen=True, slots=True)
+class OfADollar:
+    """What finds a difference of 1 USD a delivery with a power of 0.8, by the pairs that there are."""
+
+    pairs: int
+    seconds: float | None  # of workers, for both sides; None: a run does not tell
+
+
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """The second side against the first."""
 
@@ -72,6 +81,7 @@ class Comparison:
     differences: dict[str, Compared]
     warnings: list[str]
     unseen: Interval | None  # of the margin's difference, admitting a loss not seen yet; None: it is not compared
+    dollar: OfADollar | None  # None: the margin is not compared, or differs alike on every mission
 
     @property
     def family(self) -> list[str]:
@@ -126,8 +136,9 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     family = [key for key, entry in known.items() if entry.p_holm is not None and entry.differs]
     for key, p_holm in zip(family, holm([known[key].paired.p for key in family]), strict=True):
         known[key] = dataclasses.replace(known[key], p_holm=p_holm)
-    unseen = None
+    unseen = dollar = None
     if MARGIN in known:
+        dollar = _of_a_dollar(first, second, known[MARGIN].paired)
         unseen = difference_with_unseen(first.run, second.run, columns[1][MARGIN] - columns[0][MARGIN], clusters)
     return Comparison(
         first=first,
@@ -137,7 +148,16 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         differences=known,
         warnings=_warnings(first, second),
         unseen=unseen,
+        dollar=dollar,
     )
+
+
+def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADollar | None:
+    if margin.detectable is None:
+        return None
+    pairs = max(2, math.ceil(margin.difference.n * margin.detectable**2))
+    each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
+    return OfADollar(pairs, None if None in each else pairs * sum(time for time in each if time is not None))
 
 
 def document(comparison: Comparison) -> Row:
@@ -159,6 +179,7 @@ def document(comparison: Comparison) -> Row:
             }
             for key, entry in comparison.differences.items()
         },
+        "of_a_dollar": None if comparison.dollar is None else dataclasses.asdict(comparison.dollar),
         "margin_with_unseen": None if comparison.unseen is None else comparison.unseen.as_json(),
         "warnings": comparison.warnings,
     }

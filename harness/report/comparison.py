@@ -2,7 +2,7 @@
 
 from rich.console import Console
 
-from harness.analysis.compare import Compared, Comparison
+from harness.analysis.compare import Compared, Comparison, OfADollar
 from harness.metrics.metric import Better
 from harness.report.markdown import bounds_text, interval_text, number_text, p_text
 from harness.report.sheet import declared, print_sheet
@@ -44,6 +44,14 @@ def winner(entry: Compared, first: str, second: str) -> str:
     return second if (difference > 0.0) == (entry.better is Better.HIGHER) else first
 
 
+def _dollar(dollar: OfADollar) -> str:
+    """How long one has to drive to tell one dollar apart."""
+    text = f"contribution_margin: a difference of 1 USD a delivery takes {dollar.pairs:,d} missions"
+    if dollar.seconds is not None:
+        text += f", {dollar.seconds / 60.0:,.0f} min of one worker where deliveries last as long as these"
+    return f"{text} (power 0.8)."
+
+
 def _notes(comparison: Comparison) -> list[str]:
     left = comparison.left_out
     alike = [key for key, entry in comparison.differences.items() if not entry.differs]
@@ -53,6 +61,8 @@ def _notes(comparison: Comparison) -> list[str]:
             "contribution_margin, if a loss that has not happened yet is admitted: "
             f"{interval_text(comparison.unseen, 2)} USD a delivery."
         )
+    if comparison.dollar is not None:
+        lines.append(_dollar(comparison.dollar))
     if alike:
         lines.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):

@@ -1,5 +1,6 @@
 """A finished run as its folder tells of it, read without what simulates."""
 
+import contextlib
 import copy
 import dataclasses
 import functools
@@ -82,6 +83,14 @@ class StoredRun:
         file = self.folder / "params" / f"{name}.yaml"
         found: Loaded = _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
         return found
+
+    def seconds_a_delivery(self, stack: str) -> float | None:
+        """Wall time [s] of a worker for a delivery of a stack, on average; None: its table is not there."""
+        with contextlib.suppress(InputError):
+            spent = read_rows(self.folder / "timings.parquet", {"stack": "string", "wall_s": "double"})
+            times = [time for name, time in zip(*map(spent.values, ("stack", "wall_s")), strict=True) if name == stack]
+            return sum(times) / len(times) if times and None not in times else None
+        return None
 
     def recorded_people(self) -> str:
         """SHA-256 of the recording whose people were replayed; empty: there is none.

@@ -1,6 +1,7 @@
 """Two runs mission by mission."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from scipy.stats import ttest_rel
 from harness.analysis.compare import compare, document, side_of
 from harness.analysis.repricing import accounted_margins
 from harness.cli import compare as command
+from harness.economics.valuation import margins
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.study.stored_run import load_run
@@ -54,6 +56,21 @@ def test_a_difference_is_found_with_sign_interval_and_p(write_run: WriteRun) -> 
     assert small["p_holm"] == pytest.approx(2 * small["p"])
     assert large["p_holm"] == pytest.approx(max(2 * small["p"], large["p"]))
     assert result["differences"]["revenue"]["value"] == pytest.approx(3.49 * 14 / 40)
+
+
+def test_a_dollar_takes_as_many_pairs_as_a_test_needs_for_it(write_run: WriteRun) -> None:
+    """A paired t-test of power 0.8 at 5 % on each side needs (1.96 + 0.84)^2 variances (Chow et al. 2008)."""
+    a, b = write_run("a"), write_run("b", change=faster)
+    told = compared(a, b, "contribution_margin")["of_a_dollar"]
+    runs = [load_run(str(run)) for run in (a, b)]
+    first, second = (margins(run.stacks[0].rows, run.prices(), run.events) for run in runs)
+    variance = float(np.var(second - first, ddof=1))
+    assert told["pairs"] == math.ceil((1.959964 + 0.841621) ** 2 * variance)
+    assert told["seconds"] == 2.0 * told["pairs"]
+    (b / "timings.parquet").unlink()
+    assert compared(a, b, "margin")["of_a_dollar"] == {**told, "seconds": None}
+    assert compared(a, b, "sla")["of_a_dollar"] is None
+    assert compared(a, a)["of_a_dollar"] is None
 
 
 def test_a_run_against_itself_differs_in_nothing(write_run: WriteRun) -> None:
