@@ -14,7 +14,8 @@ from pathlib import Path
 
 from options import parsed
 
-from harness.execution.workers import InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Workers
 from harness.storage.run_folder import RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, parameters

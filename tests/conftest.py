@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.execution.executors import InProcess, give_memory_back
 from harness.execution.process_cache import forget
-from harness.execution.workers import InProcess, Workers, give_memory_back
+from harness.execution.workers import Workers
 from harness.study.compile_ahead import compile_new, every_module
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid

@@ -13,7 +13,8 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from harness.cli.progress import say
-from harness.execution.workers import Place, Workers, give_memory_back
+from harness.execution.executors import Place, give_memory_back
+from harness.execution.workers import Workers
 from harness.storage.run_folder import MANIFEST, RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters

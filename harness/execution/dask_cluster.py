@@ -10,16 +10,15 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any
 
-from distributed import Client, Security
+from distributed import Client
 from distributed.client import FutureCancelledError
-from distributed.comm.addressing import parse_address
 from distributed.scheduler import KilledWorker
 from distributed.versions import VersionMismatchWarning
 
 from harness.execution.dask_calls import Outcome, Worker, WorkerLostError, guarded
+from harness.execution.executors import Place
 from harness.execution.worker_check import Look, look, trouble
-from harness.execution.workers import LOOK, NoExecutorError, Place
-from navstack.errors import InputError
+from harness.execution.workers import LOOK, NoExecutorError
 
 CONNECT = 15.0  # [s] within which a scheduler answers
 PATIENCE = 180.0  # [s] without any worker
@@ -27,28 +26,7 @@ SILENCE = 120.0  # [s] within which a busy scheduler answers
 UNHEARD = 50.0  # [s] without a heartbeat, which workers send every few seconds whatever they compute
 GATHER = 0.1  # [s] to collect workers that are to be restarted together
 RESTART = 20.0  # [s] for a worker to come back
-ENCRYPTED = ("tls", "wss")  # schemes of addresses
 LIBRARIES = ("dask", "distributed")  # that must be the same on both sides, beside those of the caller
-
-
-def check_security(scheduler: str) -> None:
-    """Check that Dask's own configuration lets this program speak to a scheduler.
-
-    Raises:
-        InputError: it does not.
-    """
-    settings = "distributed.comm.tls: ca-file, client.cert and client.key"
-    try:
-        read: Any = Security  # untyped
-        security = read()
-        has_certificate = security.get_connection_args("client")["ssl_context"] is not None
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"Dask's TLS cannot be used ({error}); correct its configuration, {settings}") from None
-    is_encrypted = parse_address(scheduler)[0] in ENCRYPTED
-    if is_encrypted and not has_certificate:
-        raise InputError(f"--scheduler {scheduler} needs TLS; set it in Dask's configuration, {settings}")
-    if security.require_encryption and not is_encrypted:
-        raise InputError(f"--scheduler {scheduler} has no TLS, which Dask's require-encryption demands; give tls://...")
 
 
 class DaskCluster:

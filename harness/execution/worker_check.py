@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from harness.execution.executors import give_memory_back
 from harness.execution.process_cache import forget
-from harness.execution.workers import give_memory_back
 from harness.storage.shipped import keep_compiled_code, shipped
 
 PACKAGES = ("navstack", "harness")  # of this project

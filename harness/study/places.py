@@ -61,7 +61,7 @@ def _check_scheduler(address: str) -> None:
             f"port 1 to {MOST_PORT}; IPv6 in brackets), e.g. tcp://HOST:8786"
         )
     try:
-        from harness.execution.dask_cluster import check_security
+        from harness.execution.dask_security import check_security
     except ModuleNotFoundError as error:
         raise InputError(
             f"--executor dask needs the package {error.name}, which is not installed; pip install 'navbench[dask]'"

@@ -15,7 +15,8 @@ from PIL import Image
 from ruamel.yaml import YAML
 
 from harness.cli.app import main
-from harness.execution.workers import InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Workers
 from navstack.params.extensions import extensions
 from navstack.types import Pose2D
 

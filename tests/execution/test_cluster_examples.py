@@ -13,7 +13,8 @@ from types import ModuleType
 
 import pytest
 
-from harness.execution.workers import InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Workers
 from harness.storage.run_folder import RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from harness.cli.app import main
-from harness.execution.workers import InProcess, NoExecutorError, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import NoExecutorError, Workers
 from harness.storage.run_folder import RunFolder, count_finished, create_run
 from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters

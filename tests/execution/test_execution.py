@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from harness.execution import silence
-from harness.execution.workers import NOTHING_DONE, InProcess, WorkerProcess, Workers
+from harness.execution.executors import InProcess, WorkerProcess
+from harness.execution.workers import NOTHING_DONE, Workers
 
 EXECUTORS: dict[str, Callable[[], Executor]] = {
     "in_process": InProcess,

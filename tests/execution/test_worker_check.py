@@ -14,9 +14,10 @@ import pytest
 from harness.cli.app import main
 from harness.episode import factory as setup
 from harness.execution import worker_check
+from harness.execution.executors import Place
 from harness.execution.process_cache import Kept, forget, kept
 from harness.execution.worker_check import look, trouble
-from harness.execution.workers import Place, Workers
+from harness.execution.workers import Workers
 from harness.storage.shipped import shipped
 from harness.study.manifest import LIBRARIES
 from harness.study.places import Where, files_of

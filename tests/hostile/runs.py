@@ -13,7 +13,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from harness.execution.workers import InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Workers
 from harness.storage.checksums import CHECKSUMS
 from harness.storage.run_folder import RunFolder, create_run
 from harness.study.drive import TABLES, drive_missing, finish

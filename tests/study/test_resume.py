@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 from harness.cli.app import main
-from harness.execution.workers import Finished, InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Finished, Workers
 from harness.storage.checksums import CHECKSUMS
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, create_run
 from harness.storage.shipped import shipped

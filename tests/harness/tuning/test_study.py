@@ -14,7 +14,8 @@ import pytest
 
 from harness.cli.app import main
 from harness.economics.prices import load_prices
-from harness.execution.workers import InProcess, Workers
+from harness.execution.executors import InProcess
+from harness.execution.workers import Workers
 from harness.storage.files import LOCK
 from harness.storage.run_folder import JOURNAL, TUNING
 from harness.storage.shipped import shipped

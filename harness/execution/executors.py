@@ -1,0 +1,123 @@
+"""Executors of ``concurrent.futures``: a process of its own, this process, or a place in something larger."""
+
+import contextlib
+import ctypes
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing.process import BaseProcess
+from types import ModuleType
+from typing import Any
+
+_M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
+
+
+class WorkerProcess(ProcessPoolExecutor):
+    """An executor with one process of its own, so that it is known which task a process dies of.
+
+    Args:
+        start_method: of :mod:`multiprocessing`; fork would copy the state of numba and PyBullet.
+    """
+
+    def __init__(self, start_method: str = "spawn") -> None:
+        super().__init__(1, mp_context=multiprocessing.get_context(start_method), initializer=_begin_worker)
+        self._process: BaseProcess | None = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Run a call in the process, which starts with the first one."""
+        with _main_left_out():
+            future = super().submit(function, *args, **kwargs)
+        self._process = next(iter((self._processes or {}).values()), self._process)
+        return future
+
+    def kill(self) -> None:
+        """End the process, whatever it is doing."""
+        if self._process is not None:
+            self._process.kill()
+
+    @property
+    def pid(self) -> int | None:
+        """Of the process; None: it has not started."""
+        return None if self._process is None else self._process.pid
+
+    @property
+    def ending(self) -> str:
+        """How the process ended; waits for its end."""
+        self.shutdown(wait=True)
+        code = self._process.exitcode if self._process is not None else None
+        if code is None or code >= 0:
+            return f"its worker process ended with status {code}"
+        memory = " (out of memory?)" if code == -signal.SIGKILL else ""
+        return f"its worker process was ended by signal {-code}{memory}"
+
+
+@contextlib.contextmanager
+def _main_left_out() -> Iterator[None]:
+    """Let processes that start meanwhile not run the program's script again, which need not be guarded against it."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+class InProcess(Executor):
+    """An executor that runs each call at once in this process: for debugging and profiling. It knows no time limit."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Run a call to its end."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:  # as every executor does
+            future.set_exception(error)
+        return future
+
+
+class Place(Executor):
+    """A place for one task at a time in something larger that stays open when the place is closed.
+
+    Args:
+        start: starts a call somewhere, such as ``submit`` of an executor that many places share. Cancelling the
+            future that it returns should end the call; where it cannot, the call's late result is ignored.
+    """
+
+    def __init__(self, start: Callable[..., "Future[Any]"]) -> None:
+        self._start = start
+        self._future: Future[Any] | None = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Start a call."""
+        self._future = self._start(function, *args, **kwargs)
+        return self._future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Leave the place; with ``cancel_futures`` what was started last is cancelled if it is not done."""
+        if cancel_futures and self._future is not None:
+            self._future.cancel()
+
+
+def _begin_worker() -> None:
+    """Leave signals to the parent, so that it decides what is kept, and end when it is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    give_memory_back()
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def give_memory_back() -> None:
+    """Let large arrays live outside the C library's heap, where small ones that outlive them would keep their pages."""
+    with contextlib.suppress(OSError, AttributeError):  # another C library than GNU's
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
+
+
+def _end_with(sentinel: int) -> None:
+    multiprocessing.connection.wait([sentinel])
+    os._exit(1)
