@@ -11,7 +11,7 @@ from scipy.ndimage import distance_transform_edt
 from harness.bench import twin_expected_cost as twin
 from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, scene_of, street
 from navstack.control.controller import Surroundings
-from navstack.control.decision import RUNNER_UP
+from navstack.control.decision import RUNNER_UP, SLOWER
 from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import (
     FAR,
@@ -19,6 +19,7 @@ from navstack.control.expected_cost.clearance import (
     clearance_at,
     map_clearance,
     signed_distances,
+    unmapped_blocks,
     with_obstacles,
 )
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
@@ -120,6 +121,17 @@ def test_returns_from_people_are_no_walls_but_the_map_behind_them_is() -> None:
     assert blocked == pytest.approx(np.tile((15.0, 16.5), (len(blocked), 1)), abs=0.2)
     assert len(blocked) >= 4
     assert found.mapped[300, 149] < 0.0 < found.mapped[300, 151]
+
+
+@pytest.mark.parametrize(("column", "row"), [(7, 4), (8, 5), (11, 9)])
+def test_a_return_is_of_the_map_where_its_own_cell_is_an_obstacle_there(column, row) -> None:
+    costs, floor = np.zeros((20, 20), dtype=np.uint8), np.zeros((40, 40), dtype=np.uint8)
+    costs[row, column] = 254
+    floor[5 + row, 8 + column] = 254  # the map begins 8 columns and 5 rows before
+    grids = (3.0, 4.0, 0.05), (2.6, 3.75, 0.05)
+    assert not unmapped_blocks(costs, grids[0], floor, grids[1], np.empty((0, 3))).any()
+    blocked = unmapped_blocks(costs, grids[0], 254 - floor, grids[1], np.empty((0, 3)))
+    assert np.argwhere(blocked).tolist() == [[row // 2, column // 2]]
 
 
 def test_off_the_map_is_no_way_to_go() -> None:
@@ -361,6 +373,15 @@ def test_a_decision_tells_its_dollars_and_what_was_dearer() -> None:
     assert sum(score.raw for score in told.scores) == pytest.approx(told.total)
     assert told.samples > 500 and others[0].kind == RUNNER_UP
     assert all(other.total >= told.total - 1e-9 for other in others)  # nothing was under way that could be kept
+
+
+@pytest.mark.parametrize(("v", "kinds"), [(0.7, [RUNNER_UP, SLOWER]), (1.0, [RUNNER_UP])])
+def test_the_slower_alternative_is_half_as_fast_after_the_first_step(v, kinds) -> None:
+    """It may gain 0.22 m/s until then, or lose 0.3: 0.4 m/s is less than half of 0.92, but 0.7 not of 1.22."""
+    controller = make()
+    controller.compute_velocity(state(v=v), plan_to(), Surroundings(street(), ()))
+    assert [other.kind for other in controller.alternatives] == kinds
+    assert all(other.command.linear_x <= 0.46 for other in controller.alternatives if other.kind == SLOWER)
 
 
 def test_a_longer_plan_has_the_field_made_anew() -> None:

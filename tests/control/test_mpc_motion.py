@@ -12,7 +12,7 @@ from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.distance_field import Field, distance_and_gradient, distance_table
 from navstack.control.mpc.motion import advance, rollout, shifted
-from navstack.control.mpc.path_line import make_line, project
+from navstack.control.mpc.path_line import PathLine, at_distance, make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.stage_layout import Sizes
 from navstack.control.mpc.stages import Clearances, fill_people, is_far
@@ -135,6 +135,18 @@ def test_the_distance_field_is_that_of_the_obstacles() -> None:
     assert compared > 30
 
 
+def test_gradients_beside_a_ridge_are_those_over_two_cells_to_either_side() -> None:
+    """Between two obstacles 1 m apart, 0.05 m off the middle: (0.35 m - 0.45 m) / 0.2 m."""
+    costs = np.zeros((200, 200), dtype=np.uint8)
+    costs[100, [90, 110]] = 254
+    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
+        costs, 0, 200, 0, 200
+    )
+    field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
+    distance, gx, gy = distance_and_gradient(field, -5.0 + 0.05 * 101.5, 3.0 + 0.05 * 100.5, 1.3)
+    assert (distance, gx, gy) == pytest.approx((0.45, -0.5, 0.0), abs=0.03)
+
+
 def test_circles_cover_the_footprint() -> None:
     footprint = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
     centres, radius = cover(footprint, 3)
@@ -208,3 +220,13 @@ def test_the_line_follows_the_plan_and_slows_in_curves() -> None:
     assert line.x[segment] + share * (line.x[segment + 1] - line.x[segment]) == pytest.approx(-1.95)
     alone = make_line(np.array(((1.0, 2.0, 0.5),)), LIMITS)
     assert alone.x[-1] == 1.0 and alone.y[-1] == 2.0 and alone.heading[-1] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("s", "segment", "share"),
+    [(-1.0, 0, 0.0), (0.0, 0, 0.0), (0.5, 0, 0.5), (1.0, 1, 0.0), (2.5, 1, 0.75), (3.5, 2, 0.5), (4.0, 3, 0.0)]
+    + [(4.5, 3, 0.5), (5.0, 3, 1.0), (9.0, 3, 1.0)],
+)
+def test_places_along_the_line_are_found_by_their_distance(s: float, segment: int, share: float) -> None:
+    line = PathLine(*np.zeros((2, 5)), np.array((0.0, 1.0, 3.0, 4.0, 5.0)), *np.zeros((2, 5)))
+    assert at_distance(line, s) == (segment, share)

@@ -163,7 +163,7 @@ def test_scans_are_projected_as_by_hand() -> None:
     for endless, valid in ((math.inf, [1, 4, 6]), (7.99, [1, 3, 4, 6])):
         points = np.empty((7, 2))
         sensor = (1.0, -2.0, math.cos(0.3), math.sin(0.3))
-        count = beam_kernels.project(ranges, directions, (0.1, 8.0), endless, sensor, points)
+        count = beam_kernels.project(ranges, directions, (1.0, 8.0), endless, sensor, points)
         reach = np.where(ranges == math.inf, endless, ranges)[valid]
         bearing = angles[valid] + 0.3
         expected = np.column_stack((1.0 + reach * np.cos(bearing), -2.0 + reach * np.sin(bearing)))

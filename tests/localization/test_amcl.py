@@ -192,6 +192,30 @@ def test_a_scan_that_shows_nothing_changes_nothing_of_the_health(room):
     assert np.isfinite(belief.covariance).all()
 
 
+@pytest.mark.parametrize(
+    ("explained", "health"),
+    [(3, Health.LOST), (4, Health.DEGRADED), (7, Health.DEGRADED), (8, Health.TRACKING)],
+)
+def test_of_sixteen_returns_so_many_must_be_explained(room, explained, health):
+    """The wall is 8.95 m ahead, and nothing stands 3 m ahead."""
+    localizer = started(room, belief=Belief(Pose2D(3.0, 4.0, 0.0), np.diag((1e-6, 1e-6, 1e-8))))
+    scan = LaserScan(0.0, np.repeat((8.9, 3.0), (explained, 16 - explained)), 0.0, 1e-9, 0.05, RANGE)
+    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
+
+
+@pytest.mark.parametrize(
+    ("elsewhere", "health"),
+    [(513, Health.LOST), (512, Health.DEGRADED), (103, Health.DEGRADED), (102, Health.TRACKING)],
+)
+def test_half_of_the_weight_must_be_in_one_place(room, elsewhere, health):
+    localizer = started(room, resample_interval=2)  # the first belief is of the particles as they were spread
+    poses = np.tile((3.0, 4.0, 0.0), (1024, 1))
+    poses[:elsewhere, 0] = np.where(np.arange(elsewhere) % 2, 5.0, 7.0)
+    localizer.particles.poses, localizer.particles.weights = poses, np.full(1024, 1.0 / 1024.0)
+    scan = LaserScan(0.0, np.full(16, 8.9), 0.0, 1e-9, 0.05, RANGE)
+    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
+
+
 def test_it_is_built_from_a_nav2_file_by_name(room, tmp_path):
     from navstack.params.nav2_file.file import load_nav2
 

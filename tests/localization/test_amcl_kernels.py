@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
+from scipy.stats import chi2, norm
 
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -215,11 +216,19 @@ def test_sample_limits_grow_with_the_bins_between_their_bounds():
     assert sample_limit(1, 100, 3000, 0.05, 0.99) == 3000
 
 
+@pytest.mark.parametrize("bins", [3, 11, 101])
+def test_sample_limits_are_those_of_the_chi_square_distribution(bins):
+    """Fox 2003, eq. 5, of which eq. 7 is an approximation."""
+    exact = chi2.ppf(norm.cdf(0.99), bins - 1) / (2.0 * 1e-4)
+    assert sample_limit(bins, 1, 10**9, 1e-4, 0.99) == pytest.approx(exact, rel=0.01)
+
+
 def grid_of(cells):
     return OccupancyGrid(np.asarray(cells, dtype=np.int8), 0.1, Pose2D(-3.0, 2.0))
 
 
-def test_a_field_knows_every_place_and_ends_with_the_map():
+def test_a_field_knows_every_place_and_ends_with_the_map(tmp_path, monkeypatch):
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
     cells = np.full((30, 50), FREE)
     cells[10, 20], cells[5, 5] = OCCUPIED, UNKNOWN
     field = LikelihoodField.of_map(grid_of(cells), 1.0)
@@ -234,6 +243,16 @@ def test_a_field_knows_every_place_and_ends_with_the_map():
     thinned = field.thinned(5)
     assert np.array_equal(thinned.distances[thinned.codes[1:-1, 1:-1]], distances[::5, ::5])
     np.testing.assert_allclose(thinned.at(points[:1]), 0.0)
+
+
+def test_off_the_map_a_field_is_farthest_beside_an_obstacle_too():
+    cells = np.full((30, 50), OCCUPIED)
+    field = LikelihoodField.of_map(grid_of(cells), 1.0)
+    x, y = np.array((-3.0, 1.9)), np.array((2.0, 4.9))  # of the first and the last cell
+    corners = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    assert field.at(corners).tolist() == [0.0] * 4
+    for off in ((0.1, 0.0), (0.0, 0.1)):
+        assert field.at(corners + np.sign(corners - (0.0, 3.0)) * off).tolist() == [1.0] * 4
 
 
 def test_free_space_gives_every_free_cell_alike():

@@ -119,6 +119,14 @@ def test_the_beam_model_compares_with_the_range_on_the_map(grid):
     assert off_map < 1.01
 
 
+def test_the_beam_model_sees_to_its_range_on_open_ground_of_any_size():
+    open_ground = OccupancyGrid(np.full((760, 760), FREE, dtype=np.int8), 0.05, Pose2D())
+    model = BeamModel(AmclParams(laser_model_type="beam", laser_max_range=5.0), open_ground)
+    poses = np.column_stack((np.arange(6.0, 19.0, 0.05), np.full(260, 19.0), np.zeros(260)))
+    found = model.likelihoods(poses, scan([np.inf, np.inf]), False)
+    np.testing.assert_allclose(found, 1.0 + 2.0 * (0.5 + 0.05) ** 3)
+
+
 def test_rotated_maps_are_refused(grid):
     rotated = replace(grid, origin=Pose2D(0.0, 0.0, 0.3))
     with pytest.raises(MapError, match="rotated"):

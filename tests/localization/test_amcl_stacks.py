@@ -129,7 +129,8 @@ def test_planner_and_localizer_take_any_map_file(tmp_path, monkeypatch):
         load_stack(str(file))
 
 
-def test_a_lidar_maps_surfaces_only():
+def test_a_lidar_maps_surfaces_only(tmp_path, monkeypatch):
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
     cells = np.full((9, 12), FREE, dtype=np.int8)
     cells[2:7, 3:9] = OCCUPIED
     cells[0, 0] = OCCUPIED

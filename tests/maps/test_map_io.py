@@ -222,6 +222,13 @@ def test_bad_images_are_one_clear_line(tmp_path: Path, content: bytes, words: st
     assert "\n" not in str(error.value)
 
 
+def test_an_image_may_have_as_many_pixels_as_are_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("navstack.costmap.map_image.MAX_PIXELS", 12)
+    assert loaded(tmp_path, [[0] * 4] * 3) == [[100] * 4] * 3
+    with pytest.raises(MapError, match="13 x 1 pixels; allowed: 1 to 12"):
+        loaded(tmp_path, [[0] * 13])
+
+
 def test_a_png_cut_anywhere_is_refused(tmp_path: Path) -> None:
     noise = np.random.default_rng(3).integers(0, 256, (40, 40), dtype=np.uint8)
     Image.fromarray(noise).save(tmp_path / "m.png")

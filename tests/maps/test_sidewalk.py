@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from harness.world.map_statistics import MapStatistics, deviation, measure, measure_edges, medial_widths
+from harness.world.map_statistics import (
+    PUBLISHED_EDGES,
+    EdgeStatistics,
+    MapStatistics,
+    deviation,
+    measure,
+    measure_edges,
+    medial_widths,
+)
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
-from harness.world.shapes import box, fill_convex, grow, octagon, polygon_area
+from harness.world.shapes import Rect, box, fill_convex, grow, octagon, polygon_area
 from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
-from harness.world.sidewalk_blocks import CURB_HEIGHT
+from harness.world.sidewalk_blocks import CURB_HEIGHT, Block
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.types import Pose2D
 
@@ -89,6 +97,7 @@ def test_edges_of_the_mesh_mislead_a_lidar_as_the_papers_do(scene: Scene) -> Non
     assert edges.open_metre == pytest.approx(0.4, rel=0.15)
     assert edges.gaps[0] == pytest.approx(0.2, abs=0.1)
     assert edges.gaps[1] == pytest.approx(0.9, rel=0.15)
+    assert EdgeStatistics(0.6, 0.4, (0.2, 0.9)) == PUBLISHED_EDGES
 
 
 def test_the_mesh_stands_in_front_of_walls_and_at_the_curb(scene: Scene) -> None:
@@ -99,6 +108,14 @@ def test_the_mesh_stands_in_front_of_walls_and_at_the_curb(scene: Scene) -> None
     at_curb = walkable & ndimage.binary_dilation(~walkable) & (to_solid > math.sqrt(2.0) * max(MARGINS) + LEAST_WIDTH)
     assert at_curb.sum() > 20_000  # cells, 1 km
     assert mesh[at_curb].mean() > 0.99  # but for slivers, as beside roadworks
+
+
+def test_a_blocks_sidewalks_lie_along_its_sides_and_around_what_they_enclose() -> None:
+    block = Block(Rect(10.0, 20.0, 40.0, 60.0), (1.0, 2.0, 3.0, 4.0), "buildings")
+    left, bottom, right, top = (block.strip(side) for side in range(4))
+    assert (left, right) == (Rect(10.0, 20.0, 11.0, 60.0), Rect(37.0, 20.0, 40.0, 60.0))
+    assert (bottom, top) == (Rect(10.0, 20.0, 40.0, 22.0), Rect(10.0, 56.0, 40.0, 60.0))
+    assert block.interior == Rect(11.0, 22.0, 37.0, 56.0)
 
 
 def test_slivers_are_not_drawn() -> None:

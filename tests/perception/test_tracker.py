@@ -10,7 +10,7 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose
 from navstack.params.tracker import TrackerParams
-from navstack.perception.scan_clusters import find_bodies
+from navstack.perception.scan_clusters import belongs, find_bodies
 from navstack.perception.track_filter import TrackFilter, motion_of
 from navstack.perception.tracker import Tracker
 from navstack.types import LaserScan, Pose2D, Track
@@ -216,3 +216,9 @@ def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
     ranges, foreground, bodies = np.full(50, np.inf), np.zeros(50, dtype=np.bool_), np.empty((50, 3))
     ranges[20 : 20 + beams], foreground[20 : 20 + beams] = 3.0, True
     assert find_bodies(ranges, foreground, increment, False, 0.25, 2, 1.0, 0.3, bodies) == found
+
+
+@pytest.mark.parametrize("increment", [0.01, -0.01])
+def test_neighbours_may_differ_by_the_gap_and_twice_the_arc_between_them(increment: float) -> None:
+    for near, far, expected in ((10.0, 10.29, True), (10.0, 10.31, False), (5.0, 5.19, True), (5.0, 5.21, False)):
+        assert belongs(near, far, increment, 0.1) == belongs(far, near, increment, 0.1) == expected

@@ -62,6 +62,13 @@ def test_overlaps_equal_shapely():
         assert overlaps_cell(corners, 0, 0) == shapely.Polygon(corners).intersects(shapely.box(0.0, 0.0, 1.0, 1.0))
 
 
+@pytest.mark.parametrize(("x", "y"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0)])
+def test_a_square_that_touches_a_cell_has_a_point_in_common_with_it(x, y):
+    square = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
+    assert overlaps_cell(square + (7.0 + x, 3.0 + y), 7, 3)
+    assert not overlaps_cell(square + (7.0 + 1.001 * x, 3.0 + 1.001 * y), 7, 3)
+
+
 def test_a_footprint_stands_free_where_no_lethal_square_touches_it():
     rng = np.random.default_rng(4)
     costs = np.where(rng.random((60, 60)) < 0.01, 254, 0).astype(np.uint8)

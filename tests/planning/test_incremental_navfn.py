@@ -185,6 +185,15 @@ def test_what_the_field_cannot_answer_goes_to_navfn():
         IncrementalNavfn(IncrementalNavfnParams()).plan(start, GOAL, costmap)
 
 
+@pytest.mark.parametrize(("column", "row"), [(1, 1), (298, 1), (1, 198), (298, 198)])
+def test_the_field_answers_for_cells_beside_the_border(monkeypatch, column, row):
+    monkeypatch.delattr(NavfnPlanner, "plan")  # which would answer for it
+    open_ground = Costmap(np.zeros((200, 300), dtype=np.uint8), RESOLUTION, 0.0, 0.0)
+    start = Pose2D(column * RESOLUTION, row * RESOLUTION)
+    path = IncrementalNavfn(IncrementalNavfnParams()).plan(start, GOAL, open_ground)
+    np.testing.assert_allclose(path.poses[0, :2], (start.x, start.y))
+
+
 def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
     rng = np.random.default_rng(9)
     height, width, level = 37, 53, 900.0  # the last block is not a whole one

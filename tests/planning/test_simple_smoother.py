@@ -9,7 +9,7 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.planning.simple_smoother_kernels import relax
+from navstack.planning.simple_smoother_kernels import meets_obstacle, relax
 from navstack.types import Path
 
 
@@ -72,11 +72,31 @@ def test_it_stops_before_an_obstacle():
     assert not np.array_equal(kept.poses[:, :2], smooth.poses[:, :2])
 
 
+@pytest.mark.parametrize(("x", "y"), [(-4.95, 0.0), (4.95, 0.0), (0.0, -4.95), (0.0, 4.95), (-5.0, -5.0)])
+def test_obstacles_at_the_maps_edges_count_and_places_beyond_meet_none(x, y):
+    costmap = free()
+    costmap.data[[0, -1]] = costmap.data[:, [0, -1]] = LETHAL_OBSTACLE
+    for at, meets in (((x, y), True), ((1.03 * x, 1.03 * y), False), ((0.9 * x, 0.9 * y), False)):
+        places = np.array((at, at, at)).T.copy()
+        assert meets_obstacle(places, costmap.data, costmap.grid, np.empty(3, dtype=np.int64)) == meets
+
+
 def test_a_path_driven_backwards_keeps_its_headings():
     poses = zigzag()
     poses[:, 2] = math.pi
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
     assert np.all(np.cos(smooth.poses[:, 2]) < 0.0)
+
+
+@pytest.mark.parametrize("off", [-1.8, -1.4, 0.0, 1.4, 1.8, math.pi])
+@pytest.mark.parametrize("direction", np.linspace(-3.0, 3.0, 8))
+def test_a_path_is_driven_backwards_where_its_poses_look_more_back_than_ahead(direction, off):
+    along = np.arange(20) * 0.1
+    poses = np.zeros((20, 3)) + (1.0, -2.0, direction + off)
+    poses[:, :2] += np.outer(along, (math.cos(direction), math.sin(direction)))
+    smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
+    expected = 1.0 if abs(off) < 0.5 * math.pi else -1.0
+    np.testing.assert_allclose(np.cos(smooth.poses[:-1, 2] - direction), expected)
 
 
 def test_a_turn_on_the_spot_stays_where_it_is():

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from harness.storage.journal import record_of
 from harness.storage.manifest_file import extend_run
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
+from harness.storage.tables import is_of_kind
 from harness.study.drive import TABLES
 from navstack.errors import InputError
 
@@ -73,6 +75,22 @@ def test_a_line_with_wrong_values_is_passed_over_wherever_it_stands(tmp_path: Pa
             (note,) = folder.notes
             assert f"line {1 + (name == 'last')} is damaged: {says}" in note and "\n" not in note and len(note) < 600
             assert folder.finished == {(0, 1)}
+
+
+@pytest.mark.parametrize(
+    ("kind", "right", "wrong"),
+    [
+        ("double", (-1e300, 0, 2.5), (-math.inf, math.inf, math.nan, 10**301, -(10**301), True, "1.0")),
+        ("int64", (1 - 2**63, 0, 2**63 - 1), (2**63, -(2**64), 1.0, False, "1")),
+        ("string", ("", "1"), (1, True)),
+        ("bool", (True, False), (0, "true")),
+    ],
+)
+def test_a_column_takes_values_of_its_kind_only(
+    kind: str, right: tuple[object, ...], wrong: tuple[object, ...]
+) -> None:
+    assert all(is_of_kind(value, kind) for value in right)
+    assert not any(is_of_kind(value, kind) for value in wrong)
 
 
 @pytest.mark.parametrize("tail", ['{"row": {"stack_num', "\x00" * 9, json.dumps(record(1)), '{"row": {}}\n'])

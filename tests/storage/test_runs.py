@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.checksums import CHECKSUMS
-from harness.storage.files import LOCK, locked, replacing, write_text
+from harness.storage.files import LOCK, locked, replacing, require_writable, write_text
 from harness.storage.journal import line_of, record_of
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
@@ -194,6 +194,16 @@ def test_a_file_that_is_being_replaced_is_the_old_one_until_the_new_one_is_whole
         stream.write(b"new")
     assert path.read_bytes() == b"new"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_can_be_written_where_its_folder_exists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for file in (tmp_path / "page.html", Path("page.html"), tmp_path / "PAGE.HTML"):
+        require_writable("page", file, (".html", ".md"))
+    (tmp_path / "folder.md").mkdir()
+    for name, why in (("no/page.md", "its folder does not exist"), ("folder.md", "it is a folder"), ("page", "ends")):
+        with pytest.raises(InputError, match=why):
+            require_writable("page", tmp_path / name, (".html", ".md"))
 
 
 def test_no_episodes_still_gives_readable_tables(tmp_path: Path) -> None:

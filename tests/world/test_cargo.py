@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.statistics.interval import wilson_interval
-from harness.world.cargo import Cargo, _poured, harmless_jolt, in_frame, is_inside, settled_heap, turned
+from harness.world.cargo import Cargo, _poured, _settle, harmless_jolt, in_frame, is_inside, settled_heap, turned
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -51,13 +51,20 @@ def surface_height(heap, radius):
 
 
 def test_the_bucket_is_filled_as_asked():
-    heap, radius = settled_heap(PARAMS, GRAVITY, DT), PARAMS.piece_radius
+    heap, radius = _settle(PARAMS, GRAVITY, DT, 0), PARAMS.piece_radius
     assert heap.shape == (PARAMS.pieces, 3)
     assert is_inside(heap, PARAMS).all()
     assert surface_height(heap, radius) / PARAMS.bucket_height == pytest.approx(PARAMS.fill, abs=0.06)
     distances = np.linalg.norm(heap[:, None] - heap[None], axis=-1)[np.triu_indices(len(heap), 1)]
     assert distances.min() > 1.9 * radius  # pieces hardly overlap
     assert heap[:, 2].min() > 0.9 * radius
+
+
+def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
+    steps = []
+    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given))
+    _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
+    assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360
 
 
 def test_all_pieces_are_in_the_bucket_at_the_start_and_stay_while_calm(cargo):

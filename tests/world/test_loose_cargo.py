@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from harness.world.cargo import SCALE, Cargo
+from harness.world.engine import bullet
 from harness.world.loose_cargo import LooseCargo
 from harness.world.world_params import CargoParams
 from navstack.errors import ParameterError, UnknownNameError
@@ -89,6 +90,7 @@ def test_it_stays_where_it_slid_when_all_rests(robot):
     accelerate(cargo, (-8.0, 0.0, 0.0), 0.3)
     accelerate(cargo, STILL, 2.0)
     assert not cargo.is_awake
+    assert bullet.getBaseVelocity(cargo._bucket, cargo._client) == (STILL, STILL)
     there = place(cargo)
     assert there[0] > 0.05
     accelerate(cargo, (-4.6, 0.0, 0.0), 0.05)  # wakes it, below friction

@@ -128,6 +128,18 @@ def test_goals_are_taken_in_turn_by_all():
     assert (steps == 1).mean() > 0.7 and set(steps.tolist()) <= {1, 2}  # 2: one who stood at the next goal took another
 
 
+def test_the_next_goal_is_taken_though_it_is_in_the_same_row_or_column():
+    people = RandomWalkPedestrians(dataclasses.replace(WALK, count=1, goals=3), town())
+    people.reset(np.random.default_rng(2), AWAY)
+    errands = people._errands
+    errands.goals, errands._turn = np.array(((5, 5), (5, 9), (8, 9))), 0
+    taken, here = [], errands.goals[0]
+    for _ in range(4):
+        here = errands._next_goal(here)
+        taken.append(here.tolist())
+    assert taken == [[5, 9], [8, 9], [5, 5], [5, 9]]  # the first turn is that of who stands there
+
+
 def test_the_same_seed_begins_alike_whatever_was_before():
     one, other = (RandomWalkPedestrians(dataclasses.replace(WALK, count=20), town()) for _ in range(2))
     other.reset(np.random.default_rng(9), AWAY)

@@ -91,6 +91,16 @@ def test_a_body_follows_its_model_as_long_as_nobody_pushes(world_of):
     assert np.median(np.abs(ours - theirs)[near]) < 0.03
 
 
+def test_a_body_that_nothing_can_push_does_not_hurry_its_model(world_of):
+    with_bodies, without = (world_of("kinematic", model="social_force", count=12) for _ in range(2))
+    for world in (with_bodies, without):
+        restart(world, seed=4)
+    without._crowd.ACTIVE_RADIUS = 0.0
+    ours, theirs = (np.array([t.pedestrians for t in drive(world, 2.0)]) for world in (with_bodies, without))
+    assert (np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS).any()
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
 def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
     """Than people who walk on whatever they hit, in the same narrow and crowded place; and none of them hard."""
     counts = {}

@@ -142,6 +142,19 @@ def test_what_counts_of_the_robot_is_its_relative_motion():
     )
 
 
+@pytest.mark.parametrize("turn", [0.5, 1.0, 1.5])
+def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
+    """A robot that comes at 1.5 m/s, turned about the person, pushes with the same force, turned alike."""
+    cos, sin = math.cos(turn * math.pi), math.sin(turn * math.pi)
+    forces = []
+    for c, s in ((1.0, 0.0), (cos, sin)):
+        coming = np.array((-4.0 * c, -4.0 * s, c, s, 1.5 * c, 1.5 * s))
+        fx, fy = from_robot(FORCES._replace(robot_range=0.2), 0.0, 0.0, 0.0, 0.0, -c, -s, coming, True)
+        forces.append((c * fx + s * fy, c * fy - s * fx))
+    assert math.hypot(*forces[0]) > 0.0
+    assert forces[1] == pytest.approx(forces[0], rel=1e-9)
+
+
 def measured():
     """Forces of params/worlds/measured.yaml."""
     people = load_dataclass(WorldParams, shipped("params") / "worlds" / "measured.yaml").people

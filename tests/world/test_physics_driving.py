@@ -90,6 +90,17 @@ def test_a_brake_beyond_the_balance_of_moments_lifts_the_casters(lab, robot, par
     assert tilts[0] < 1e-3 < 1e-2 < tilts[1]
 
 
+def test_while_the_casters_are_lifted_the_wheels_carry_the_whole_weight(lab, robot, params):
+    balance = params.physics.gravity * abs(robot.center_of_mass_x) / robot.center_of_mass_height
+    loads = []
+    with lab.world(dataclasses.replace(robot, max_deceleration=1.1 * balance), params) as world:
+        lab.drive(world, 240, v=2.0)
+        for _ in range(60):
+            if lab.drive(world, 1)[-1].tilt > 1e-2:
+                loads.append(world._footing.left_load + world._footing.right_load)
+    assert np.mean(loads) == pytest.approx(robot.mass * params.physics.gravity, rel=0.1)
+
+
 def test_commands_beyond_the_robots_limits_are_clipped(lab, any_robot, params):
     with lab.world(any_robot, params) as world:
         truth = lab.drive(world, 400, v=10.0)[-1]

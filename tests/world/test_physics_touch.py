@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.world.bodies import StaticIndex
+from harness.world.bodies import StaticIndex, fixed_body, make_prism
+from harness.world.engine import Server, bullet
 from harness.world.scene import Obstacle
 from harness.world.touch_kernels import may_touch
 
@@ -72,3 +73,14 @@ def test_obstacles_are_found_by_their_distance():
         found += len(numbers)
     assert found > 1000
     assert StaticIndex(()).near(0.0, 0.0, 5.0) == ([], math.inf)
+
+
+@pytest.mark.parametrize("corners", [((0, 0), (2, -1), (3, 0), (1, 1.5)), ((0, -1), (3, -1), (3, 1.5), (0, 1.5))])
+def test_a_prism_reaches_as_far_as_its_polygon_and_its_height(corners):
+    server = Server()
+    prism = make_prism(server.client, np.array(corners, dtype=float), 0.6)
+    body = fixed_body(server.client, prism.shape, prism.center, 0.5)
+    low, high = bullet.getAABB(body, physicsClientId=server.client)
+    server.close()
+    assert low == pytest.approx((0.0, -1.0, 0.0), abs=1e-9)
+    assert high == pytest.approx((3.0, 1.5, 0.6))

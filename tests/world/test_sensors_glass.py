@@ -88,6 +88,17 @@ def test_without_anything_behind_a_passing_beam_returns_nothing():
     assert np.isfinite(lidar.exact_ranges(Pose2D(), NOBODY)[150])  # the map still shows the pane
 
 
+@pytest.mark.parametrize("side", [0.0, 0.5, 1.0, 1.5])
+def test_a_pane_at_the_maps_edge_lets_beams_through_too(side):
+    cos, sin = math.cos(side * math.pi), math.sin(side * math.pi)
+    pane = box(9.975 * cos, 9.975 * sin, side * math.pi, 0.03, 16.0)  # within the outermost row or column
+    lidar = make_lidar(glass=(pane,), solid=(), glass_transmission=1.0, glass_visible_angle=0.2)
+    off = np.abs((angles() - side * math.pi + math.pi) % (2.0 * math.pi) - math.pi)
+    exact, found = lidar.exact_ranges(Pose2D(), NOBODY), scans(lidar, n=1)[0]
+    assert np.isfinite(exact[off < 0.6]).all() and np.isfinite(found[off < 0.199]).all()
+    assert np.isinf(found[(off > 0.201) & (off < 0.6)]).all()
+
+
 def test_what_stands_before_the_glass_is_always_seen_and_so_are_people_behind_it():
     post = box(3.0, -1.5, 0.0, 0.2, 0.2)
     lidar = make_lidar(solid=(BACK, post), glass_transmission=1.0, glass_visible_angle=0.05)
