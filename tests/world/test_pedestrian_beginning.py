@@ -159,7 +159,8 @@ def test_a_single_goal_and_a_single_cell_work():
     assert (people.states == (4.5, 4.5, 0.0, 0.0)).all()
 
 
-def test_lengths_are_bounds_of_the_routes():
+def test_lengths_are_bounds_of_the_routes(tmp_path, monkeypatch):
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
     network = WalkingNetwork(town(), 0.5)
     cells = network.cells[np.random.default_rng(0).integers(len(network.cells), size=12)]
     most = network.greatest_lengths(cells)

@@ -36,8 +36,10 @@ def town(size=800):
 
 
 @pytest.fixture(scope="module")
-def network():
-    return WalkingNetwork(grid_of(town()), 0.5)
+def network(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NAVSTACK_CACHE", str(tmp_path_factory.mktemp("cache")))
+        return WalkingNetwork(grid_of(town()), 0.5)
 
 
 @pytest.fixture(scope="module")
