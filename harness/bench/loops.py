@@ -36,13 +36,13 @@ class Loop:
 LOOPS = {
     loop.name: loop
     for loop in (
-        Loop("paper-gps", "paper-gps", False, 40.0),
+        Loop("paper-gps", "paper-gps", False, 80.0),
         Loop("paper-gps incremental", "paper-gps", True, 100.0),
-        Loop("nav2-amcl", "nav2-amcl", False, 30.0),
+        Loop("nav2-amcl", "nav2-amcl", False, 60.0),
         Loop("nav2-amcl incremental", "nav2-amcl", True, 80.0),
         Loop("nav2-stock incremental", "nav2-stock", True, 150.0),
-        Loop("mpc-gps-ekf", "mpc-gps-ekf", False, 40.0),
-        Loop("evasive-gps-ekf", "evasive-gps-ekf", False, 40.0),
+        Loop("mpc-gps-ekf", "mpc-gps-ekf", False, 60.0),
+        Loop("evasive-gps-ekf", "evasive-gps-ekf", False, 60.0),
     )
 }
 
