@@ -258,7 +258,7 @@ def test_addresses_of_schedulers(scheduler: str) -> None:
 def test_a_missing_package_is_named_before_anything_is_created(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.delitem(sys.modules, "harness.execution.dask_cluster", raising=False)
+    monkeypatch.delitem(sys.modules, "harness.execution.dask_security", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match="needs the package distributed.*pip install 'navbench\\[dask\\]'"):
         Where("dask", "tcp://host:8786")
