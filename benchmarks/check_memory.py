@@ -76,7 +76,7 @@ def measure(arguments: argparse.Namespace, folder: Path) -> dict[str, list[tuple
 
 
 def write_journal(study: Study, folder: Path) -> None:
-    """Copies of the study's first delivery, with other distances and collisions, as its journal."""
+    """Copies of the study's first delivery, with other distances, as its journal."""
     with Workers(1) as workers:
         delivery = next(workers.run(run_episode, [next(iter(study.tasks()))])).result
     assert delivery is not None

@@ -16,25 +16,19 @@ are small against a piece; times are real.
 
 import dataclasses
 import math
-from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 
-from harness.world.engine import Server, bullet, set_dynamics
+from harness.world.bucket import SCALE, build, step_with
+from harness.world.engine import Server, bullet
+from harness.world.heap import POURS, settled_heap, turned
 from harness.world.motion_kernels import Quaternion, Vector, lean_and_shake
 from harness.world.truth import CargoState
 from harness.world.world_params import CargoParams
-from navstack.costmap.field_cache import cached_array, content_key
 from navstack.types import BoolArray, FloatArray
 
-Box = tuple[Vector, Vector]  # half extents, centre
 Shaking = tuple[float, Vector, Quaternion, Vector]  # see lean_and_shake; acceleration, orientation and spin as given
 
-SCALE = 10.0  # lengths in the server per real length
-_WALL = 0.05  # [m] thickness of the bucket's walls, thick enough that no piece passes them in one step
-_SETTLING = 3.0  # [s] in which the poured pieces come to rest
-_POURS = 16  # differently poured heaps, each of which can be turned and mirrored in eight ways
 _CHECK_STEPS = 12  # physics steps between two looks for lost pieces
 _JOLT_TIME = 0.2  # [s] over which shaking is averaged: about how long a piece takes from wall to wall at 4 m/s2
 _LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -60,7 +54,7 @@ class Cargo:
 
     def reset(self, rng: np.random.Generator) -> None:
         """Fill the bucket; ``rng`` chooses among settled heaps and the eight ways to turn and mirror one."""
-        pour, image = int(rng.integers(_POURS)), int(rng.integers(8))
+        pour, image = int(rng.integers(POURS)), int(rng.integers(8))
         heap = turned(settled_heap(self._standing, self._gravity, self._dt, pour), image)
         self._heap = heap[is_inside(heap, self.params)]
         self._is_built = False  # in the server; many a delivery never shakes its cargo
@@ -216,150 +210,6 @@ def is_inside(places: FloatArray, params: CargoParams) -> BoolArray:
     """Which centres (n, 3) [m], bucket's frame, lie in the bucket's bounding box."""
     half, height = 0.5 * params.bucket_width, params.bucket_height
     return (np.abs(places[:, :2]) <= half).all(axis=1) & (places[:, 2] >= 0.0) & (places[:, 2] <= height)
-
-
-def build(
-    client: int,
-    params: CargoParams,
-    heap: FloatArray,
-    dt: float,
-    make_held: Callable[[int, CargoParams], int] | None = None,
-) -> tuple[int, list[int]]:
-    """Empty a server and fill it.
-
-    Args:
-        client: the server.
-        params: pieces and bucket.
-        heap: (n, 3) [m] where the pieces go.
-        dt: [s] physics step.
-        make_held: what is moved by hand, made in the server; None: the bucket.
-
-    Returns:
-        What is moved by hand, and the pieces.
-    """
-    bullet.resetSimulation(physicsClientId=client)
-    bullet.setPhysicsEngineParameter(
-        fixedTimeStep=dt, numSubSteps=0, numSolverIterations=20, deterministicOverlappingPairs=1, physicsClientId=client
-    )
-    held = (make_held or _bucket)(client, params)
-    radius = SCALE * params.piece_radius
-    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
-    pieces: list[int] = []
-    for place in (SCALE * heap).tolist():
-        piece = bullet.createMultiBody(
-            params.piece_mass, shape, basePosition=place, useMaximalCoordinates=1, physicsClientId=client
-        )
-        set_dynamics(
-            client,
-            piece,
-            lateralFriction=math.sqrt(params.friction),  # PyBullet multiplies those of the two bodies
-            rollingFriction=params.rolling_friction * SCALE * params.piece_radius,
-            restitution=math.sqrt(params.restitution),
-        )
-        pieces.append(int(piece))
-    return held, pieces
-
-
-def _bucket(client: int, params: CargoParams) -> int:
-    """Floor and four walls, moved by hand: so heavy that no piece moves it. Its origin is the floor's centre."""
-    half, height, wall = 0.5 * SCALE * params.bucket_width, SCALE * params.bucket_height, 0.5 * SCALE * _WALL
-    outer = half + 2.0 * wall
-    boxes = [((outer, outer, wall), (0.0, 0.0, -wall)), *walls(half, height, wall)]
-    return hold(client, boxes, math.sqrt(params.friction), params.restitution)
-
-
-def walls(half: float, height: float, wall: float) -> list[Box]:
-    """Four walls of half the thickness ``wall`` around a square floor of half the width ``half`` at height 0."""
-    boxes: list[Box] = []
-    for sign in (1.0, -1.0):
-        boxes.append(((wall, half + 2.0 * wall, 0.5 * height), (sign * (half + wall), 0.0, 0.5 * height)))
-        boxes.append(((half, wall, 0.5 * height), (0.0, sign * (half + wall), 0.5 * height)))
-    return boxes
-
-
-def hold(client: int, boxes: list[Box], friction: float, restitution: float) -> int:
-    """A body of boxes that is moved by hand: so heavy that nothing moves it.
-
-    Args:
-        client: the server.
-        boxes: half extents and centre of each, in the server's lengths.
-        friction: the body's factor of the product of two.
-        restitution: [-] of a bounce off it.
-    """
-    body = add_boxes(client, boxes, 1.0)
-    given = {"lateralFriction": friction, "restitution": math.sqrt(restitution)}
-    set_dynamics(client, body, mass=1e6, localInertiaDiagonal=(1e6, 1e6, 1e6), **given)
-    return body
-
-
-def add_boxes(client: int, boxes: list[Box], mass: float) -> int:
-    """A rigid body of boxes, each half extents and centre, in the server's lengths; ``mass`` in [kg]."""
-    shape = bullet.createCollisionShapeArray(
-        [bullet.GEOM_BOX] * len(boxes),
-        halfExtents=[extents for extents, _ in boxes],
-        collisionFramePositions=[center for _, center in boxes],
-        physicsClientId=client,
-    )
-    return int(bullet.createMultiBody(mass, shape, useMaximalCoordinates=1, physicsClientId=client))
-
-
-def step_with(client: int, bucket: int, pull: Vector, orientation: Quaternion, spin: Vector, dt: float) -> None:
-    """One physics step under a pull [m/s2] on all pieces, the bucket held at an orientation and spin [rad/s]."""
-    x, y, z = (SCALE * component for component in pull)
-    origin = (0.0, 0.0, 0.0)
-    against = (-x * dt, -y * dt, -z * dt)  # [m/s] makes up for what the pull does to the bucket within the step
-    bullet.setGravity(x, y, z, client)
-    bullet.resetBasePositionAndOrientation(bucket, origin, orientation, client)
-    bullet.resetBaseVelocity(bucket, against, spin, client)
-    bullet.stepSimulation(client)
-
-
-@lru_cache(maxsize=4 * _POURS)
-def settled_heap(params: CargoParams, gravity: float, dt: float, pour: int = 0) -> FloatArray:
-    """Centres (n, 3) in [m] of pieces that were poured into the bucket and came to rest; kept on disk between runs."""
-    key = content_key("settled heap 1", repr(params), gravity, dt, pour, bullet.getAPIVersion())
-    heap = cached_array(key, lambda: _settle(params, gravity, dt, pour))
-    heap.setflags(write=False)
-    return heap
-
-
-def _settle(params: CargoParams, gravity: float, dt: float, pour: int) -> FloatArray:
-    """Pour pieces into a bucket and wait until they rest."""
-    server = Server()
-    client = server.client
-    try:
-        bucket, pieces = build(client, params, _poured(params, pour), dt)
-        for _ in range(round(_SETTLING / dt)):
-            step_with(client, bucket, (0.0, 0.0, -gravity), _LEVEL, (0.0, 0.0, 0.0), dt)
-        places = [bullet.getBasePositionAndOrientation(piece, physicsClientId=client)[0] for piece in pieces]
-    finally:
-        server.close()
-    return np.array(places) / SCALE
-
-
-def _poured(params: CargoParams, pour: int) -> FloatArray:
-    """A loose lattice (n, 3) of pieces above the floor, shifted by layers; it collapses into a heap."""
-    radius = params.piece_radius
-    pitch = 2.1 * radius
-    per_row = max(1, int((params.bucket_width - 2.0 * radius) / pitch) + 1)
-    number = np.arange(params.pieces)
-    layer, in_layer = np.divmod(number, per_row * per_row)
-    row, column = np.divmod(in_layer, per_row)
-    slack = 0.5 * (params.bucket_width - 2.0 * radius - (per_row - 1) * pitch)
-    rng = np.random.default_rng(pour)
-    shift = slack * rng.uniform(-0.9, 0.9, (int(layer.max()) + 1, 2))[layer]  # a layer moves as a whole
-    flat = (np.stack((column, row), axis=1) - 0.5 * (per_row - 1)) * pitch + shift
-    return np.column_stack((flat, radius + layer * pitch))
-
-
-def turned(heap: FloatArray, which: int) -> FloatArray:
-    """One of the eight symmetric images of a heap (n, 3) in a square bucket."""
-    x, y, z = heap.T
-    if which >= 4:
-        y = -y
-    for _ in range(which % 4):
-        x, y = -y, x
-    return np.column_stack((x, y, z))
 
 
 def in_frame(heading: float, orientation: Quaternion) -> Quaternion:

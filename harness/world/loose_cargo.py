@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from harness.world.cargo import SCALE, Box, Cargo, add_boxes, build, hold, walls
+from harness.world.bucket import SCALE, Box, add_boxes, build, hold, walls
+from harness.world.cargo import Cargo
 from harness.world.engine import bullet, set_dynamics
 from harness.world.motion_kernels import Quaternion, Vector
 from harness.world.robot import RobotParams

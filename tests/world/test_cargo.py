@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from harness.statistics.interval import wilson_interval
-from harness.world.cargo import Cargo, _poured, _settle, harmless_jolt, in_frame, is_inside, settled_heap, turned
+from harness.world.cargo import Cargo, harmless_jolt, in_frame, is_inside
+from harness.world.heap import _poured, _settle, settled_heap, turned
 from harness.world.world_params import CargoParams
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -62,7 +63,7 @@ def test_the_bucket_is_filled_as_asked():
 
 def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
     steps = []
-    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given))
+    monkeypatch.setattr("harness.world.heap.step_with", lambda client, bucket, *given: steps.append(given))
     _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
     assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360
 

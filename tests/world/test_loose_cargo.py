@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.cargo import SCALE, Cargo
+from harness.world.bucket import SCALE
+from harness.world.cargo import Cargo
 from harness.world.engine import bullet
 from harness.world.loose_cargo import LooseCargo
 from harness.world.world_params import CargoParams
