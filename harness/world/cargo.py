@@ -6,12 +6,11 @@ of the bucket reach the pieces.
 
 Simplifications: pieces are equal spheres (friction and rolling friction stand for the irregular shape), without air
 drag; they do not act back on the robot (50 g against 50 kg); the bucket is a square box fixed to the robot, unless
-:mod:`harness.world.loose_cargo` lets it stand loose. Pieces that
-have left the bucket's surroundings are lost for good. Pieces move only while the bucket is shaken or tilted beyond a
-threshold and shortly afterwards, when they rest again; below it popcorn filled to 0.6 does not move. As they act on
-nothing, their motion is worked out late, and not at all where no jolt could lift a liquid over the rim.
-Lengths and accelerations are ten times the real ones, so that the contact solver's tolerances (about 1 mm)
-are small against a piece; times are real.
+:mod:`harness.world.loose_cargo` lets it stand loose. Pieces that have left the bucket's surroundings are lost for good.
+Pieces move only while the bucket is shaken or tilted beyond a threshold and shortly afterwards, when they rest again;
+below it popcorn filled to 0.6 does not move. As they act on nothing, their motion is worked out late, and not at all
+where no jolt could lift a liquid over the rim. Lengths and accelerations are ten times the real ones, so that the
+contact solver's tolerances (about 1 mm) are small against a piece; times are real.
 """
 
 import dataclasses
@@ -192,8 +191,7 @@ def harmless_jolt(heap: FloatArray, params: CargoParams, gravity: float) -> floa
     """Mean shaking [m/s2] over ``_JOLT_TIME`` up to which nothing is spilled.
 
     It is that by which a liquid as high as the highest piece just reaches the rim. Held, the shaking inclines the
-    surface about its middle; as a shock it gives a speed, which is spent on the way up. Popcorn rubs, and bears more
-    (docs/physics.md).
+    surface about its middle; as a shock it gives a speed, which is spent on the way up. Popcorn rubs, and bears more.
 
     Args:
         heap: centres (n, 3) [m] of the pieces at rest.
