@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
 ROUNDING = 1e-6  # floats up to this size only guard against rounding
 COMPARED = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">"),
             ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}  # fmt: skip
@@ -30,6 +31,14 @@ class Mutant:
     def applied(self, source: bytes) -> bytes:
         """The file with the change."""
         return source[: self.begin] + self.text.encode() + source[self.end :]
+
+    @property
+    def change(self) -> tuple[str, str, str]:
+        """The file, and its line without and with the change, as EQUIVALENT has them."""
+        source = (ROOT / self.file).read_bytes()
+        start = source.rfind(b"\n", 0, self.begin) + 1
+        lines = [text[start:].partition(b"\n")[0].decode().strip() for text in (source, self.applied(source))]
+        return str(self.file), f"- {lines[0]}", f"+ {lines[1]}"
 
 
 class Finder(ast.NodeVisitor):
@@ -128,6 +137,16 @@ def _other_value(value: object) -> str | None:
     if isinstance(value, float) and math.isfinite(value) and not 0.0 < value <= ROUNDING:
         return repr(value * 1.5 if value else 1.0)
     return None
+
+
+def read_equivalent() -> dict[tuple[str, str, str], str]:
+    """Why no test could notice a mutant, by :attr:`Mutant.change`."""
+    blocks = EQUIVALENT.read_text(encoding="utf-8").split("\n\n")[1:]  # the first one tells what this is
+    found = {}
+    for block in blocks:
+        file, before, after, *reason = block.splitlines()
+        found[file, before, after] = " ".join(reason)
+    return found
 
 
 def find_mutants(paths: Sequence[str]) -> list[Mutant]:

@@ -10,6 +10,7 @@ are kept. Taking much longer than unchanged code counts as failing.
 
 Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
 annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.
+Drawn but not judged: those in equivalent_mutants.txt, which says of each why no test could notice it.
 
 Verdicts are kept in the checkpoint: an interrupted run goes on, and one after new tests judges what they may notice.
 """
@@ -34,7 +35,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from faults import ROOT, Mutant, find_mutants
+from faults import ROOT, Mutant, find_mutants, read_equivalent
 
 COPIED = ("navbench", "navstack", "harness", "params", "maps", "tests", "benchmarks", "docs", "pyproject.toml")
 TRACKED = ("results/baseline", "README.md", "CHANGELOG.md", "mkdocs.yml", "Makefile")
@@ -156,13 +157,6 @@ def wilson(killed: int, n: int) -> tuple[float, float]:
     return centre - width, centre + width
 
 
-def describe(mutant: Mutant) -> str:
-    """Where a mutant is and what it changes."""
-    source = (ROOT / mutant.file).read_bytes()
-    line = source.splitlines()[mutant.line - 1].decode().strip()
-    return f"{mutant.file}:{mutant.line}: '{source[mutant.begin : mutant.end].decode()}' -> '{mutant.text}' in: {line}"
-
-
 def key(mutant: Mutant, judges: Sequence[Path] = ()) -> str:
     """A mutant's name for as long as its file, and its judges, are what they are."""
     content = hashlib.sha256(b"".join((ROOT / file).read_bytes() for file in (mutant.file, *judges))).hexdigest()[:16]
@@ -180,18 +174,19 @@ def main() -> None:
     for library in LIBRARIES:
         importlib.import_module(library)
     every = find_mutants(given.paths)
-    sample = random.Random(given.seed).sample(every, min(given.sample, len(every)))
-    print(f"{len(sample)} of {len(every)} mutants", flush=True)
+    drawn = random.Random(given.seed).sample(every, min(given.sample, len(every)))
+    equivalent = read_equivalent()
+    sample = [mutant for mutant in drawn if mutant.change not in equivalent]
+    print(f"{len(drawn)} of {len(every)} mutants, {len(drawn) - len(sample)} of them equivalent", flush=True)
     lines = given.checkpoint.read_text().splitlines() if given.checkpoint.exists() else []
     killers = {line["mutant"]: line["killer"] for line in map(json.loads, lines)}
-    texts = [describe(mutant) for mutant in sample]
     names = [
         (key(mutant), key(mutant, nearest_tests(mutant.file))) for mutant in sample
     ]  # of one killed, of a survivor
     killed = 0
     with tempfile.TemporaryDirectory(dir=ROOT.parent, ignore_cleanup_errors=True) as unchanged:
         copy_tree(ROOT, Path(unchanged))
-        for n, (mutant, name, text) in enumerate(zip(sample, names, texts, strict=True), 1):
+        for n, (mutant, name) in enumerate(zip(sample, names, strict=True), 1):
             test = killers.get(name[0])
             if test is None and name[1] not in killers:
                 test = killer(mutant, Path(unchanged))
@@ -200,7 +195,7 @@ def main() -> None:
                     checkpoint.write(json.dumps(line) + "\n")
             killed += test is not None
             if test is None:
-                print(f"survived: {text}", flush=True)
+                print("survived:", *mutant.change, sep="\n", flush=True)
             if n % 10 == 0 or n == len(sample):
                 low, high = wilson(killed, n)
                 print(f"{n}: {killed} killed, {killed / n:.3f} [{low:.3f}, {high:.3f}]", flush=True)

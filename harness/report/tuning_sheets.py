@@ -56,8 +56,9 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
         f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
     ]
     if not study.incumbent.values:
-        return [*lines, "No trial was better than the original file: it stays as it is."]
-    lines += [_proof(explanation), *explanation.notes]
+        lines.append("No trial was better than the original file: it stays as it is.")
+        return [*lines, *_room(explanation)]
+    lines += [_proof(explanation), *_room(explanation), *explanation.notes]
     flagged = explanation.audit.flagged
     if flagged:
         names = ", ".join(check.gap.title for check in flagged)
@@ -81,6 +82,13 @@ def _proof(explanation: Explanation) -> str:
         beside = f" ({bounds_text(explanation.unseen)} if a loss that has not happened yet is admitted)"
     verdict = _verdict(margin.difference, explanation.unseen)
     return f"{text}difference {interval_text(margin.difference)}{beside}, {verdict}."
+
+
+def _room(explanation: Explanation) -> list[str]:
+    room = explanation.room_usd_per_run
+    if room is None or not explanation.audit.unseen:
+        return []
+    return [f"Nothing earns more than the fee, which leaves a better file at most {interval_text(room)} USD/run to gain."]
 
 
 def _verdict(difference: Interval, unseen: Interval | None) -> str:

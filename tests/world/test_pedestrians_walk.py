@@ -57,6 +57,12 @@ def record(crowd, seconds, seed=0, dt=DT, robot=AWAY):
     return np.array(states)
 
 
+def test_edge_distances_are_those_of_the_cells_centres():
+    network = WalkingNetwork(grid_of(np.ones((9, 30), dtype=np.bool_), 0.2), 0.0)
+    middle = [-0.3, -0.1, 0.1, 0.3, 0.5, 0.7]  # [m] from the closed cells to those four cells from the next edge
+    assert network.edge_distances()[6, :6] == pytest.approx(middle)
+
+
 def test_steps_taken_at_once_are_the_same_steps(crowd):
     """To the last bit, although people arrive, stand and set out again in between."""
     single = record(crowd, 60.0)[::7]

@@ -5,7 +5,7 @@ import pytest
 
 from harness.world.body_state import BodyState
 from harness.world.lidar import Lidar, LidarParams, SelfFilter
-from harness.world.lidar_kernels import cast_grid, clearance_field
+from harness.world.lidar_kernels import _meet, cast_grid, clearance_field
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D
@@ -163,6 +163,13 @@ def test_people_are_circles(beams, view):
         angles = base.yaw - view / 2 + np.arange(beams) * view / beams
         exact = [min(circle_range(x - base.x, y - base.y, 0.3, a) for x, y in people[:, :2]) for a in angles]
         np.testing.assert_allclose(lidar.exact_ranges(base, people), exact, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("px", "expected"), [(3.0, 2.7), (-3.0, 9.0)])
+def test_a_beam_meets_what_lies_ahead_of_it_and_not_what_lies_behind(px, expected):
+    ranges = np.array([9.0])
+    _meet(0, px, 0.0, px * px, 0.3, np.array([[1.0, 0.0]]), ranges)
+    assert ranges[0] == pytest.approx(expected)
 
 
 def test_a_wall_hides_a_person_and_a_person_hides_the_wall():

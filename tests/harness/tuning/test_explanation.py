@@ -186,6 +186,18 @@ def test_the_report_tells_everything(explained: tuple[StudyResult, Explanation],
     assert "flags nothing" in stream.getvalue()
 
 
+def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanation]) -> None:
+    study, found = explained
+    margins = [row[MARGIN] for row in study.test_rows[1]]
+    room = found.room_usd_per_run
+    assert room is not None and room.value is not None and room.low is not None and room.high is not None
+    assert room.value == pytest.approx(PRICES.delivery_fee.value - sum(margins) / len(margins))
+    assert room.low < room.value < room.high
+    assert any(f"at most {room.value:.2f} [" in line for line in summary(study, found))
+    trained = dataclasses.replace(found, audit=dataclasses.replace(found.audit, unseen=False))
+    assert not any("at most" in line for line in summary(study, trained))
+
+
 def test_every_new_value_is_set_back_alone(explained: tuple[StudyResult, Explanation]) -> None:
     study, found = explained
     names = {name for step in found.set_back for name in step.changes}

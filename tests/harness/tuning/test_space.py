@@ -34,6 +34,7 @@ SPACES = {
     "mpc_weights": "mpc",
     "mpc_limits": "mpc",
     "mppi": "mppi",
+    "expected_cost": "expected_cost",
     "collision_monitor": "stock",
     "amcl": "amcl",
 }
