@@ -16,6 +16,7 @@ from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import (
     FAR,
     OFF_MAP,
+    Clearance,
     clearance_at,
     map_clearance,
     signed_distances,
@@ -25,7 +26,7 @@ from navstack.control.expected_cost.clearance import (
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import cost_at, make_field
 from navstack.control.expected_cost.motion_cost import TERMS, price_all, price_one
-from navstack.control.expected_cost.people import Spread, predict, turn
+from navstack.control.expected_cost.people import Spread, corner_ahead, predict, turn
 from navstack.costmap.costmap import Costmap
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.expected_cost import DeliveryPrices
@@ -189,6 +190,21 @@ def test_who_stands_may_set_out_and_who_reaches_the_edge_turns() -> None:
     assert edge.motion[0, -1, 0] == pytest.approx(22.15, abs=0.15)
     later = t[-1] - max(t[stopped] - 0.3, 0.0)
     assert edge.std[0, -1] == pytest.approx(0.06 + 0.04 + 0.1 * t[-1] + 0.6 * later)
+
+
+@pytest.mark.parametrize(("x", "turned"), [(1.0, -1.0), (3.05, -1.0), (3.05, 1.0)])
+def test_a_corner_is_on_the_side_where_it_is_near(x: float, turned: float) -> None:
+    """The ground narrows at x = 3 m from the side ``turned``; elsewhere the other one is near."""
+    at_x, at_y = np.meshgrid(0.05 + 0.1 * np.arange(100), 0.05 + 0.1 * np.arange(60))
+    other = np.where((at_x > 2.5) & (at_x < 4.0), turned, -turned)
+    metres = (0.3 + 0.5 * abs(at_x - 3.05) - 0.2 * other * (at_y - 3.0)).astype(np.float32)
+    metres.flags.writeable = False
+    clearance = Clearance(metres, (0.0, 0.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1))
+    motion = np.zeros((36, 4))
+    motion[:, 0], motion[:, 1], motion[:, 2] = x + 0.12 * np.arange(1, 37), 3.0, 1.0
+    step, side = corner_ahead(np.array((x, 3.0, 1.0, 0.0, 0.3, 0.0, 0.0)), motion, clearance)
+    assert side == turned
+    assert ([x, *motion[:, 0]][step]) == pytest.approx(3.05, abs=0.12)
 
 
 def test_who_passes_a_corner_may_turn_round_it() -> None:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 import pytest
@@ -235,6 +236,26 @@ def test_a_failing_solver_brakes_within_the_limits_and_is_counted(free: Surround
     assert controller.decision.total is None and controller.decision.rejected == 1
     controller._solver = working
     assert controller.compute_velocity(replace(state, stamp=120 * PERIOD), plan, free).linear_x > 0.0
+
+
+class Counted:
+    """A solver whose steps are counted."""
+
+    def __init__(self, inner: Any) -> None:
+        self.inner, self.steps = inner, 0
+
+    def step(self, *given: Any) -> Any:
+        self.steps += 1
+        return self.inner.step(*given)
+
+
+@pytest.mark.parametrize(("later", "steps"), [(0.4, 1), (0.5, 5)])
+def test_a_solution_of_half_a_second_ago_is_of_no_use(free: Surroundings, later: float, steps: int) -> None:
+    controller = make()
+    controller.compute_velocity(RobotState(Pose2D(), Twist2D(), 0.0), straight(8.0), free)
+    controller._solver = counted = Counted(controller._solver)  # type: ignore[assignment]
+    controller.compute_velocity(RobotState(Pose2D(), Twist2D(), later), straight(8.0), free)
+    assert counted.steps == steps
 
 
 def test_the_decision_tells_the_cost_terms(free: Surroundings) -> None:

@@ -293,6 +293,13 @@ def test_a_cusp_ends_the_path_until_the_robot_is_there() -> None:
     assert len(handler.near(plan, Pose2D(1.9, 0.0, 0.1), FREE.costmap)) >= 38
 
 
+def test_the_plans_end_is_no_cusp() -> None:
+    handler = make(replace(PARAMS, enforce_path_inversion=True, prune_distance=10.0))._path_handler
+    plan = Path(np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros((41, 2)))))
+    for _ in range(3):
+        assert handler.near(plan, Pose2D(2.0, 0.0, 0.0), FREE.costmap)[-1].tolist() == [2.0, 0.0, 0.0]
+
+
 FILE = """
 controller_server:
   ros__parameters:

@@ -143,6 +143,11 @@ def test_path_orientations_may_give_the_heading() -> None:
     assert by_orientation.compute_velocity(state, plan, surroundings()).angular_z > 0.0
 
 
+def test_a_plan_shorter_than_the_sampling_distance_is_looked_at_its_end() -> None:
+    plan = Path(np.array(((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.1, 0.1, 0.0))))
+    assert make()._heading_error(Pose2D(0.0, 0.0, 0.2), plan) == pytest.approx(math.pi / 4.0 - 0.2)
+
+
 def test_a_plan_of_one_pose_reset_and_resume_reach_the_primary() -> None:
     primary = Primary()
     shim = RotationShimController(PARAMS, primary, FOOTPRINT, 30.0, 0.25)

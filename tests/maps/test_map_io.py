@@ -184,6 +184,17 @@ def test_what_is_no_mapping_is_refused(tmp_path: Path, content: str) -> None:
         load_map(tmp_path / "absent.yaml")
 
 
+@pytest.mark.parametrize(("resolution", "is_allowed"), [(1e-4, True), (1e3, True), (0.99e-4, False), (1.01e3, False)])
+def test_cells_of_a_tenth_of_a_millimetre_to_a_kilometre_are_allowed(
+    tmp_path: Path, resolution: float, is_allowed: bool
+) -> None:
+    if is_allowed:
+        assert loaded(tmp_path, [[0]], resolution=str(resolution)) == [[100]]
+    else:
+        with pytest.raises(MapError, match=r"allowed is 0.0001 to 1000"):
+            loaded(tmp_path, [[0]], resolution=str(resolution))
+
+
 def png_header(width: int, height: int) -> bytes:
     """A PNG that promises an image and does not contain it."""
     body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)

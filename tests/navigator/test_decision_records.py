@@ -1,10 +1,12 @@
 """Every cycle of a navigation can be explained, from who decided to what was driven."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from navstack.behavior_tree import NavigateToPose
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator, TickRecord
@@ -53,6 +55,15 @@ def test_recoveries_and_idle_cycles_are_told_by_name(room, make, drive) -> None:
     assert backwards == {"backup"}
     assert len(navigator.latencies.planner) == navigator.counts.failed_plans == 14
     assert len(navigator.latencies.controller) == 0
+
+
+@pytest.mark.parametrize(("stamp", "now", "is_told"), [(0.0, 0.1, True), (0.0, 0.2, False), (3.0, 3.3, False)])
+def test_what_a_controller_weighed_is_told_for_a_fifth_of_a_second(stamp, now, is_told):
+    server = SimpleNamespace(decision=SimpleNamespace(stamp=stamp), controller=SimpleNamespace(options=("an option",)))
+    tree = SimpleNamespace(_controller_server=server)
+    assert NavigateToPose.options(tree, now) == (("an option",) if is_told else ())
+    server.decision = None
+    assert NavigateToPose.options(tree, now) == ()
 
 
 def test_a_new_goal_forgets_what_was_told(room, make, drive) -> None:

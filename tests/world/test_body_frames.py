@@ -163,6 +163,7 @@ def test_who_appears_elsewhere_does_not_fly_there(lab, robot, params):
     ],
 )
 def test_impossible_frames_are_refused(params, change):
+    dataclasses.replace(params.pedestrian_bodies, frame_steps=120, kind="kinematic")
     with pytest.raises(ParameterError, match=next(iter(change))):
         dataclasses.replace(params.pedestrian_bodies, **change)
 

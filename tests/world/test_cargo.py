@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -247,6 +248,22 @@ def test_what_counts_as_harmless_spills_nothing(monkeypatch, params, kind):
     finally:
         bucket.close()
     assert lost == [0] * 6
+
+
+@pytest.mark.parametrize(
+    ("height", "changes", "most"),
+    [
+        (0.0, {}, math.sqrt(2.0 * GRAVITY * 0.1) / 0.2),  # a shock
+        (0.05, {}, 0.5 * GRAVITY),  # the surface inclined
+        (0.1, {}, 0.0),  # a piece at the rim
+        (0.11, {}, 0.0),
+        (0.0, {"bucket": "free"}, 0.0),
+    ],
+)
+def test_the_harmless_shaking_is_that_of_a_liquid(height, changes, most):
+    params = SimpleNamespace(**{"bucket": "fixed", "bucket_height": 0.1, "bucket_width": 0.2} | changes)
+    heap = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, height]])
+    assert harmless_jolt(heap, params, GRAVITY) == pytest.approx(most)
 
 
 def test_pieces_simulated_late_are_where_they_would_be(cargo, monkeypatch):

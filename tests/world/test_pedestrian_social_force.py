@@ -231,6 +231,20 @@ def test_the_kernel_equals_a_slow_twin():
     assert (needs == 0).all()
 
 
+@pytest.mark.parametrize(
+    ("velocity", "after"),
+    [
+        ((1.0, 1.0), (-5.4, -5.4, 1.0, 1.0)),  # out of the corner
+        ((-1.0, 1.0), (-5.5, -5.5, 0.0, 0.0)),  # along the wall that is there: it cannot
+        ((-1.0, -1.0), (-5.5, -5.5, 0.0, 0.0)),  # into the corner: what remains of it is nothing
+    ],
+)
+def test_who_is_in_a_corner_gets_out_or_stands(velocity, after):
+    centres = 0.2 * (np.arange(60) + 0.5)  # [m] from the walls at the lower and left ends
+    edges = Edges(np.minimum.outer(centres, centres), np.ones((60, 60), dtype=np.bool_), FRAME)
+    assert keep_inside(-5.5, -5.5, *velocity, 0.1, 0.6, edges) == pytest.approx(after, abs=1e-9)
+
+
 def test_alone_in_the_open_everybody_walks_at_the_own_speed(robot):
     walkers = Walkers(robot, [(2.0, 2.0, 0.0, 0.0)], [(28.0, 2.0)])
     states = walkers.walk(8.0)

@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
-from harness.world.pedestrian_kernels import BLOCKED, find_path
+from harness.world.pedestrian_kernels import BLOCKED, _least_length, find_path
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
@@ -55,6 +55,12 @@ def record(crowd, seconds, seed=0, dt=DT, robot=AWAY):
         crowd.step(dt)
         states.append(crowd.states)
     return np.array(states)
+
+
+def test_the_least_length_between_two_cells_is_the_largest_difference_to_a_landmark():
+    a, b = np.array([3.0, 9.0, 5.0, 2.0], dtype=np.float32), np.array([3.25, 9.0, 5.0, 2.5], dtype=np.float32)
+    assert (_least_length(a, a), _least_length(a, b), _least_length(b, a)) == (0.0, 0.5, 0.5)
+    assert (_least_length(a[:2], b[:2]), _least_length(a[2:], b[2:])) == (0.25, 0.5)
 
 
 def test_edge_distances_are_those_of_the_cells_centres():
