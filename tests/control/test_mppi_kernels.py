@@ -4,6 +4,7 @@ import importlib.util
 import math
 from dataclasses import replace
 from pathlib import Path as FilePath
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from navstack.control.mppi import control_sequence
 from navstack.control.mppi.body import clearance, make_body
 from navstack.control.mppi.critics import build_critics
 from navstack.control.mppi.optimizer import Noise, Optimizer
+from navstack.control.mppi.path_critics import PathAlignCritic
 from navstack.control.mppi.path_handler import first_cusp, window
 from navstack.control.mppi.path_kernels import furthest_point, nearest_along, nearest_table
 from navstack.control.mppi.rollouts import Rollouts, roll_out
@@ -311,3 +313,21 @@ def test_a_sequence_alone_is_one_trajectory():
     rollouts.v[:], rollouts.w[:] = 1.0, 0.0
     roll_out(rollouts, FLOAT(math.pi / 2), FLOAT(0.1), FLOAT(0.1))
     np.testing.assert_allclose(rollouts.y[:, 0], 0.1 * np.arange(1, 31), atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("reached", "blocked", "counts"), [(20, 2, True), (20, 3, False), (50, 5, True), (50, 6, False)]
+)
+def test_a_path_that_is_blocked_too_much_is_not_aligned_to(
+    monkeypatch: pytest.MonkeyPatch, reached: int, blocked: int, counts: bool
+) -> None:
+    """Two points in obstacles are always ignored, of more of them a tenth of the points reached."""
+    monkeypatch.setattr("navstack.control.mppi.path_critics.mean_misalignment", lambda *given: np.ones(3))
+    own = PathAlignParams(max_path_occupancy_ratio=0.1)
+    params = MppiParams(critics=("PathAlignCritic",), PathAlignCritic=own)
+    critic = PathAlignCritic("PathAlignCritic", params)
+    free = np.arange(60) >= blocked
+    scene = SimpleNamespace(
+        goal_distance=9.0, furthest=lambda _: reached, free=free, path_x=free, path_y=free, path_yaw=free
+    )
+    assert (critic.score(None, scene) is not None) == counts

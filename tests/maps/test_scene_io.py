@@ -82,6 +82,16 @@ def test_ground_is_level_where_a_zone_says_nothing(tmp_path: Path) -> None:
     assert [zone.elevation for zone in load_scene(tmp_path / "m.yaml").zones] == [0.0, -0.15]
 
 
+@pytest.mark.parametrize("corner", [[1e9, 0.0], [0.0, -1e9], [float("nan"), 0.0]])
+def test_no_corner_may_lie_beyond_the_farthest_place(tmp_path: Path, corner: list[float]) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    geometry = {"type": "Polygon", "coordinates": [[[0, 0], corner, [1, 1], [0, 0]]]}
+    feature = {"properties": {"role": "zone", "kind": "road"}, "geometry": geometry}
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
+    with pytest.raises(MapError, match="a polygon has 4 to"):
+        load_scene(tmp_path / "m.yaml")
+
+
 def test_shipped_maps_are_found_by_name_and_others_are_not() -> None:
     assert map_names() == ["sidewalk", "sidewalk_1", "sidewalk_2"]
     with pytest.raises(UnknownNameError, match="did you mean 'sidewalk'"):
