@@ -7,7 +7,16 @@ import pytest
 from shapely import Polygon, affinity, box, union_all
 
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.command_guard import KEEP_CURVE, STRAIGHTEN, Body, _duration, guarded, stop_is_safe, stopped
+from navstack.control.mpc.command_guard import (
+    KEEP_CURVE,
+    STRAIGHTEN,
+    Body,
+    _duration,
+    _reach,
+    guarded,
+    stop_is_safe,
+    stopped,
+)
 from navstack.control.mpc.distance_field import Field, distance_table
 from navstack.control.mpc.people import FIELDS
 from navstack.control.mpc.stop_profile import stop_distance, stop_time
@@ -197,3 +206,9 @@ def test_a_turning_robot_does_not_sweep_over_a_person(v: float) -> None:
     assert not stop_is_safe(state, STRAIGHTEN, *known, person)
     assert stop_is_safe(state, STRAIGHTEN, *known, NOBODY)
     assert guarded(state, 0.0, 0.0, *known[:2], STRAIGHTEN, *known[2:], person)[2] > 0.0
+
+
+def test_the_reach_of_a_footprint_is_that_of_its_farthest_corner() -> None:
+    corners = np.array(((0.2, 0.3), (0.2, -0.3), (-0.4, -0.3), (-0.3, 0.7)))
+    assert _reach(corners) == pytest.approx(math.hypot(0.3, 0.7))
+    assert _reach(corners[::-1].copy()) == _reach(corners)

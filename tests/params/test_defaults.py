@@ -1,6 +1,7 @@
 """What an absent parameter means: a default that changes changes what other people's files say."""
 
 import dataclasses
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ from navstack.params.extensions import algorithms
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.params.registry import bindings, nodes
 
-STORED = Path(__file__).with_name("defaults.yaml")
+HERE = Path(__file__).parent
+WORLD = ("gps_receiver", "inertial_unit", "lidar", "map_import", "outcome", "pedestrian_params", "wheel_odometry")
+WORLD += ("robot", "scene", "sensors", "world_params")
 
 
 def classes() -> dict[str, type[Any]]:
@@ -34,7 +37,20 @@ def defaults(kind: type[Any]) -> dict[str, Any]:
     return {name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}
 
 
+def of_the_world() -> dict[str, type[Any]]:
+    """The dataclasses of a simulated world's parameters, by name."""
+    modules = [importlib.import_module(f"harness.world.{name}") for name in WORLD]
+    every = [each for module in modules for each in vars(module).values() if dataclasses.is_dataclass(each)]
+    return {kind.__name__: kind for kind in every if defaults(kind)}
+
+
 def test_defaults_are_as_they_were() -> None:
-    stored = YAML(typ="safe").load(STORED)
+    stored = YAML(typ="safe").load(HERE / "defaults.yaml")
     assert {name: defaults(kind) for name, kind in sorted(classes().items())} == stored
     assert "GpsEkfParams" in stored and "ExpectedCostParams" in stored
+
+
+def test_defaults_of_the_world_are_as_they_were() -> None:
+    stored = YAML(typ="safe").load(HERE / "world_defaults.yaml")
+    assert {name: defaults(kind) for name, kind in sorted(of_the_world().items())} == stored
+    assert "GpsParams" in stored and "CargoParams" in stored

@@ -12,7 +12,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from py_compile import PycInvalidationMode
+from typing import Any
 
+import numba
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -181,6 +183,9 @@ def wrong(copy: Path) -> dict[str, list[str]]:
         for job in (*unchanged, *changed, *unchanged)
     ]
     environment = {key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
+    config: Any = numba.config
+    if config.CPU_NAME:  # as navstack has set it, before numba makes itself ready: compiled code is known by it, too
+        environment |= {"NUMBA_CPU_NAME": config.CPU_NAME, "NUMBA_CPU_FEATURES": config.CPU_FEATURES}
     program = subprocess.run(
         [sys.executable, str(Path(__file__).with_name("changed_sources.py"))],
         input=json.dumps(jobs),

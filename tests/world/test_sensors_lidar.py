@@ -165,10 +165,14 @@ def test_people_are_circles(beams, view):
         np.testing.assert_allclose(lidar.exact_ranges(base, people), exact, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("px", "expected"), [(3.0, 2.7), (-3.0, 9.0)])
-def test_a_beam_meets_what_lies_ahead_of_it_and_not_what_lies_behind(px, expected):
+@pytest.mark.parametrize(
+    ("px", "py", "expected"),
+    [(5.0, 0.0, 2.0), (-5.0, 0.0, 9.0), (4.0, 3.0, 4.0), (4.0, 3.1, 9.0)],
+    ids=["ahead", "behind", "touched", "passed"],
+)
+def test_a_beam_meets_the_circles_ahead_of_it(px, py, expected):
     ranges = np.array([9.0])
-    _meet(0, px, 0.0, px * px, 0.3, np.array([[1.0, 0.0]]), ranges)
+    _meet(0, px, py, px * px + py * py, 3.0, np.array([[1.0, 0.0]]), ranges)
     assert ranges[0] == pytest.approx(expected)
 
 
