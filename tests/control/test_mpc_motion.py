@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field, distance_and_gradient, distance_table
+from navstack.control.mpc.distance_field import Field, cell_distance, distance_and_gradient, distance_table
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
@@ -145,6 +145,14 @@ def test_gradients_beside_a_ridge_are_those_over_two_cells_to_either_side() -> N
     field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
     distance, gx, gy = distance_and_gradient(field, -5.0 + 0.05 * 101.5, 3.0 + 0.05 * 100.5, 1.3)
     assert (distance, gx, gy) == pytest.approx((0.45, -0.5, 0.0), abs=0.03)
+
+
+@pytest.mark.parametrize("cell", [(-1, 3), (3, -1), (8, 3), (3, 5)])
+def test_beyond_the_grid_there_is_no_obstacle(cell: tuple[int, int]) -> None:
+    costs = np.full((5, 8), 254, dtype=np.uint8)
+    field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
+    assert cell_distance(field, *cell) == distance_table(0.19, 3.0)[0]
+    assert cell_distance(field, 7, 4) == cell_distance(field, 0, 0) == 0.0
 
 
 def test_circles_cover_the_footprint() -> None:

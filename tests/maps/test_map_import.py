@@ -12,7 +12,7 @@ from harness.episode.factory import Parts
 from harness.task.mission import MissionSampler
 from harness.task.study import make_study
 from harness.world.elevation import Elevation
-from harness.world.map_import import ImportSettings, import_scene, resampled
+from harness.world.map_import import ImportSettings, _zones, import_scene, resampled
 from harness.world.scene_io import load_scene
 from harness.world.shapes import polygon_area
 from navstack.costmap.map_io import save_map
@@ -170,3 +170,12 @@ def test_the_published_map_has_its_blocks_and_roads(tmp_path):
     assert road < -5000.0
     mission = MissionSampler(scene.navigation_mesh, "published", scene.walkable).sample(np.random.default_rng(1))
     assert mission.shortest_path > 18.0
+
+
+@pytest.mark.parametrize(("cells", "kinds"), [((2, 2), ["road"]), ((1, 3), [])])
+def test_roads_of_less_than_a_square_metre_are_left_out(cells: tuple[int, int], kinds: list[str]) -> None:
+    road = np.zeros((8, 8), dtype=np.bool_)
+    road[2 : 2 + cells[0], 3 : 3 + cells[1]] = True
+    zones = _zones(road, OccupancyGrid(np.zeros((8, 8), dtype=np.int8), 0.5, Pose2D()), 0.12)
+    assert [zone.kind for zone in zones] == kinds
+    assert all(zone.elevation == -0.12 for zone in zones)

@@ -180,7 +180,8 @@ def test_a_threshold_that_further_scans_or_a_point_cloud_may_reach(inspect):
 def test_a_costmap_that_comes_within_a_longer_timeout(inspect):
     text = LAYERS.replace("plugins:", "update_frequency: 2.0\n      plugins:", 1)
     slow = "controller_server: {ros__parameters: {costmap_update_timeout: %s}}"
-    assert told(inspect(text + slow % 0.5), "late-costmap")
+    advice = told(inspect(text + slow % 0.5), "late-costmap")["local_costmap: update_frequency"].advice
+    assert advice == "update_frequency: 3.0, or costmap_update_timeout: 1.0 in the controller server"
     assert not told(inspect(text + slow % 0.6), "late-costmap")
     assert told(inspect(text + slow % 0.0), "late-costmap")["local_costmap: update_frequency"].advice.startswith(
         "costmap_"

@@ -111,6 +111,12 @@ def test_nobody_appears_where_the_robot_is(tmp_path):
     assert tuple(at(model, 1.5, Pose2D(2.5, 0.5))[0]) != ABSENT  # who was there before walks on
 
 
+def test_whoever_begins_a_new_round_does_not_appear_where_the_robot_is_either(tmp_path):
+    model = people(write(tmp_path, "id,t,x,y\n1,0,0,0\n1,4,8,0\n"), loop=True)
+    assert at(model, 4.0)[0, 0] < 8.0  # after one round; nobody was there
+    assert tuple(at(model, 4.0, Pose2D(0.2, 0.0))[0]) == ABSENT
+
+
 @pytest.mark.parametrize(("clearance", "x"), [(5.0, 3.0), (math.nextafter(5.0, 6.0), math.inf)])
 def test_somebody_may_appear_just_beyond_the_clearance(clearance, x):
     states, sample = np.empty((1, 4)), (np.array((0, 1)), np.zeros(1), np.array(((3.0, 4.0),)))
