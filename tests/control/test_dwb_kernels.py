@@ -133,6 +133,15 @@ def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
         assert largest_steps(params) >= most
 
 
+@pytest.mark.parametrize(("forward", "turn"), [(2.0, 0.1), (0.1, 1.0)])
+def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(forward: float, turn: float) -> None:
+    params = DwbParams(
+        critics=("PathDist",), max_vel_x=forward, max_vel_theta=turn, sim_time=1.0, linear_granularity=0.1,
+        angular_granularity=0.05, discretize_by_time=False,
+    )  # fmt: skip
+    assert largest_steps(params) == 21
+
+
 def test_step_counts_follow_the_command() -> None:
     commands = np.array(((0.0, 0.0, 0.01), (3.0, 0.0, 0.0), (3.0 + 4e-16, 0.0, 0.0), (0.3, 0.4, 0.0), (0.0, 0.0, -1.2)))
     assert kernels.step_counts(commands, 1.0, 0.05, 0.025).tolist() == [1, 60, 61, 10, 48]

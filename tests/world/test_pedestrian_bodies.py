@@ -16,7 +16,7 @@ from harness.world.world_params import PedestrianBodyParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.types import Pose2D, Twist2D
 
-from .laboratory import NoSensors
+from .laboratory import NoSensors, bullet
 
 WALKABLE = OccupancyGrid(np.zeros((80, 300), dtype=np.int8), 0.1, Pose2D())
 START = Pose2D(5.0, 4.0)
@@ -99,6 +99,17 @@ def test_a_body_that_nothing_can_push_does_not_hurry_its_model(world_of):
     ours, theirs = (np.array([t.pedestrians for t in drive(world, 2.0)]) for world in (with_bodies, without))
     assert (np.hypot(*(theirs[..., :2] - (5.0, 4.0)).transpose(2, 0, 1)) < Crowd.ACTIVE_RADIUS).any()
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
+def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_of):
+    world = world_of(model="random_walk", count=1)
+    crowd, (x, y) = world._crowd, world._pedestrians.states[0, :2].tolist()
+    assert crowd.follow(x, y)
+    (body,) = crowd.touchable
+    bullet.resetBasePositionAndOrientation(body, (x + 0.04, y - 0.04, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    assert crowd.follow(x + 10.0, y)
+    bullet.resetBasePositionAndOrientation(body, (x + 0.03, y - 0.03, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    assert not crowd.follow(x + 10.0, y)
 
 
 def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
