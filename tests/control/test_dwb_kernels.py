@@ -300,3 +300,9 @@ def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
     assert cells[0, 0] <= 1
     assert cells[-1, 0] in (10, 11)
     assert (np.diff(cells[:, 0]) > 0).all()
+
+
+def test_points_on_the_maps_far_edges_are_off_it() -> None:
+    costmap = Costmap(np.zeros((3, 4), dtype=np.uint8), 0.5, 1.0, -1.0)
+    x, y = np.array((1.0, 2.99, 3.0, 1.0, 0.99)), np.array((-1.0, 0.49, 0.0, 0.5, 0.0))
+    assert cells_of(x, y, costmap).tolist() == [0, 11, -1, -1, -1]

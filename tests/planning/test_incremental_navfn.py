@@ -194,6 +194,18 @@ def test_the_field_answers_for_cells_beside_the_border(monkeypatch, column, row)
     np.testing.assert_allclose(path.poses[0, :2], (start.x, start.y))
 
 
+@pytest.mark.parametrize("allow_unknown", [False, True])
+def test_cells_are_open_off_the_border_and_the_obstacles(allow_unknown):
+    costs = np.zeros((6, 8), dtype=np.uint8)
+    costs[2, 2:6] = 252, 253, 254, 255
+    planner = IncrementalNavfn(IncrementalNavfnParams(allow_unknown=allow_unknown))
+    found = [planner._is_open(n, Costmap(costs, RESOLUTION, 0.0, 0.0)) for n in range(48)]
+    expected = np.zeros((6, 8), dtype=np.bool_)
+    expected[1:-1, 1:-1] = True
+    expected[2, 3:6] = False, False, allow_unknown
+    assert found == expected.ravel().tolist()
+
+
 def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
     rng = np.random.default_rng(9)
     height, width, level = 37, 53, 900.0  # the last block is not a whole one

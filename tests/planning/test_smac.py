@@ -23,7 +23,7 @@ from navstack.params.smac import (
 from navstack.planning.dubins import shortest_word
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import RobotShape
-from navstack.planning.smac.common import downsampled
+from navstack.planning.smac.common import downsampled, smoothed
 from navstack.planning.smac.grid_kernels import NEIGHBOURS, Limits, search_grid, trace_back
 from navstack.planning.smac.heuristic_kernels import make_field, way_to_goal
 from navstack.planning.smac.motions import HEADINGS, IN_PLACE, LEFT, RIGHT, STRAIGHT, arcs, lattice, read_lattice
@@ -355,3 +355,11 @@ def test_parameters_that_cannot_be_are_refused(make, message):
 def test_the_smoother_group_is_that_of_the_simple_smoother():
     simple = SmacSmootherParams(max_iterations=7, w_smooth=0.1, refinement_num=3).as_simple
     assert (simple.max_its, simple.w_smooth, simple.refinement_num) == (7, 0.1, 3)
+
+
+@pytest.mark.parametrize(("number", "is_smoothed"), [(9, False), (10, True)])
+def test_paths_of_ten_poses_and_more_are_smoothed(number, is_smoothed):
+    poses = np.zeros((number, 3))
+    poses[:, 0], poses[:, 1] = 2.0 + 0.1 * np.arange(number), 2.0 + 0.03 * (np.arange(number) % 2)
+    costmap = Costmap(np.zeros((80, 80), dtype=np.uint8), 0.05, 0.0, 0.0)
+    assert (smoothed(poses, costmap, SmacSmootherParams()) is not poses) == is_smoothed

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
-from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
+from harness.world.pedestrian_edges import Edges, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
 from harness.world.social_force import SocialForcePedestrians
@@ -229,6 +229,15 @@ def test_the_kernel_equals_a_slow_twin():
     walk_among_others(DT, FORCES, robot, aware, walks, np.ones(n), states, edges, after, needs)
     np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
     assert (needs == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "cell"),
+    [(-5.9, -5.9, (0, 0)), (5.9, -5.7, (1, 59)), (99.0, 0.1, (30, 59)), (-99.0, 0.1, (30, 0)), (0.1, 99.0, (59, 30)),
+     (0.1, -99.0, (0, 30))],
+)  # fmt: skip
+def test_a_point_off_the_grid_is_in_the_nearest_cell(x, y, cell):
+    assert cell_of(x, y, Edges(np.ones((60, 60)), np.ones((60, 60), dtype=np.bool_), FRAME)) == cell
 
 
 @pytest.mark.parametrize(
