@@ -50,8 +50,8 @@ def mark_foreground(
     origin: FloatArray,
     resolution: float,
     foreground: BoolArray,
-) -> int:
-    """Which beams return from something that the map does not show; returns how many.
+) -> None:
+    """Which beams return from something that the map does not show.
 
     Args:
         ranges: (n,) [m]; what is not finite has no return.
@@ -65,7 +65,6 @@ def mark_foreground(
         resolution: [m/cell].
         foreground: (n,) output.
     """
-    count = 0
     for i in range(len(ranges)):
         r = ranges[i]
         foreground[i] = False
@@ -74,8 +73,6 @@ def mark_foreground(
         angle = sensor[2] + angle_min + i * increment
         x, y = sensor[0] + r * math.cos(angle), sensor[1] + r * math.sin(angle)
         foreground[i] = not is_background(background, origin[0], origin[1], resolution, x, y)
-        count += foreground[i]
-    return count
 
 
 @njit(ahead="float64[::1], bool[::1], float64, bool, float64, int64, float64, float64, float64[:, ::1]")

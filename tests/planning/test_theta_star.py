@@ -95,3 +95,15 @@ def test_ends_in_obstacles_are_refused():
     assert ThetaStarPlanner(ThetaStarParams()).plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap).length > 3.0
     with pytest.raises(ParameterError, match="w_euc_cost -1.0 must be 0 or more"):
         ThetaStarParams(w_euc_cost=-1.0)
+
+
+@pytest.mark.parametrize("side", ["left", "right", "below", "above"])
+def test_a_way_along_the_maps_edge_is_found(side):
+    costs = np.full((12, 12), 254, dtype=np.uint8)
+    line = {"left": (..., 0), "right": (..., 11), "below": (0, ...), "above": (11, ...)}[side]
+    costs[line] = 0
+    rows, columns = np.nonzero(costs == 0)
+    costmap = Costmap(costs, 1.0, 0.0, 0.0)
+    ends = [Pose2D(float(columns[n]) + 0.5, float(rows[n]) + 0.5) for n in (0, 11)]
+    path = ThetaStarPlanner(ThetaStarParams()).plan(*ends, costmap)
+    assert path.length == pytest.approx(11.0, abs=1.0)

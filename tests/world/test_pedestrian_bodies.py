@@ -112,6 +112,16 @@ def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_
     assert not crowd.follow(x + 10.0, y)
 
 
+@pytest.mark.parametrize(("bodies", "model"), [("dynamic", "social_force"), ("kinematic", "random_walk")])
+def test_a_body_that_its_model_follows_or_moves_is_given_up_at_once(world_of, bodies, model):
+    world = world_of(bodies, model=model, count=1)
+    crowd, (x, y) = world._crowd, world._pedestrians.states[0, :2].tolist()
+    assert crowd.follow(x, y)
+    (body,) = crowd.touchable
+    bullet.resetBasePositionAndOrientation(body, (x + 0.3, y, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    assert not crowd.follow(x + 10.0, y)
+
+
 def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
     """Than people who walk on whatever they hit, in the same narrow and crowded place; and none of them hard."""
     counts = {}
