@@ -3,7 +3,7 @@
 Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/mutants.jsonl] PATH...
 
 A mutant is one changed operator, comparison, constant or function name somewhere below the given paths. The sample is
-drawn evenly from all of them. Each mutant is tested in a copy of the tree by the NEAREST test files, until one fails:
+drawn evenly from all of them, by hashes: edits elsewhere leave it as it is. Each mutant is tested in a copy of the tree by the NEAREST test files, until one fails:
 those with the shortest chain of imports to its module, those in the folder that is called like its own, Nav2's
 recordings, and deliveries of the published study. Tests marked slow are left out. Compiled kernels of unchanged files
 are kept. Taking much longer than unchanged code counts as failing.
@@ -23,7 +23,6 @@ import importlib
 import json
 import math
 import os
-import random
 import shutil
 import signal
 import sys
@@ -174,7 +173,8 @@ def main() -> None:
     for library in LIBRARIES:
         importlib.import_module(library)
     every = find_mutants(given.paths)
-    drawn = random.Random(given.seed).sample(every, min(given.sample, len(every)))
+    drawn = sorted(every, key=lambda mutant: hashlib.sha256(repr((given.seed, mutant.change)).encode()).digest())
+    drawn = drawn[: given.sample]
     equivalent = read_equivalent()
     sample = [mutant for mutant in drawn if mutant.change not in equivalent]
     print(f"{len(drawn)} of {len(every)} mutants, {len(drawn) - len(sample)} of them equivalent", flush=True)

@@ -231,6 +231,17 @@ def test_the_kernel_equals_a_slow_twin():
     assert (needs == 0).all()
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.4, 2.0, -1.3])
+def test_a_grid_may_be_turned(yaw):
+    frame = np.array((3.0, -2.0, math.cos(yaw), math.sin(yaw), 0.2))
+    centres = 0.2 * (np.arange(60) + 0.5)  # [m] along the grid's rows
+    edges = Edges(np.add.outer(2.0 * centres, centres), np.ones((60, 60), dtype=np.bool_), frame)
+    along, up = 4.3, 7.1  # [m] in the grid
+    x, y = 3.0 + along * math.cos(yaw) - up * math.sin(yaw), -2.0 + along * math.sin(yaw) + up * math.cos(yaw)
+    assert cell_of(x, y, edges) == (35, 21)
+    assert edge_distance(x, y, edges) == pytest.approx(along + 2.0 * up)
+
+
 @pytest.mark.parametrize(
     ("x", "y", "cell"),
     [(-5.9, -5.9, (0, 0)), (5.9, -5.7, (1, 59)), (99.0, 0.1, (30, 59)), (-99.0, 0.1, (30, 0)), (0.1, 99.0, (59, 30)),
