@@ -49,6 +49,20 @@ def test_the_impulse_on_something_fixed_is_the_lost_momentum(lab, robot, params,
     assert event.x == pytest.approx(1.0, abs=0.04)
 
 
+@pytest.mark.parametrize("yaw", [0.0, 1.0, math.pi, -2.0])
+def test_a_wall_ahead_is_met_by_the_front_wherever_the_robot_looks(lab, robot, params, yaw):
+    cos, sin, speed, farthest = math.cos(yaw), math.sin(yaw), 1.0, 0.0
+    ahead = Obstacle("building_glass", box(1.5 * cos, 1.5 * sin, yaw, 1.0, 4.0), 1.5)
+    with lab.world(lab.without_drive(robot), params, [ahead], steps_per_tick=1, start=Pose2D(0.0, 0.0, yaw)) as world:
+        lab.fling(world, speed * cos, speed * sin)
+        for _ in range(150):
+            world.step(Twist2D())
+            farthest = max(farthest, cos * world.truth.pose.x + sin * world.truth.pose.y)
+        (event,) = world.close_episode().contacts
+    assert farthest == pytest.approx(1.0 - FRONT, abs=0.01)
+    assert event.impulse == pytest.approx(robot.mass * speed, rel=0.03)
+
+
 def partners(params, kind):
     """World, obstacles, people and the mass [kg] that the partner lends to the impact (inf: it cannot give way)."""
     if kind in ("kinematic", "dynamic"):
