@@ -3,10 +3,10 @@
 Usage: python tests/mutants.py [--sample 200] [--seed 0] [--checkpoint results/mutants.jsonl] PATH...
 
 A mutant is one changed operator, comparison, constant or function name somewhere below the given paths. The sample is
-drawn evenly from all of them, by hashes: edits elsewhere leave it as it is. Each mutant is tested in a copy of the tree by the NEAREST test files, until one fails:
-those with the shortest chain of imports to its module, those in the folder that is called like its own, Nav2's
-recordings, and deliveries of the published study. Tests marked slow are left out. Compiled kernels of unchanged files
-are kept. Taking much longer than unchanged code counts as failing.
+drawn evenly from all of them, by hashes: edits elsewhere leave it as it is. Each mutant is tested in a copy of the tree
+by the NEAREST test files, until one fails: those with the shortest chain of imports to its module, those in the folder
+that is called like its own, Nav2's recordings, and deliveries of the published study. Tests marked slow are left out.
+Compiled kernels of unchanged files are kept. Taking much longer than unchanged code counts as failing.
 
 Not planted, because no test could tell the difference or should: changes in messages (f-strings and ``raise``),
 annotations, decorators, ``zip``'s ``strict``, and floats of at most ROUNDING, which only guard against rounding.

@@ -10,7 +10,7 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.geometry import compose
 from navstack.params.tracker import TrackerParams
-from navstack.perception.scan_clusters import belongs, find_bodies
+from navstack.perception.scan_clusters import belongs, find_bodies, is_hidden
 from navstack.perception.track_filter import TrackFilter, motion_of
 from navstack.perception.tracker import Tracker
 from navstack.types import LaserScan, Pose2D, Track
@@ -222,3 +222,8 @@ def test_what_is_wider_than_a_body_is_none_whichever_way_the_beams_turn(
 def test_neighbours_may_differ_by_the_gap_and_twice_the_arc_between_them(increment: float) -> None:
     for near, far, expected in ((10.0, 10.29, True), (10.0, 10.31, False), (5.0, 5.19, True), (5.0, 5.21, False)):
         assert belongs(near, far, increment, 0.1) == belongs(far, near, increment, 0.1) == expected
+
+
+@pytest.mark.parametrize(("beside", "expected"), [(1.49, True), (1.5, False), (3.0, False), (math.inf, False)])
+def test_a_group_may_go_on_behind_what_is_nearer_by_more_than_the_gap(beside, expected):
+    assert is_hidden(np.array((beside, 2.0)), 0, 2.0, 0.5) == expected
