@@ -364,3 +364,12 @@ def test_polyline_cost_weighs_costs():
     line = np.array(((1.5, 2.5), (5.5, 2.5), (5.5, 4.5)))
     assert polyline_cost(costs, line, 0.0) == pytest.approx(6.0)
     assert polyline_cost(costs, line, 2.0) == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "yaw", "is_on"),
+    [(0.05, 0.1, True), (0.05, -0.1, True), (0.051, 0.0, False), (0.0, 0.11, False), (0.0, 6.2, True)],
+)
+def test_a_car_is_on_a_path_within_a_cell_and_its_turning(x, yaw, is_on):
+    planner = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.5)
+    assert planner._is_on(Pose2D(), np.array((x, 0.0, yaw)), 0.05) == is_on

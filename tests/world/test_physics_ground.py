@@ -132,6 +132,16 @@ def test_the_weight_stands_on_four_feet(lab, robot, params):
     assert footing.is_whole and not footing.scrapes
 
 
+@pytest.mark.parametrize(("distance", "is_whole"), [(0.0, True), (0.9e-3, True), (1e-3, False), (0.01, False)])
+def test_a_wheel_stands_on_the_ground_below_a_millimetre(robot, params, distance, is_whole):
+    feet, (x, y, z) = Feet(robot, params.physics.gravity), robot.center_of_mass
+    contacts = [[None] * 10 for _ in robot.feet]
+    for contact, (foot_x, foot_y) in zip(contacts, robot.feet, strict=True):
+        contact[5], contact[8], contact[9] = (foot_x - x, foot_y - y, -z), distance, 10.0
+    footing = feet.footing(contacts, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    assert (footing.left_load, footing.right_load, footing.is_whole) == (10.0, 10.0, is_whole)
+
+
 def test_scraping_is_braked_by_friction_and_never_turned_round():
     footing = Footing(0.0, 0.0, (Scrape((0.0, 0.0, 0.0), 100.0), Scrape((0.0, 1.0, 0.0), 50.0)))
     fast = footing.friction(Motion((0.0, 0.0, 0.3), (3.0, 4.0, 0.0)), 0.4, 6000.0)
