@@ -38,6 +38,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         compile_new(every_module())  # once, and by all cores, what each process of tests would compile for itself
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """``-n auto``: one process more than there are cores, as tests wait for schedulers, browsers and the clock."""
     return available_cores() + 1

@@ -13,7 +13,7 @@ from rich.console import Console
 from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.progress import Progress
+from harness.tuning.progress import Progress, expected_gain
 from harness.tuning.racing import adjusted, p_no_worse, rungs, stratified
 from harness.tuning.result import Trial
 from harness.tuning.sampler import make_sampler
@@ -227,6 +227,11 @@ def test_live_table_tells_the_best_what_was_saved_and_what_may_come(tmp_path: Pa
     assert f"{driven} episodes, {32 * 21 - driven} saved by racing" in shown
     assert "expected further gain" in shown and "s left" in shown and "pruned" in shown
     assert progress.gain is not None and 0.0 <= progress.gain < 40.0
+    error = (progress.interval.high - progress.interval.low) / 3.92
+    for later in (20, 19):  # the sampler's, of which the later half counts
+        told = [trial.told[0] for trial in progress.trials[: later + 1] if trial.number > 0]
+        progress.trials = progress.trials[: later + 1]
+        assert progress.gain == expected_gain(told, progress.best.values[0], error, 30 - later)
 
 
 def test_time_left_is_counted_in_episodes_of_search_and_what_comes_after(tmp_path: Path) -> None:
