@@ -93,3 +93,12 @@ def test_margins_earn_no_more_than_the_best_and_differences_may():
     assert margin_admitting_unseen(margin, reach, missions, 0).high <= 3.49 + 1e-9
     alike = difference_admitting_unseen(np.zeros(31), reach, missions, 0)
     assert alike.low < 0.0 < alike.high
+
+
+def test_distances_are_measured_from_the_reference() -> None:
+    values = np.array([-30.0, 0.0, 1.0, 2.0, 80.0])
+    reach = Reach(3.0, 300.0)
+    at_zero = admit_unseen(values, 0.0, reach, reach, rng(), 2000)
+    elsewhere = admit_unseen(values + 50.0, 50.0, reach, reach, rng(), 2000)
+    assert at_zero.low is not None and at_zero.high is not None
+    assert (elsewhere.low, elsewhere.high) == pytest.approx((at_zero.low + 50.0, at_zero.high + 50.0))
