@@ -5,7 +5,7 @@ import pytest
 
 from harness.world.body_state import BodyState
 from harness.world.lidar import Lidar, LidarParams, SelfFilter
-from harness.world.lidar_kernels import _meet, cast_grid, clearance_field
+from harness.world.lidar_kernels import _meet, cast_grid, clearance_field, finish_scan
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D
@@ -209,6 +209,14 @@ def test_somebody_touching_the_robot_vanishes_from_the_scan():
     apart = np.array([[-0.23, 0.75, 0.0, 0.0]])  # nearest point 0.45 m from the axis, outside
     assert np.isinf(lidar.measure(BodyState(), beside, 0.0).ranges[270])
     assert lidar.measure(BodyState(), apart, 0.0).ranges[270] == pytest.approx(0.45)
+
+
+@pytest.mark.parametrize(("direction", "border"), [((1, 0), 1.0), ((-1, 0), 0.75), ((0, 1), 0.5), ((0, -1), 0.25)])
+def test_what_lies_on_the_robots_own_outline_is_dropped(direction, border):
+    box = np.array((-0.75, 1.0, -0.25, 0.5))
+    ranges, directions = np.array((border, np.nextafter(border, 9.0))), np.array((direction, direction), dtype=float)
+    finish_scan(ranges, np.zeros(2), 0.0, 9.0, directions, 0.0, 0.0, box)
+    assert ranges.tolist() == [math.inf, np.nextafter(border, 9.0)]
 
 
 def test_range_limits_read_inf():
