@@ -150,6 +150,11 @@ def test_what_cannot_find_anything_does_not_say_that_it_passed(auditor_studies: 
         checks = audit(each, PRICES).checks
         assert {check.state for check in checks} == {"not examined"} and said in checks[0].says
     assert "too few to tell a trend" in audit(few, PRICES).checks[-1].says
+    varied = len(trial_table(study.space, study.trials).varied)
+    for spare, is_told in ((9, True), (10, False)):  # of them, beyond two for each other parameter
+        part = dataclasses.replace(study, trials=study.trials[: 2 * (varied - 1) + spare])
+        assert len(trial_table(part.space, part.trials).varied) == varied
+        assert ("too few to tell a trend" in edges(part).says) == is_told
 
 
 def test_missions_without_result_are_an_early_end(exploiting: Callable[[str], StudyResult]) -> None:
