@@ -82,6 +82,21 @@ def test_ground_is_level_where_a_zone_says_nothing(tmp_path: Path) -> None:
     assert [zone.elevation for zone in load_scene(tmp_path / "m.yaml").zones] == [0.0, -0.15]
 
 
+@pytest.mark.parametrize(
+    ("elevation", "is_allowed"), [(1000.0, True), (-1000.0, True), (1001.0, False), (-1001.0, False)]
+)
+def test_ground_lies_within_a_kilometre(tmp_path: Path, elevation: float, is_allowed: bool) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    geometry = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}
+    feature = {"properties": {"role": "zone", "kind": "road", "elevation": elevation}, "geometry": geometry}
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
+    if is_allowed:
+        assert load_scene(tmp_path / "m.yaml").zones[0].elevation == elevation
+    else:
+        with pytest.raises(MapError, match="is not a number within 1000 m"):
+            load_scene(tmp_path / "m.yaml")
+
+
 @pytest.mark.parametrize("corner", [[1e9, 0.0], [0.0, -1e9], [float("nan"), 0.0]])
 def test_no_corner_may_lie_beyond_the_farthest_place(tmp_path: Path, corner: list[float]) -> None:
     save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
