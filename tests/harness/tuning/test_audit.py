@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from harness.economics.accountings import EVENT, PERSON
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
@@ -288,3 +289,14 @@ def test_a_value_that_the_tuner_left_alone_is_no_edge() -> None:
     check = edges(study)
     assert not check.is_flagged
     assert check.says == "no value was tuned"
+
+
+def test_touches_of_property_are_those_of_anything_but_people(exploiting: Callable[[str], StudyResult]) -> None:
+    study = exploiting("scratches")
+    found = next(check for check in audit(study, PRICES).checks if check.key == "property")
+    touches = [
+        sum(event["type"] == EVENT and event["kind"] != PERSON for row in rows for event in row[EVENTS]) / len(rows)
+        for rows in study.test_rows
+    ]
+    told = found.evidence[0]
+    assert (told.original, told.incumbent) == pytest.approx(tuple(touches)) and max(touches) > 0.0
