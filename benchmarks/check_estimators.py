@@ -25,6 +25,7 @@ from harness.economics.valuation import margins
 from harness.episode.episode import run_episode
 from harness.episode.factory import Parts, make_pedestrians
 from harness.plan.question import ends_of, make_ground, make_planner
+from harness.statistics.paired import Z_OF_TEST
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
 from harness.task.study import EpisodeTask, make_generators
@@ -33,7 +34,6 @@ from navstack.types import FloatArray
 SPEED = 1.88  # [m/s] at which a robot under way follows its path, on average
 STEP = 0.1  # [s] of the forecast
 GROUPS = (0.5, 2.0, 5.0)  # [m] between which the nearest forecast distances are grouped
-POWER = 2.8016  # standard errors of a difference that is found with a power of 0.8 at 5 %
 RUNS = [f"results/baseline/published_2/{place}" for place in ("sidewalk", "sidewalk_1", "sidewalk_2")]
 REPEATED = ("mission", "pedestrians", "cargo")  # generators that stay as they are
 
@@ -70,17 +70,16 @@ def table(folder: Path, first: str, second: str) -> None:
     spreads = np.array([differences[group == number].std() for number in range(len(GROUPS) + 1)])
     plain = differences.var()
     left = {"plain": plain, "regression": shares @ spreads**2, "stratified": (shares @ spreads) ** 2}
-    print(
-        f"{folder.name}: {second} less {first}, n = {len(group)}; shares of the groups {np.round(shares, 3).tolist()}"
-    )
-    print(f"  mean loss by group [USD] {[round(float(differences[group == g].mean()), 2) for g in range(len(shares))]}")
+    means = [round(float(differences[group == number].mean()), 2) for number in range(len(shares))]
+    print(f"{folder.name}: {second} less {first}, n = {len(group)}")
+    print(f"  shares of the groups {np.round(shares, 3).tolist()}, mean difference in each [USD] {means}")
     for name, variance in left.items():
-        print(f"  {name:10} {variance / plain:.2f}, {POWER**2 * variance:.0f} missions")
+        print(f"  {name:10} {variance / plain:.2f}, {Z_OF_TEST**2 * variance:.0f} missions")
 
 
 def repeated(folder: Path, missions: int, times: int) -> None:
     """Print the share of the variance that lies within missions."""
-    found = []
+    found, prices = [], load_run(str(folder)).prices()
     for task in list(load_study(folder, 1).tasks())[:missions]:
         rows = []
         for number in range(times):
@@ -88,7 +87,7 @@ def repeated(folder: Path, missions: int, times: int) -> None:
             kept = {name: generator for name, generator in task.generators().items() if name in REPEATED}
             with mock.patch.object(EpisodeTask, "generators", lambda _, each=other | kept: each):
                 rows.append(run_episode(task).row)
-        found.append(margins(rows, load_run(str(folder)).prices()))
+        found.append(margins(rows, prices))
     values = np.array(found)
     within = values.var(axis=1, ddof=1).mean()
     between = values.mean(axis=1).var(ddof=1) - within / times
