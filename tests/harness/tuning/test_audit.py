@@ -15,7 +15,7 @@ from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
-from harness.tuning.audit_pairs import pair_up
+from harness.tuning.audit_pairs import Side, pair_up
 from harness.tuning.audit_search import _p_near, edges
 from harness.tuning.evaluation import EVENTS, Candidate
 from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
@@ -300,3 +300,23 @@ def test_touches_of_property_are_those_of_anything_but_people(exploiting: Callab
     ]
     told = found.evidence[0]
     assert (told.original, told.incumbent) == pytest.approx(tuple(touches)) and max(touches) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("impulse", "step", "kind", "is_close"),
+    [
+        (34.9, 34.9, PERSON, 0),
+        (35.0, 35.0, PERSON, 1),
+        (49.9, None, PERSON, 1),
+        (50.0, 50.0, PERSON, 0),  # counted
+        (50.0, 20.0, PERSON, 1),  # together it would be
+        (49.9, 20.0, PERSON, 0),
+        (40.0, 40.0, "bollard", 0),
+    ],
+)
+def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
+    impulse: float, step: float | None, kind: str, is_close: int
+) -> None:
+    event = {"type": EVENT, "kind": kind, "episode": 4, "fault": "unknown"}
+    event |= {"impulse_ns": impulse, "peak_step_impulse_ns": step}
+    assert Side(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [0, is_close]
