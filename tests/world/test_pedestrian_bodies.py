@@ -103,9 +103,11 @@ def test_a_body_that_nothing_can_push_does_not_hurry_its_model(world_of):
 
 def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_of):
     world = world_of(model="random_walk", count=1)
-    crowd, (x, y) = world._crowd, world._pedestrians.states[0, :2].tolist()
+    crowd, (x, y, vx, vy) = world._crowd, world._pedestrians.states[0].tolist()
     assert crowd.follow(x, y)
     (body,) = crowd.touchable
+    assert bullet.getBasePositionAndOrientation(body, world._client)[0] == pytest.approx((x, y, 0.0))
+    assert bullet.getBaseVelocity(body, world._client) == (pytest.approx((vx, vy, 0.0)), (0.0, 0.0, 0.0))
     bullet.resetBasePositionAndOrientation(body, (x + 0.04, y - 0.04, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
     assert crowd.follow(x + 10.0, y)
     bullet.resetBasePositionAndOrientation(body, (x + 0.03, y - 0.03, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
