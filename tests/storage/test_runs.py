@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.checksums import CHECKSUMS
-from harness.storage.files import LOCK, locked, replacing, require_writable, write_text
+from harness.storage.files import LOCK, locked, replacing, require_folder, require_writable, write_text
 from harness.storage.journal import line_of, record_of
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
 from navstack.errors import InputError
@@ -262,3 +262,12 @@ def test_a_folder_of_parameters_is_not_taken_for_what_is_left_of_a_run(tmp_path:
     with pytest.raises(InputError, match="not empty"):
         create_run(tmp_path, {}, {})
     assert (tmp_path / "params" / "mine.yaml").exists()
+
+
+def test_a_folder_can_be_made_in_folders_only(tmp_path: Path) -> None:
+    require_folder(tmp_path)
+    require_folder(tmp_path / "new" / "er")
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "new"):
+        with pytest.raises(InputError, match="cannot be written; choose another"):
+            require_folder(place)

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
-from harness.world.pedestrian_edges import Edges, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
 from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
 from harness.world.social_force import SocialForcePedestrians
@@ -240,6 +240,8 @@ def test_a_grid_may_be_turned(yaw):
     x, y = 3.0 + along * math.cos(yaw) - up * math.sin(yaw), -2.0 + along * math.sin(yaw) + up * math.cos(yaw)
     assert cell_of(x, y, edges) == (35, 21)
     assert edge_distance(x, y, edges) == pytest.approx(along + 2.0 * up)
+    to_x, to_y = math.cos(yaw) - 2.0 * math.sin(yaw), math.sin(yaw) + 2.0 * math.cos(yaw)
+    assert away_from_edge(x, y, edges) == pytest.approx((to_x / math.sqrt(5.0), to_y / math.sqrt(5.0)))
 
 
 @pytest.mark.parametrize(

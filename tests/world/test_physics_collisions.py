@@ -63,6 +63,16 @@ def test_a_wall_ahead_is_met_by_the_front_wherever_the_robot_looks(lab, robot, p
     assert event.impulse == pytest.approx(robot.mass * speed, rel=0.03)
 
 
+def test_a_contact_point_tells_how_far_apart_the_bodies_were(lab, robot, params, monkeypatch):
+    told = []
+    with lab.world(robot, params, [wall(0.3)], steps_per_tick=1) as world:
+        make = world._contact_points
+        monkeypatch.setattr(world, "_contact_points", lambda contacts: told.extend(found := make(contacts)) or found)
+        lab.drive(world, 120, v=0.5)
+    assert max(point.impulse for point in told) > 1.0
+    assert max(abs(point.distance) for point in told) < 0.03
+
+
 def partners(params, kind):
     """World, obstacles, people and the mass [kg] that the partner lends to the impact (inf: it cannot give way)."""
     if kind in ("kinematic", "dynamic"):

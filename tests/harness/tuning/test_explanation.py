@@ -146,7 +146,8 @@ def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanati
         assert sum(getattr(term, side) for term in terms) == pytest.approx(getattr(margin, side))
     assert margin.difference.low is not None
     assert margin.difference.low > 0.0
-    assert found.optimism_usd_per_run is not None
+    optimism = found.optimism_usd_per_run
+    assert optimism is not None and (optimism.low or 0.0) < (optimism.value or 0.0) < (optimism.high or 0.0)
     assert not found.audit.flagged
 
 
