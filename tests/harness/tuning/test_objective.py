@@ -39,6 +39,9 @@ def test_values_are_their_formulas() -> None:
     share = np.mean([row["outcome"] == "sla" for row in ROWS])
     assert value("sla") == pytest.approx(share)
     assert value("margin@sla>=0.1") == pytest.approx(MARGINS.mean())
+    assert (
+        parse_objectives("margin")[0].shortfall(ROWS) == 0.0 < parse_objectives("margin@sla>=0.99")[0].shortfall(ROWS)
+    )
     assert value("margin@sla>=0.99") == pytest.approx(MARGINS.mean() - 1000.0 * (0.99 - share))
 
 
