@@ -15,6 +15,7 @@ from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
+from harness.tuning.audit_hidden import UNKNOWN
 from harness.tuning.audit_pairs import Side, pair_up
 from harness.tuning.audit_search import _p_near, edges
 from harness.tuning.evaluation import EVENTS, Candidate
@@ -320,3 +321,19 @@ def test_a_touch_is_close_from_seven_tenths_of_the_threshold(
     event = {"type": EVENT, "kind": kind, "episode": 4, "fault": "unknown"}
     event |= {"impulse_ns": impulse, "peak_step_impulse_ns": step}
     assert Side(({"episode": 3}, {"episode": 4}), (event,)).close_touches(50.0).tolist() == [0, is_close]
+
+
+def test_what_needs_single_contacts_is_not_examined_where_nobody_kept_them(
+    exploiting: Callable[[str], StudyResult],
+) -> None:
+    study = exploiting("squeezed")
+    rows = tuple([{key: row[key] for key in row if key != EVENTS} for row in side] for side in study.test_rows)
+    without = audit(dataclasses.replace(study, test_rows=rows), PRICES).checks
+    unknown = {check.key for check in without if check.says == UNKNOWN}
+    assert unknown == {"accounting", "harm", "property", "fault"}
+    assert not any(check.is_examined or check.is_flagged for check in without if check.key in unknown)
+    with_events = audit(study, PRICES).checks
+    assert all(check.is_examined for check in with_events if check.key in unknown)
+    below = "impulse exchanged with people below the threshold"
+    told = [any(each.what == below for check in checks for each in check.evidence) for checks in (without, with_events)]
+    assert told == [False, True]
