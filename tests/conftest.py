@@ -14,7 +14,7 @@ import pytest
 
 from harness.execution.executors import InProcess, give_memory_back
 from harness.execution.process_cache import forget
-from harness.execution.workers import Workers, available_cores
+from harness.execution.workers import Workers
 from harness.study.compile_ahead import compile_new, every_module
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -36,12 +36,6 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     give_memory_back()
     if getattr(session.config.option, "numprocesses", None) and not hasattr(session.config, "workerinput"):
         compile_new(every_module())  # once, and by all cores, what each process of tests would compile for itself
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers() -> int:
-    """``-n auto``: one process more than there are cores, as tests wait for schedulers, browsers and the clock."""
-    return available_cores() + 1
 
 
 def pytest_collection_finish() -> None:
