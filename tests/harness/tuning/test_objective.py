@@ -95,6 +95,8 @@ def test_expected_gain_is_that_of_the_normal_distribution() -> None:
     later = np.array(values[1000:])
     draws = np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), (200_000, 10)).max(axis=1)
     assert expected_gain(values, 1.5, 0.0, 10) == pytest.approx(np.maximum(draws - 1.5, 0.0).mean(), rel=0.02)
+    only = np.maximum(np.random.default_rng(1).normal(later.mean(), later.std(ddof=1), 400_000) - 0.5, 0.0).mean()
+    assert expected_gain(values, 0.5, 0.0, 1) == pytest.approx(only, rel=0.02)
     for scale in (0.1, 10.0):
         scaled = [scale * value for value in values]
         gain = expected_gain(scaled, 1.5 * scale, 0.0, 10)
