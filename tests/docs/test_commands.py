@@ -93,6 +93,7 @@ DRIVEN = [page for page in PAGES if runnable(page)]
 @pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
 def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path, cluster: Cluster) -> None:
     forget()
+    executed = 0
     furnish(place, runs, GIVEN.get(page.name, ()))
     for block in BLOCKS[page]:  # files first: pages name them before or after the command
         if block.file:
@@ -100,16 +101,17 @@ def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, pla
     for block in BLOCKS[page]:
         if block.language == "sh":
             for command in commands_of(block):
-                execute(command, place, cluster)
+                executed += execute(command, place, cluster)
         elif block.language == "yaml" and not block.file and page.name in SNIPPETS:
             merge(block, place / SNIPPETS[page.name])
             forget()
+    assert executed == len(runnable(page))
 
 
-def execute(command: Command, place: Path, cluster: Cluster) -> None:
-    """Execute a command, unless shortened.py says why not."""
+def execute(command: Command, place: Path, cluster: Cluster) -> bool:
+    """Execute a command, unless shortened.py says why not; returns whether it was executed, and ended well."""
     if reason_not_to(str(command)) is not None:
-        return
+        return False
     if command.words[0] != "navbench":
         forget()  # files that it changes are read anew, as by the next process
     match command.words:
@@ -127,6 +129,7 @@ def execute(command: Command, place: Path, cluster: Cluster) -> None:
             run_script(place / script, words)
         case _:
             pytest.fail(f"{command.block.where}: '{command}' is neither executed nor listed in shortened.py")
+    return True
 
 
 def run_script(script: Path, words: list[str]) -> None:
