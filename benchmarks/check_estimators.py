@@ -23,12 +23,13 @@ from options import parsed
 from harness.analysis.repricing import choose, profits
 from harness.economics.valuation import margins
 from harness.episode.episode import run_episode
-from harness.episode.factory import Parts, make_pedestrians
+from harness.episode.factory import Parts
 from harness.plan.question import ends_of, make_ground, make_planner
 from harness.statistics.paired import Z_OF_TEST
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
 from harness.task.study import EpisodeTask, make_generators
+from harness.world.pedestrian_models import make_pedestrians
 from navstack.types import FloatArray
 
 SPEED = 1.88  # [m/s] at which a robot under way follows its path, on average

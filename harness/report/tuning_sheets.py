@@ -88,8 +88,8 @@ def _room(explanation: Explanation) -> list[str]:
     room = explanation.room_usd_per_run
     if room is None or not explanation.audit.unseen:
         return []
-    left = interval_text(room)
-    return [f"Nothing earns more than the fee, which leaves a better file at most {left} USD/run to gain."]
+    left = f"{interval_text(room)} USD/run to gain, if a loss that has not happened yet is admitted"
+    return [f"Nothing earns more than the fee, which leaves a better file at most {left}."]
 
 
 def _verdict(difference: Interval, unseen: Interval | None) -> str:

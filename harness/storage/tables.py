@@ -84,7 +84,7 @@ def _longest_text(metadata: Any) -> int:
 
 def _rows_at_once(metadata: Any) -> int:
     """So many that their texts, each as long as could be, do not fill the memory."""
-    return int(max(1, min(10_000, MOST_BYTES // 4 // max(1, _longest_text(metadata)))))
+    return int(max(1, min(ROWS_AT_ONCE, MOST_BYTES // 4 // max(1, _longest_text(metadata)))))
 
 
 def _first_line(error: Exception) -> str:

@@ -13,10 +13,10 @@ import numpy as np
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.prices import Prices
-from harness.economics.unseen import difference_admitting_unseen, reach_of_loss
+from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
 from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
-from harness.statistics.bootstrap import bootstrap_mean, percentile_interval, resampled_means
+from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval
 from harness.storage.documents import as_json, write_document
 from harness.tuning.audit import THRESHOLD, Audit, audit
@@ -60,7 +60,7 @@ class Explanation:
     audit: Audit
     notes: tuple[str, ...] = ()  # what could not be told, and why
     unseen: Interval | None = None  # of the margin's difference, admitting a loss that has not happened yet
-    room_usd_per_run: Interval | None = None  # from the incumbent's margin to the fee, the most that any file can earn
+    room_usd_per_run: Interval | None = None  # up to the fee, the most that any file can earn; admitting such a loss
 
     @property
     def document(self) -> Row:
@@ -117,7 +117,7 @@ def explain(
         audit=audit(study, prices, threshold),
         notes=(note,) if note else (),
         unseen=_unseen(pairs, most_impulse),
-        room_usd_per_run=_room(pairs),
+        room_usd_per_run=_room(pairs, most_impulse),
     )
     write_document(folder / EXPLANATION, found.document)
     return found
@@ -147,12 +147,14 @@ def _unseen(pairs: Pairs, most_impulse: float) -> Interval | None:
     return difference_admitting_unseen(margins[1] - margins[0], reach, pairs.clusters, pairs.seed)
 
 
-def _room(pairs: Pairs) -> Interval | None:
+def _room(pairs: Pairs, most_impulse: float) -> Interval | None:
     margins = pairs.margins(PUBLISHED)
     if margins is None:
         return None
-    left = pairs.prices.delivery_fee.value - margins[1]
-    return bootstrap_mean(left, np.random.default_rng(pairs.seed), clusters=pairs.clusters)
+    earned = margin_admitting_unseen(margins[1], reach_of_loss(pairs.prices, most_impulse), pairs.clusters, pairs.seed)
+    assert earned.value is not None and earned.low is not None and earned.high is not None
+    fee = pairs.prices.delivery_fee.value
+    return Interval(fee - earned.value, fee - earned.high, fee - earned.low, earned.n)
 
 
 def _optimism(study: StudyResult, prices: Prices) -> Interval | None:

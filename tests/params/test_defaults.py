@@ -40,8 +40,13 @@ def defaults(kind: type[Any]) -> dict[str, Any]:
 def of_the_world() -> dict[str, type[Any]]:
     """The dataclasses of a simulated world's parameters, by name."""
     modules = [importlib.import_module(f"harness.world.{name}") for name in WORLD]
-    every = [each for module in modules for each in vars(module).values() if dataclasses.is_dataclass(each)]
-    return {kind.__name__: kind for kind in every if defaults(kind)}
+    own = [
+        each
+        for module in modules
+        for each in vars(module).values()
+        if getattr(each, "__module__", "") == module.__name__
+    ]
+    return {kind.__name__: kind for kind in own if dataclasses.is_dataclass(kind) and defaults(kind)}
 
 
 def test_defaults_are_as_they_were() -> None:

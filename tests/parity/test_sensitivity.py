@@ -185,7 +185,7 @@ def wrong(copy: Path) -> dict[str, list[str]]:
     environment = {key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
     config: Any = numba.config
     if config.CPU_NAME:  # as navstack has set it, before numba makes itself ready: compiled code is known by it, too
-        environment |= {"NUMBA_CPU_NAME": config.CPU_NAME, "NUMBA_CPU_FEATURES": config.CPU_FEATURES}
+        environment |= {"NUMBA_CPU_NAME": config.CPU_NAME, "NUMBA_CPU_FEATURES": config.CPU_FEATURES or ""}
     program = subprocess.run(
         [sys.executable, str(Path(__file__).with_name("changed_sources.py"))],
         input=json.dumps(jobs),

@@ -193,7 +193,8 @@ def test_no_file_earns_more_than_the_fee(explained: tuple[StudyResult, Explanati
     room = found.room_usd_per_run
     assert room is not None and room.value is not None and room.low is not None and room.high is not None
     assert room.value == pytest.approx(PRICES.delivery_fee.value - sum(margins) / len(margins))
-    assert room.low < room.value < room.high
+    assert 0.0 <= room.low < room.value
+    assert room.high > room.value + 1.0, "a loss that has not happened yet is admitted"
     assert any(f"at most {room.value:.2f} [" in line for line in summary(study, found))
     trained = dataclasses.replace(found, audit=dataclasses.replace(found.audit, unseen=False))
     assert not any("at most" in line for line in summary(study, trained))
