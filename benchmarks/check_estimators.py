@@ -1,34 +1,40 @@
 """What other estimators of a difference of margins would save: the variance that each leaves of plain deliveries'.
 
 Usage: python benchmarks/check_estimators.py [--runs FOLDER ...] [--first NAME] [--second NAME]
-       [--repeated N] [--times N]
+       [--split N] [--reach M] [--times N]
 
 Two stacks drove the same missions, in a run folder each. People walk independently of the robot, so that a forecast
 knows beforehand how near somebody will come to a robot that follows the planner's first path.
 
 - regression: missions are grouped by the forecast, and the groups' shares are known exactly.
 - stratified: in addition, each group gets the number of missions that leaves the least variance (Neyman 1934).
-- repeated: N missions are driven so many times with other noise of the sensors and the brain, mission and people
-  unchanged. What lies within missions is all that a delivery continued with fresh noise (splitting) could save, and
+- splitting (Villen-Altamirano 1991): N missions are driven until somebody comes within M metres of the robot's centre.
+  There the process is copied, physics and brain and all, and so many copies drive on, the first as it would have, the
+  others with fresh noise of the sensors and the brain. Of the variance only what lies within missions can be saved;
   what lies between them is the most that a cheaper twin of the delivery could explain.
 """
 
-from collections.abc import Sequence
+import gc
+import os
+import pickle
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from unittest import mock
+from typing import Any
 
 import numpy as np
 from options import parsed
 
 from harness.analysis.repricing import choose, profits
 from harness.economics.valuation import margins
-from harness.episode.episode import run_episode
+from harness.episode.episode import RunningDelivery, run_episode
 from harness.episode.factory import Parts
 from harness.plan.question import ends_of, make_ground, make_planner
 from harness.statistics.paired import Z_OF_TEST
 from harness.study.manifest import load_study
 from harness.study.stored_run import load_run
-from harness.task.study import EpisodeTask, make_generators
+from harness.task.study import CONSUMERS, EpisodeTask
 from harness.world.pedestrian_models import make_pedestrians
 from navstack.types import FloatArray
 
@@ -36,7 +42,7 @@ SPEED = 1.88  # [m/s] at which a robot under way follows its path, on average
 STEP = 0.1  # [s] of the forecast
 GROUPS = (0.5, 2.0, 5.0)  # [m] between which the nearest forecast distances are grouped
 RUNS = [f"results/baseline/published_2/{place}" for place in ("sidewalk", "sidewalk_1", "sidewalk_2")]
-REPEATED = ("mission", "pedestrians", "cargo")  # generators that stay as they are
+KEPT = ("mission", "pedestrians", "cargo")  # generators whose draws a copy repeats
 
 
 def forecasts(tasks: Sequence[EpisodeTask]) -> FloatArray:
@@ -78,30 +84,83 @@ def table(folder: Path, first: str, second: str) -> None:
         print(f"  {name:10} {variance / plain:.2f}, {Z_OF_TEST**2 * variance:.0f} missions")
 
 
-def repeated(folder: Path, missions: int, times: int) -> None:
-    """Print the share of the variance that lies within missions."""
-    found, prices = [], load_run(str(folder)).prices()
-    for task in list(load_study(folder, 1).tasks())[:missions]:
-        rows = []
-        for number in range(times):
-            other = make_generators(task.seed + 1_000_003 * number, task.episode)
-            kept = {name: generator for name, generator in task.generators().items() if name in REPEATED}
-            with mock.patch.object(EpisodeTask, "generators", lambda _, each=other | kept: each):
-                rows.append(run_episode(task).row)
-        found.append(margins(rows, prices))
-    values = np.array(found)
-    within = values.var(axis=1, ddof=1).mean()
-    between = values.mean(axis=1).var(ddof=1) - within / times
-    print(f"{folder.name}: {missions} missions {times} times: {within / (within + between):.2f} of the variance within")
+def in_a_copy(work: Callable[[], Any]) -> Any:
+    """What a function returns in a copy of this process; here nothing changes."""
+    reading, writing = os.pipe()
+    if not os.fork():
+        with open(writing, "wb") as file:
+            pickle.dump(work(), file)
+        os._exit(0)
+    os.close(writing)
+    with open(reading, "rb") as file:
+        result = pickle.load(file)
+    os.wait()
+    return result
+
+
+def make_fresh(number: int) -> None:
+    """Have every generator of this process draw something else, but for those whose draws a copy repeats."""
+    for generator in gc.get_objects():
+        if isinstance(generator, np.random.Generator):
+            seeds = generator.bit_generator.seed_seq
+            where = seeds.spawn_key if isinstance(seeds, np.random.SeedSequence) else ()
+            if len(where) > 1 and CONSUMERS[where[1]] not in KEPT:
+                generator.bit_generator.state = np.random.default_rng([number, *where]).bit_generator.state
+
+
+def continued(task: EpisodeTask, reach: float, copies: int) -> tuple[list[dict[str, Any]], list[float]]:
+    """How the copies of a delivery end, and the processor time [s] until it is copied and then of each copy."""
+    delivery = RunningDelivery(task)
+
+    def drive(goes_on: Callable[[], bool]) -> float:
+        began = time.process_time()
+        while delivery.verdict is None and goes_on():
+            delivery.drive(delivery.brain.tick(delivery.observation))
+        return time.process_time() - began
+
+    def nobody_near() -> bool:
+        robot, people = delivery.truth.pose, delivery.world.people.states
+        return bool((np.hypot(people[:, 0] - robot.x, people[:, 1] - robot.y) > reach).all())
+
+    def end(number: int) -> tuple[dict[str, Any], float]:
+        if number:
+            make_fresh(number)
+        seconds = drive(lambda: True)
+        return delivery.finish().row, seconds
+
+    seconds = drive(nobody_near)
+    ends = [in_a_copy(partial(end, number)) for number in range(copies if delivery.verdict is None else 1)]
+    return [row for row, _ in ends], [seconds, *(after for _, after in ends)]
+
+
+def split(folder: Path, missions: int, reach: float, copies: int) -> None:
+    """Print what splitting leaves of the variance, and of variance times processor time.
+
+    Raises:
+        AssertionError: a copy of a delivery does not end as the delivery does.
+    """
+    tasks, prices = list(load_study(folder, 1).tasks())[:missions], load_run(str(folder)).prices()
+    found = [in_a_copy(partial(continued, task, reach, copies)) for task in tasks]
+    assert found[0][0][0] == in_a_copy(lambda: run_episode(tasks[0]).row)
+    values = [np.array(margins(rows, prices)) for rows, _ in found]
+    within = float(np.mean([each.var(ddof=1) if len(each) > 1 else 0.0 for each in values]))
+    within /= float(np.mean([(each**2).mean() for each in values]) - np.mean([each.mean() for each in values]) ** 2)
+    before = float(np.mean([seconds[0] for _, seconds in found]))
+    after = float(np.mean([np.mean(seconds[1:]) for _, seconds in found])) / before
+    print(f"{folder.name}: {sum(len(each) > 1 for each in values)} of {missions} missions copied {copies} times")
+    print(f"  {within:.2f} of the variance lies within missions; after copying {after / (1.0 + after):.2f} of the time")
+    for number in (2, 4, 8):
+        left = 1.0 - within * (1.0 - 1.0 / number)
+        print(f"  {number} copies: variance {left:.2f}, times time {left * (1.0 + number * after) / (1.0 + after):.2f}")
 
 
 def main() -> None:
     """Print the tables."""
-    given = parsed(__doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", repeated=0, times=4)
+    given = parsed(__doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=5.0, times=4)
     for run in given.runs:
         table(Path(run), given.first, given.second)
-        if given.repeated:
-            repeated(Path(run) / given.first, given.repeated, given.times)
+        if given.split:
+            split(Path(run) / given.first, given.split, given.reach, given.times)
 
 
 if __name__ == "__main__":
