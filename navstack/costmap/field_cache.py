@@ -13,6 +13,7 @@ import hashlib
 import mmap
 import os
 import re
+import sys
 import tempfile
 import zlib
 from collections.abc import Callable
@@ -74,6 +75,22 @@ def cached_array(key: bytes | str, compute: Callable[[], Array]) -> Array:
     _make_room(file.parent)
     mapped = _read(file)
     return array if mapped is None else mapped
+
+
+def give_back(array: Array) -> bool:
+    """Put an array back to what :func:`cached_array` gave, and free the pages that were written to.
+
+    Returns:
+        Whether that was done: the array is mapped, and the system (Linux) reads such pages anew.
+    """
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        base = base.base
+    mapped = base.obj if isinstance(base, memoryview) else None
+    if sys.platform != "linux" or not isinstance(mapped, mmap.mmap):
+        return False
+    mapped.madvise(mmap.MADV_DONTNEED)
+    return True
 
 
 def _read(file: Path) -> Array | None:

@@ -51,6 +51,8 @@ class IncrementalNavfn(Planner):
     def reset(self, rng: np.random.Generator) -> None:
         """Forget the field: a plan must not depend on the deliveries before; ``rng`` is not used."""
         self._key = ()
+        self._field.forget()
+        self._fallback.reset(rng)
 
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal``; errors as :class:`NavfnPlanner`."""

@@ -32,6 +32,11 @@ class NavfnPlanner(Planner):
         """(height, width) potential of the last plan; 1e10 where the wave has not been."""
         return self._field.potential
 
+    def reset(self, rng: np.random.Generator) -> None:
+        """Give back the memory that the plans to the last goal took; ``rng`` is not used."""
+        self._field.forget()
+        self._bound.forget()
+
     def plan(self, start: Pose2D, goal: Pose2D, costmap: Costmap, stamp: float = 0.0) -> Path:
         """A path from ``start`` to ``goal``; see :class:`Planner`.
 
@@ -122,6 +127,11 @@ class GoalBound:
         self._field = PotentialField(allow_unknown)
         self._floor: object = None  # what the bound was made of; the same object as long as the map is the same
         self._goal = -1
+
+    def forget(self) -> None:
+        """Forget the goal, and give back the memory that its bound took."""
+        self._floor = None
+        self._field.forget()
 
     def towards(self, goal: int, robot: int, costmap: Costmap) -> tuple[Float32Array, float] | None:
         """The bound (height * width,) of the remaining cost to cell ``goal``, and the limit for a way from ``robot``.

@@ -3,6 +3,7 @@
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key, give_back
 from navstack.planning.incremental_kernels import respread
 from navstack.planning.navfn_descent import EXHAUSTED, descend, nearest_reachable
 from navstack.planning.navfn_kernels import (
@@ -28,6 +29,13 @@ def flat_costs(costmap: Costmap) -> ByteArray:
     flat = np.ascontiguousarray(costmap.data).reshape(-1).view()
     flat.flags.writeable = False
     return flat
+
+
+def _nothing_reached(cells: int) -> Float32Array:
+    """So many potentials; of a large map what is never written to stands in memory once for all processes."""
+    if cells < SHARED_FROM:
+        return np.full(cells, POT_HIGH)
+    return cached_array(content_key("potentials-1", cells), lambda: np.full(cells, POT_HIGH))
 
 
 class PotentialField:
@@ -91,10 +99,17 @@ class PotentialField:
             self._path = np.empty((2 * len(self._path), 2), dtype=np.float32)
         return self._path[:count].astype(np.float64) if count > 0 else None
 
+    def forget(self) -> None:
+        """Forget every potential, and give back the memory that they took."""
+        if give_back(self.flat):
+            self._dirty[:] = 0
+        else:
+            clear_potential(self.flat, self._dirty)
+
     def _resize(self, shape: tuple[int, int]) -> None:
         self._shape = shape
         cells = shape[0] * shape[1]
-        self.flat: Float32Array = np.full(cells, POT_HIGH)  # (height * width,) the potential by cell number
+        self.flat = _nothing_reached(cells)  # (height * width,) the potential by cell number
         blocks = -(-(cells // BLOCK_SIZE + 1) // 8) * 8  # whole words
         self._dirty: ByteArray = np.zeros(blocks, dtype=np.uint8)
         self._tops: Float32Array = np.zeros(self._dirty.size, dtype=np.float32)

@@ -1,6 +1,7 @@
 import io
 import multiprocessing
 import os
+import sys
 import zlib
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from navstack.costmap import field_cache
-from navstack.costmap.field_cache import cache_folder, cached_array, content_key
+from navstack.costmap.field_cache import cache_folder, cached_array, content_key, give_back
 
 
 @pytest.fixture
@@ -120,6 +121,20 @@ def test_who_writes_to_an_array_leaves_that_of_others_alone(folder):
     mine, yours = cached_array("key", source), cached_array("key", source)
     mine[:] = 7.0
     assert not yours.any() and not cached_array("key", source).any() and source.calls == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere pages that were written to stay as they are")
+def test_an_array_given_back_is_what_it_was(folder):
+    array = cached_array("key", Source(np.arange(5000)))
+    array[:] = 7
+    assert give_back(array.reshape(50, 100)) and np.array_equal(array, np.arange(5000))
+    array[0] = 7
+    assert np.array_equal(cached_array("key", Source(array)), np.arange(5000))
+
+
+def test_an_array_that_is_not_of_the_cache_stays(folder):
+    array = np.full(5000, 7)
+    assert not give_back(array) and (array == 7).all()
 
 
 def test_arrays_are_mapped_and_outlive_their_file(folder):
