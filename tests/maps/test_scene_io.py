@@ -9,7 +9,7 @@ import pytest
 from harness.world.extrude import WALL_HEIGHT, extrude, merge_rectangles
 from harness.world.scene import Obstacle, Scene, Zone
 from harness.world.scene_io import align, load_scene, map_names, save_scene
-from harness.world.shapes import Rect, box, fill_convex, octagon, polygon_area, window_of
+from harness.world.shapes import Rect, box, octagon, polygon_area
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, UnknownNameError
@@ -213,30 +213,3 @@ def test_few_rectangles_are_enough() -> None:
     area = sum(polygon_area(obstacle.polygon) for obstacle in extrude(grid, solid))
     assert area == pytest.approx(solid.sum() * 0.01)
     assert len(merge_rectangles(np.zeros((3, 3), dtype=bool))) == 0
-
-
-def test_filled_cells_are_those_with_their_centre_inside() -> None:
-    polygon = box(2.03, 1.01, 0.4, 1.7, 0.9)
-    mask = np.zeros((40, 60), dtype=bool)
-    fill_convex(mask, polygon, True, 0.1, -1.0, -0.5)
-    y, x = np.indices(mask.shape)
-    u = np.cos(0.4) * (x * 0.1 - 0.95 - 2.03) + np.sin(0.4) * (y * 0.1 - 0.45 - 1.01)
-    v = -np.sin(0.4) * (x * 0.1 - 0.95 - 2.03) + np.cos(0.4) * (y * 0.1 - 0.45 - 1.01)
-    assert np.array_equal(mask, (abs(u) <= 0.85) & (abs(v) <= 0.45))
-    fill_convex(mask, Rect(-50.0, -50.0, 50.0, 50.0).polygon, False, 0.1, -1.0, -0.5)
-    assert not mask.any()
-    fill_convex(mask, Rect(90.0, 90.0, 95.0, 95.0).polygon, True, 0.1, -1.0, -0.5)
-    assert not mask.any()
-
-
-@pytest.mark.parametrize("corner", [(-3.0, -2.0), (4.0, 7.0)])
-def test_the_window_around_a_polygon_holds_all_of_its_cells(corner: tuple[float, float]) -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(30):
-        x, y = rng.uniform(-1.0, 7.0, 2) + corner
-        polygon = box(x, y, float(rng.uniform(-3.0, 3.0)), *rng.uniform(0.2, 3.0, 2).tolist())
-        whole, part = np.zeros((50, 60), dtype=bool), np.zeros((50, 60), dtype=bool)
-        fill_convex(whole, polygon, True, 0.1, *corner)
-        window, mask = window_of(polygon, whole.shape, 0.1, *corner)
-        part[window] = mask
-        assert np.array_equal(part, whole)

@@ -19,7 +19,7 @@ from harness.world.map_statistics import (
 )
 from harness.world.scene import Scene
 from harness.world.scene_io import load_scene
-from harness.world.shapes import Rect, box, fill_convex, grow, octagon, polygon_area
+from harness.world.shapes import Rect, fill_convex, polygon_area
 from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
 from harness.world.sidewalk_blocks import CURB_HEIGHT, Block
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
@@ -123,15 +123,6 @@ def test_slivers_are_not_drawn() -> None:
     for resolution in (0.05, 0.06):
         size = round(LEAST_WIDTH / resolution)
         assert np.array_equal(without_slivers(mask, resolution), ndimage.binary_opening(mask, np.ones((size, size))))
-
-
-def test_a_polygon_grows_by_its_margin_on_every_side() -> None:
-    for polygon in (box(1.0, 2.0, 0.4, 1.7, 0.9), octagon(-3.0, 1.0, 0.2)):
-        grown = grow(polygon, 0.3)
-        edges, normals = np.roll(polygon, -1, axis=0) - polygon, np.roll(grown, -1, axis=0) - grown
-        across = (edges[:, 0] * (grown - polygon)[:, 1] - edges[:, 1] * (grown - polygon)[:, 0]) / np.hypot(*edges.T)
-        assert across == pytest.approx(-0.3)
-        assert edges[:, 0] * normals[:, 1] == pytest.approx(edges[:, 1] * normals[:, 0])
 
 
 def test_roads_lie_a_curb_below_everything_else(scene: Scene) -> None:
