@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.task.camera_params import CameraParams
-from harness.world.camera import CLOTHES, COLORS, Camera
+from harness.world.camera import CLOTHES, COLORS, OTHER, SKIN, Camera
 from harness.world.scene import Obstacle, Scene, Zone
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
@@ -76,6 +76,41 @@ def test_pictures_repeat_and_what_is_far_is_not_kept():
         camera.picture(Pose2D(float(x)), NOBODY)
         assert len(camera._bodies) <= 27
     np.testing.assert_array_equal(camera.picture(Pose2D(), NOBODY), first)
+
+
+def test_the_projection_is_that_of_a_pinhole_between_two_planes():
+    """OpenGL's matrix, column by column; planes at 0.05 m and at the range."""
+    params = CameraParams(width=160, height=120, fov=1.2, range=20.0)
+    across, near, far = math.tan(0.6), 0.05, 20.0
+    depth = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    expected = [1.0 / across, 0, 0, 0, 0, 160 / 120 / across, 0, 0, 0, 0, depth[0], -1.0, 0, 0, depth[1], 0]
+    assert Camera(scene(), params, 0.3, 1.7)._projection == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_ground_goes_on_beyond_the_map_and_below_the_zones(monkeypatch):
+    laid = []
+    monkeypatch.setattr(Camera, "_prism", lambda camera, *given: laid.append(given))
+    grid = OccupancyGrid(np.zeros((40, 60), dtype=np.int8), 0.25, Pose2D(-5.0, 10.0))
+    zones = (Zone("road", square(0.0, 0.0, 4.0), -0.12), Zone("plaza", square(1.0, 2.0, 3.0)))
+    Camera(Scene("made-up", (), zones, grid, grid), PARAMS, 0.3, 1.7)
+    (around, *below, color), *others = laid
+    assert around.tolist() == [[-55.0, -40.0], [60.0, -40.0], [60.0, 75.0], [-55.0, 75.0]]
+    assert below == pytest.approx([-0.62, -0.121]) and color == OTHER
+    assert [each[0].tolist() for each in others] == [zone.polygon.tolist() for zone in zones]
+    assert [each[1:3] for each in others] == [pytest.approx((-0.62, -0.12)), pytest.approx((-0.62, 0.0005))]
+    assert [each[3] for each in others] == [COLORS["road"], COLORS["plaza"]]
+
+
+def test_policies_see_the_colours_that_they_have_learned_from():
+    hexadecimal = {kind: "".join(f"{round(255 * part):02x}" for part in color) for kind, color in COLORS.items()}
+    assert hexadecimal == {
+        **{"building_glass": "8c9eb2", "mailbox": "1a40a6", "trash_bin": "335940", "plant": "33802e"},
+        **{"fence": "735940", "bollard": "bfa626", "hydrant": "bf1f1a", "barrier": "e6731a"},
+        **{"traffic_light": "262626", "road": "404045", "sidewalk": "a8a69e", "crosswalk": "d9d9d9"},
+        **{"plaza": "b2a894", "lawn": "598c40", "construction": "998059"},
+    }
+    others = ["".join(f"{round(255 * part):02x}" for part in color) for color in (OTHER, SKIN, *CLOTHES)]
+    assert others == ["808080", "d9a680", "bf3333", "334cb2", "d9bf4c", "404047"]
 
 
 @pytest.mark.parametrize(
