@@ -236,7 +236,7 @@ def test_a_grid_may_be_turned(yaw):
     frame = np.array((3.0, -2.0, math.cos(yaw), math.sin(yaw), 0.2))
     centres = 0.2 * (np.arange(60) + 0.5)  # [m] along the grid's rows
     edges = Edges(np.add.outer(2.0 * centres, centres), np.ones((60, 60), dtype=np.bool_), frame)
-    along, up = 4.3, 7.1  # [m] in the grid
+    along, up = 4.37, 7.15  # [m] in the grid
     x, y = 3.0 + along * math.cos(yaw) - up * math.sin(yaw), -2.0 + along * math.sin(yaw) + up * math.cos(yaw)
     assert cell_of(x, y, edges) == (35, 21)
     assert edge_distance(x, y, edges) == pytest.approx(along + 2.0 * up)

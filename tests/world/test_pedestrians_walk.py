@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
-from harness.world.pedestrian_kernels import BLOCKED, _least_length, find_path
+from harness.world.pedestrian_kernels import BLOCKED, Walks, _least_length, count_near, find_path, walk
 from harness.world.pedestrian_params import PedestrianParams
 from harness.world.pedestrian_routes import WalkingNetwork
 from harness.world.pedestrians import PedestrianModel, RandomWalkPedestrians
@@ -61,6 +61,34 @@ def test_the_least_length_between_two_cells_is_the_largest_difference_to_a_landm
     a, b = np.array([3.0, 9.0, 5.0, 2.0], dtype=np.float32), np.array([3.25, 9.0, 5.0, 2.5], dtype=np.float32)
     assert (_least_length(a, a), _least_length(a, b), _least_length(b, a)) == (0.0, 0.5, 0.5)
     assert (_least_length(a[:2], b[:2]), _least_length(a[2:], b[2:])) == (0.25, 0.5)
+
+
+@pytest.mark.parametrize(("radius", "number"), [(1.0, 0), (5.0, 1), (5.1, 2), (9.0, 4)])
+def test_those_nearer_than_a_radius_are_counted(radius, number):
+    states = np.array(((4.0, 2.0), (4.0, 6.0), (-5.0, 2.0), (1.0, 10.0), (math.inf, math.inf)))
+    assert count_near(np.hstack((states, np.zeros((5, 2)))), 1.0, 2.0, radius) == number
+
+
+def test_walking_stops_after_the_step_in_which_somebody_becomes_restless():
+    """One walks round a corner at 2 m/s, another stands for three steps of 0.5 s."""
+    points = np.array((((1.5, 0.0), (1.5, 9.0)), ((7.0, 8.0), (7.0, 8.0))))
+    walks = Walks(points, np.array((2, 2)), np.array((0, 2)), np.array((9.0, 1.5)), np.array((2.0, 1.0)))
+    positions, states, restless = np.array(((0.0, 0.0), (7.0, 8.0))), np.empty((2, 4)), np.ones(2, dtype=np.bool_)
+    assert walk(0.5, 2, walks, positions, states, restless) == (2, 0)
+    assert states.tolist() == [[1.5, 0.5, 0.0, 2.0], [7.0, 8.0, 0.0, 0.0]]
+    assert restless.tolist() == [False, False]
+    assert walk(0.5, 5, walks, positions, states, restless) == (1, 1)
+    assert states.tolist() == [[1.5, 1.5, 0.0, 2.0], [7.0, 8.0, 0.0, 0.0]]
+    assert restless.tolist() == [False, True]
+    assert (walks.pauses.tolist(), walks.next_point.tolist()) == ([9.0, 0.0], [1, 2])
+
+
+def test_routes_along_a_line_cannot_exceed_its_length_and_a_hundredth():
+    """Twelve cells, each of them a landmark."""
+    network = WalkingNetwork(grid_of(np.ones((1, 12), dtype=np.bool_), 0.2), 0.0)
+    lengths = network.greatest_lengths(network.cells[[0, 4, 11]])
+    cells = np.array(((0.0, 4.0, 11.0), (4.0, 0.0, 7.0), (11.0, 7.0, 0.0)))
+    assert lengths == pytest.approx(1.01 * 0.2 * cells)
 
 
 def test_edge_distances_are_those_of_the_cells_centres():

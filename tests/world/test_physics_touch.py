@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from harness.world.bodies import StaticIndex, fixed_body, make_prism
+from harness.world.bodies import FIXED, PERSON, ROBOT, StaticIndex, fixed_body, is_rectangle, make_prism
 from harness.world.engine import Server, bullet
 from harness.world.scene import Obstacle
 from harness.world.touch_kernels import may_touch
@@ -73,6 +73,25 @@ def test_obstacles_are_found_by_their_distance():
         found += len(numbers)
     assert found > 1000
     assert StaticIndex(()).near(0.0, 0.0, 5.0) == ([], math.inf)
+
+
+@pytest.mark.parametrize(
+    ("corners", "expected"),
+    [
+        (((0, 0), (3, 0), (3, 1), (0, 1)), True),
+        (((0, 0), (4, 3), (1, 7), (-3, 4)), True),
+        (((0, 0), (3, 0), (4, 1), (1, 1)), False),
+        (((0, 0), (3, 0), (3, 1), (0, 2)), False),
+        (((0, 0), (3, 0), (3, 3)), False),
+        (((0, 0), (3, 0), (3, 1), (1, 2), (0, 1)), False),
+    ],
+)
+def test_four_right_angles_make_a_rectangle(corners, expected):
+    assert is_rectangle(np.array(corners, dtype=float)) is expected
+
+
+def test_collision_groups_have_no_bit_in_common():
+    assert ROBOT & FIXED == ROBOT & PERSON == FIXED & PERSON == 0
 
 
 @pytest.mark.parametrize("corners", [((0, 0), (2, -1), (3, 0), (1, 1.5)), ((0, -1), (3, -1), (3, 1.5), (0, 1.5))])
