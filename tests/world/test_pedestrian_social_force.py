@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from harness.storage.shipped import shipped
 from harness.world.body_state import BodyState
-from harness.world.pedestrian_edges import Edges, away_from_edge, cell_of, edge_distance, keep_inside
+from harness.world.pedestrian_edges import Edges, edge_distance, keep_inside
 from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
 from harness.world.social_force import SocialForcePedestrians
@@ -134,6 +134,26 @@ def test_the_robot_is_a_person_of_its_size_with_a_rectangular_body():
     assert from_robot(FORCES, 0.6, 0.1, *np.zeros(4), robot, True)[0] > 1500.0 * (0.37 + 0.3 - 0.6)
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -2.0])
+@pytest.mark.parametrize(
+    ("place", "direction", "overlap"),
+    [
+        ((0.6, 0.1), (1.0, 0.0), 0.07),
+        ((-0.1, 0.5), (0.0, 1.0), 0.05),
+        ((0.47, -0.35), (math.sqrt(0.5), -math.sqrt(0.5)), 0.3 - 0.1 * math.sqrt(2.0)),
+        ((-0.3, 0.1), (-1.0, 0.0), 0.3 + 0.07),  # from here on the centre is inside
+        ((0.05, 0.1), (0.0, 1.0), 0.3 + 0.15),
+        ((0.3, -0.2), (0.0, -1.0), 0.3 + 0.05),
+    ],
+)
+def test_its_body_presses_out_by_the_nearest_side(place, direction, overlap, yaw):
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    turn = np.array(((cos, -sin), (sin, cos)))
+    robot = np.array((2.0, -1.0, cos, sin, 0.0, 0.0))
+    push = from_robot(FORCES, *(turn @ place + (2.0, -1.0)), 0.0, 0.0, 1.0, 0.0, robot, False)
+    assert push == pytest.approx(tuple(1500.0 * overlap * turn @ direction), abs=1e-9)
+
+
 def test_what_counts_of_the_robot_is_its_relative_motion():
     """Walking towards it is as its coming."""
     still, coming = np.array((0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 1.0, 0.0, 1.2, 0.3))
@@ -197,6 +217,14 @@ def test_the_share_of_people_who_notice_nothing(robot):
     assert binomtest(int(sum(unaware)), 4000, 0.073).pvalue > 0.01
 
 
+def test_where_all_notice_the_robot_nobody_is_drawn_for_it(robot):
+    model = SocialForcePedestrians(dataclasses.replace(SOCIAL, count=3), grid_of(strip()), robot)
+    drawn, expected = np.random.default_rng(3), np.random.default_rng(3)
+    model.reset(drawn, Pose2D())
+    model.errands.reset(expected, Pose2D())
+    assert drawn.random() == expected.random()
+
+
 def twin(forces, robot, corners, speeds, states, edges):
     """The kernel in slow numpy: everybody walks, nobody arrives; one step of DT."""
     after = np.empty_like(states)
@@ -229,42 +257,6 @@ def test_the_kernel_equals_a_slow_twin():
     walk_among_others(DT, FORCES, robot, aware, walks, np.ones(n), states, edges, after, needs)
     np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
     assert (needs == 0).all()
-
-
-@pytest.mark.parametrize("yaw", [0.0, 0.4, 2.0, -1.3])
-def test_a_grid_may_be_turned(yaw):
-    frame = np.array((3.0, -2.0, math.cos(yaw), math.sin(yaw), 0.2))
-    centres = 0.2 * (np.arange(60) + 0.5)  # [m] along the grid's rows
-    edges = Edges(np.add.outer(2.0 * centres, centres), np.ones((60, 60), dtype=np.bool_), frame)
-    along, up = 4.37, 7.15  # [m] in the grid
-    x, y = 3.0 + along * math.cos(yaw) - up * math.sin(yaw), -2.0 + along * math.sin(yaw) + up * math.cos(yaw)
-    assert cell_of(x, y, edges) == (35, 21)
-    assert edge_distance(x, y, edges) == pytest.approx(along + 2.0 * up)
-    to_x, to_y = math.cos(yaw) - 2.0 * math.sin(yaw), math.sin(yaw) + 2.0 * math.cos(yaw)
-    assert away_from_edge(x, y, edges) == pytest.approx((to_x / math.sqrt(5.0), to_y / math.sqrt(5.0)))
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "cell"),
-    [(-5.9, -5.9, (0, 0)), (5.9, -5.7, (1, 59)), (99.0, 0.1, (30, 59)), (-99.0, 0.1, (30, 0)), (0.1, 99.0, (59, 30)),
-     (0.1, -99.0, (0, 30))],
-)  # fmt: skip
-def test_a_point_off_the_grid_is_in_the_nearest_cell(x, y, cell):
-    assert cell_of(x, y, Edges(np.ones((60, 60)), np.ones((60, 60), dtype=np.bool_), FRAME)) == cell
-
-
-@pytest.mark.parametrize(
-    ("velocity", "after"),
-    [
-        ((1.0, 1.0), (-5.4, -5.4, 1.0, 1.0)),  # out of the corner
-        ((-1.0, 1.0), (-5.5, -5.5, 0.0, 0.0)),  # along the wall that is there: it cannot
-        ((-1.0, -1.0), (-5.5, -5.5, 0.0, 0.0)),  # into the corner: what remains of it is nothing
-    ],
-)
-def test_who_is_in_a_corner_gets_out_or_stands(velocity, after):
-    centres = 0.2 * (np.arange(60) + 0.5)  # [m] from the walls at the lower and left ends
-    edges = Edges(np.minimum.outer(centres, centres), np.ones((60, 60), dtype=np.bool_), FRAME)
-    assert keep_inside(-5.5, -5.5, *velocity, 0.1, 0.6, edges) == pytest.approx(after, abs=1e-9)
 
 
 def test_alone_in_the_open_everybody_walks_at_the_own_speed(robot):
