@@ -75,6 +75,15 @@ def test_what_is_no_error_is_refused(values):
         InjectedError(*values)
 
 
+def test_what_is_certain_cannot_be_made_uncertain_by_who_reads_it():
+    belief = GroundTruthLocalizer(lambda: TRUE).update(Observation(0.0))
+    (track,) = GroundTruthTracker(lambda: np.zeros((1, 4)), 0.3).tracks(0.0)
+    for covariance, size in ((belief.covariance, 3), (track.covariance, 4)):
+        assert covariance.tolist() == np.zeros((size, size)).tolist()
+        with pytest.raises(ValueError, match="read-only"):
+            covariance[0, 0] = 1.0
+
+
 def test_who_knows_the_people_tells_of_them_as_they_are_now():
     people = np.array([(1.0, 2.0, 0.5, -0.5), (8.0, 9.0, 0.0, 1.3), (np.nan,) * 4])  # the last is not there
     tracker = GroundTruthTracker(lambda: people, 0.3)

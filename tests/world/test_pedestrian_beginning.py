@@ -140,6 +140,44 @@ def test_the_next_goal_is_taken_though_it_is_in_the_same_row_or_column():
     assert taken == [[5, 9], [8, 9], [5, 5], [5, 9]]  # the first turn is that of who stands there
 
 
+class Drawn:
+    """A random generator that draws what a test says, and knows what it was asked for."""
+
+    def __init__(self, *values):
+        self._values, self.asked = list(values), []
+
+    def uniform(self, low, high):
+        self.asked.append((low, high))
+        return self._values.pop(0)
+
+
+def test_an_errand_is_accepted_in_proportion_to_what_it_lasts():
+    """Goals in a row, 2 m and 4 m apart, walked at 0.5 m/s: the first draw is refused, the second one is not."""
+    field = OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 0.2, Pose2D())
+    people = RandomWalkPedestrians(dataclasses.replace(WALK, count=1, agent_radius=0.0), field)
+    errands, own = people._errands, Drawn(10.0, 3.0, 15.0, 9.9, 2.5, 6.4, 4.2)
+    errands.goals, errands._rngs, errands.speeds[0] = np.array(((10, 5), (10, 15), (10, 35))), [own], 0.5
+    pairs, bounds = np.array((1, 2, 3, 5, 6, 7)), np.array((10.0, 20.0, 10.0, 10.0, 20.0, 10.0))
+    assert errands._draw_errand(0, pairs, bounds, np.cumsum(bounds)) == 4.2
+    again = [(0.0, 80.0), PAUSES, (0.0, 10.0), (0.0, pytest.approx(4.0 + 2.5))]
+    assert own.asked == [(0.0, 80.0), PAUSES, (0.0, 20.0), *again]
+    assert errands._cells.tolist() == [[10, 15]] and errands.pauses[0] == 2.5
+
+
+@pytest.mark.parametrize(
+    ("time", "place", "corner", "pause"),
+    [(0.0, (1.0, 1.0), 1, 4.0), (3.0, (2.5, 1.0), 1, 4.0), (9.0, (4.0, 2.5), 2, 4.0), (15.0, (4.0, 5.0), 3, 3.0)],
+)
+def test_somebody_on_the_way_is_as_far_as_the_speed_says(time, place, corner, pause):
+    """A path of 3 m and 4 m at 0.5 m/s, and the pause at its end."""
+    field = OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 0.2, Pose2D())
+    errands = RandomWalkPedestrians(dataclasses.replace(WALK, count=1), field)._errands
+    errands.points[0, :3] = ((1.0, 1.0), (4.0, 1.0), (4.0, 5.0))
+    errands.counts[0], errands.speeds[0], errands.pauses[0] = 3, 0.5, 4.0
+    assert errands._go_ahead(0, time).tolist() == pytest.approx(place)
+    assert (errands.next_point[0], errands.pauses[0]) == (corner, pause)
+
+
 def test_the_same_seed_begins_alike_whatever_was_before():
     one, other = (RandomWalkPedestrians(dataclasses.replace(WALK, count=20), town()) for _ in range(2))
     other.reset(np.random.default_rng(9), AWAY)

@@ -102,6 +102,15 @@ def test_bodies_that_stay_together_push(book):
     assert event.peak_step_impulse == 4.0
 
 
+def test_the_weakest_push_is_an_event_and_a_touch_without_force_is_none(book):
+    feed(book, [[point(0.0), point(0.25, MAILBOX, LEAVING)], [], [point(0.0)]])
+    assert book.is_waiting
+    book.close_all()
+    (event,) = book.finished
+    assert (event.kind, event.peak_step_impulse, event.impulse, event.impacts) == ("mailbox", 0.25, 0.0, 0)
+    assert event.duration == pytest.approx(DT)
+
+
 def test_a_second_impact_of_the_same_contact_counts_too(book):
     feed(book, [[point(30.0)], [point(2.0)], [], [point(20.0)]])
     book.close_all()

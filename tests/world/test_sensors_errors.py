@@ -15,6 +15,7 @@ from harness.world.sensors import SensorParams
 from harness.world.wheel_odometry import OdometryParams, WheelOdometry
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
+from navstack.types import Pose2D
 
 NOBODY = np.empty((0, 4))
 EPISODES = 400
@@ -107,6 +108,28 @@ def test_a_shock_slips_no_more_than_a_wheel_can_pull():
     hit = measure(sensor, [BodyState(), BodyState(0.1, vx=1.0, ax=500.0)])[-1].pose.x
     strongest = measure(sensor, [BodyState(), BodyState(0.1, vx=1.0, ax=9.81)])[-1].pose.x
     assert hit == strongest
+
+
+def test_odometry_is_what_its_formulas_say():
+    """Along an arc, with all errors at once; the numbers are those that the generator gives in this order."""
+    params = OdometryParams(10.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08)
+    slip = abs(np.random.default_rng(6).spawn(1)[0].standard_normal())
+    rng = np.random.default_rng(6)
+    scales, white = rng.standard_normal(2), rng.standard_normal((256, 5))[1]
+    distance, turn = 0.2, 0.1
+    chord = 2.0 * distance / turn * math.sin(0.5 * turn)
+    moved = BodyState(chord * math.cos(0.05), chord * math.sin(0.05), turn, 1.5, 0.0, 0.8, 2.0, -1.2)
+    first, odometry = measure(WheelOdometry(params), [BodyState(), moved], seed=6)
+    assert first.pose == Pose2D()
+    linear = (1.0 + 0.01 * scales[0]) * (1.0 + 0.08 * slip * 2.0 / 9.81)
+    angular = (1.0 + 0.02 * scales[1]) * (1.0 + 0.08 * slip * 1.2 / 9.81)
+    way = linear * distance + 0.03 * math.sqrt(distance) * white[0]
+    angle = angular * turn + 0.04 * math.sqrt(distance) * white[1] + 0.05 * math.sqrt(turn) * white[2]
+    place = [way / angle * math.sin(angle), way / angle * (1.0 - math.cos(angle)), angle]
+    assert odometry.pose.as_array() == pytest.approx(place)
+    assert odometry.twist.linear_x == pytest.approx(linear * 1.5 + 0.06 * white[3])
+    assert odometry.twist.angular_z == pytest.approx(angular * 0.8 + 0.07 * white[4])
+    assert odometry.twist.linear_y == 0.0
 
 
 def test_the_gyro_bias_walks_from_where_it_began():
