@@ -17,12 +17,13 @@ from harness.world.map_statistics import (
     measure_edges,
     medial_widths,
 )
-from harness.world.scene import Scene
+from harness.world.scene import Obstacle, Scene
 from harness.world.scene_io import load_scene
 from harness.world.shapes import Rect, fill_convex, polygon_area
 from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
-from harness.world.sidewalk_blocks import CURB_HEIGHT, Block
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from harness.world.sidewalk_blocks import CURB_HEIGHT, Block, Streets
+from harness.world.sidewalk_furniture import Furnisher
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.types import Pose2D
 
 PRICED = {"mailbox", "trash_bin", "bollard", "plant", "fence"}
@@ -88,6 +89,54 @@ def table_rows(measured: MapStatistics) -> list[tuple[str, float, float]]:
         *((f"  spacing {p} % [m]", d, spacings[p]) for p, d in zip(spacings, measured.spacings, strict=True)),
         ("connected parts", measured.connected_parts, 1),
     ]
+
+
+def furnished(*sizes: tuple[str, float, float]) -> Scene:
+    """A corridor of 1.5 m x 20 m with things of a kind, a length and a width [m], 3 m apart."""
+    mesh = np.full((10, 40), OCCUPIED, dtype=np.int8)
+    mesh[4:7] = FREE
+    grid = OccupancyGrid(mesh, 0.5, Pose2D())
+    things = (Obstacle(kind, Rect(3.0 * k, 0, 3.0 * k + x, y).polygon, 1.0) for k, (kind, x, y) in enumerate(sizes))
+    return Scene("made-up", tuple(things), (), grid, grid)
+
+
+def test_measures_of_a_corridor_with_two_pieces_of_furniture() -> None:
+    """A building, what is unknown, and what is too small or too large do not count."""
+    measured = measure(
+        furnished(
+            *(("trash_bin", 0.5, 0.5), ("building_glass", 1.0, 0.5), ("hydrant", 0.2, 0.2), ("mailbox", 0.5, 1.0)),
+            *(("unknown", 0.5, 1.0), ("bus_stop", 2.5, 4.1)),
+        )
+    )
+    assert (measured.walkable_area, measured.connected_parts) == (30.0, 1)
+    assert measured.widths == (2.0,) * 7  # from wall to wall, by the centres of their cells
+    assert (measured.pieces, measured.medium_share) == (2, 0.5)
+    assert measured.spacings == pytest.approx((math.hypot(9.0, 0.25),) * 3)
+
+
+@pytest.mark.parametrize(("sizes", "pieces", "share"), [((), 0, 0.0), ((("plant", 1.0, 1.0),), 1, 1.0)])
+def test_a_single_piece_has_no_spacing(sizes: tuple[tuple[str, float, float]], pieces: int, share: float) -> None:
+    measured = measure(furnished(*sizes))
+    assert (measured.pieces, measured.medium_share, measured.spacings) == (pieces, share, ())
+
+
+@pytest.mark.parametrize(
+    ("blocks", "ends"), [((), ((-0.35, -0.45), (7.35, 3.45))), ((Rect(-9, 0, 0, 3),), ((-0.45, -0.35), (7.45, 3.35)))]
+)
+@pytest.mark.parametrize(("gap", "lights"), [(0.01, 2), (-0.01, 1)])
+def test_a_traffic_light_keeps_its_own_length_from_other_things(
+    blocks: tuple[Rect, ...], ends: tuple[tuple[float, float], ...], gap: float, lights: int
+) -> None:
+    """It stands aside of both ends of a crosswalk; a bin is before the first place."""
+    streets = Streets([Block(area, (1.0,) * 4, "buildings") for area in blocks], [Rect(0.0, 0.0, 7.0, 3.0)])
+    furnisher = Furnisher(streets, np.random.default_rng(0))
+    furnisher._draw = lambda mix: ("traffic_light", np.array((0.3, 0.9, 4.0)))  # type: ignore[method-assign]
+    (x, y), beside = ends[0], 0.3 + gap
+    furnisher.pieces.append(Obstacle("trash_bin", Rect(x + beside, y, x + beside + 0.1, y + 0.1).polygon, 1.0))
+    furnisher._signal_crosswalks(1.0)
+    placed = [tuple(piece.polygon.mean(axis=0)) for piece in furnisher.pieces[1:]]
+    assert placed == [pytest.approx(end) for end in ends[2 - lights :]]
+    assert {(piece.kind, piece.height) for piece in furnisher.pieces[1:]} == {("traffic_light", 4.0)}
 
 
 def test_edges_of_the_mesh_mislead_a_lidar_as_the_papers_do(scene: Scene) -> None:

@@ -14,7 +14,7 @@ from harness.world.lidar_kernels import cast_circles
 from harness.world.pedestrian_kernels import replay
 from harness.world.pedestrian_params import PedestrianParams, ReplayParams
 from harness.world.replay import ReplayPedestrians
-from harness.world.replay_file import MAX_BYTES, Recording, load_recording
+from harness.world.replay_file import MAX_BYTES, Recording, _arrange, load_recording
 from harness.world.world_params import WorldParams
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError
@@ -157,6 +157,14 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path, name, text, message):
     with pytest.raises(InputError, match=message) as caught:
         load_recording(ReplayParams(write(tmp_path, text, name)))
     assert name in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_ten_thousand_people_are_read_and_no_more():
+    samples = np.zeros((10_001, 4))
+    samples[:, 0] = np.arange(10_001)
+    assert _arrange(samples[:-1], ReplayParams(), Path("a.csv")).count == 10_000
+    with pytest.raises(InputError, match=r"'a\.csv' has 10001 people; at most 10000 are read"):
+        _arrange(samples, ReplayParams(), Path("a.csv"))
 
 
 def test_files_that_cannot_be_read_are_refused(tmp_path):

@@ -11,6 +11,7 @@ from harness.world.body_state import BodyState
 from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, grip, motor_forces
 from harness.world.motion_kernels import base_state, point_velocity
 from harness.world.robot import RobotParams
+from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
@@ -41,6 +42,34 @@ def wrench(robot, v=(0.0, 0.0), w=0.0, command=(0.0, 0.0), q=(0.0, 0.0, 0.0, 1.0
 def sticky(robot):
     """Wheels that friction does not limit."""
     return dataclasses.replace(robot, wheel_friction=100.0, max_wheel_torque=1e4)
+
+
+def test_a_robot_is_a_box_on_four_feet(robot):
+    """By hand: a box of 1.2 m x 0.5 m x 2 m and 24 kg; its middle is 0.1 m behind the axle, 0.05 m to the right."""
+    footprint = ((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2))
+    made = dataclasses.replace(robot, footprint=footprint, mass=24.0, height=2.0, center_of_mass_x=-0.22)
+    assert made.half_size == pytest.approx((0.6, 0.25))
+    assert made.center == pytest.approx((-0.1, -0.05))
+    assert made.center_of_mass == pytest.approx((-0.22, -0.05, 0.45))
+    assert made.inertia == pytest.approx((2.0 * (0.25 + 4.0), 2.0 * (1.44 + 4.0), 2.0 * (1.44 + 0.25)))
+    assert made.reach == pytest.approx(math.hypot(0.72, 0.25))
+    assert made.max_drive_force == pytest.approx(400.0)
+    assert made.axle_share == pytest.approx(0.6)
+    assert made.feet == ((0.0, 0.21), (0.0, -0.21), (-0.55, 0.2), (-0.55, -0.2))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"center_of_mass_x": -0.55}, "between the casters at -0.55 m"),
+        ({"center_of_mass_x": 0.0}, "and the axle at 0"),
+        ({"height": 0.45}, "must exceed center_of_mass_height"),
+        ({"height": 0.46, "ground_clearance": 0.46}, "and ground_clearance"),
+    ],
+)
+def test_a_robot_whose_weight_lies_on_the_edge_of_its_feet_or_body_is_refused(robot, change, message):
+    with pytest.raises(ParameterError, match=message):
+        dataclasses.replace(robot, **change)
 
 
 def test_at_rest_it_only_carries_the_weight(robot):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import shapely
 from harness.world.contacts import Motion
 from harness.world.drive_kernels import LEVEL
 from harness.world.elevation import Elevation
-from harness.world.engine import bullet
+from harness.world.engine import Server, bullet
 from harness.world.footing import Feet, Footing, Scrape
+from harness.world.ground import Ground
 from harness.world.scene import Zone
 from harness.world.shapes import Rect
 from navstack.types import Pose2D
@@ -54,6 +56,30 @@ def test_the_pieces_around_a_place_are_convex_and_fill_the_window():
             inner = shape.representative_point()
             assert ground.level(inner.x, inner.y) == height
     assert area == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize(
+    ("moved", "reach", "free"),
+    [(0.0, 2.0, 0.0), (0.0, 1.5, 0.5), (0.0, 0.5, 1.0), (0.75, 1.0, 0.25), (0.75, 0.5, 0.25), (0.75, 1.25, 0.0)],
+)
+def test_far_from_steps_the_ground_is_a_plane_and_says_how_far_it_will_do(moved, reach, free):
+    """The next step is 2 m away, and is looked up anew after 1 m."""
+    made = SimpleNamespace(clearance=lambda x, y: 2.0, level=lambda x, y: 0.5, around=lambda *window: {0.5: []})
+    server = Server()
+    ground = Ground(server.client, made, 3.0, 4.0)
+    assert ground.follow(3.0 + moved, 4.0, reach) == free
+    (plane,) = ground.bodies
+    assert bullet.getBasePositionAndOrientation(plane, server.client)[0] == (0.0, 0.0, 0.5)
+    assert ground.follow(3.0 + moved, 4.0, 2.1 - moved) == -1.0
+    server.close()
+
+
+def test_plane_and_slabs_have_no_friction(lab, robot, params):
+    slanting = Zone("plaza", np.array(((1.0, 0.0), (2.0, -1.0), (1.6, 1.4))), 0.05)
+    with lab.world(robot, params, zones=(*EDGE, slanting), start=Pose2D(0.9, 0.0)) as world:
+        lab.drive(world, 2)
+        frictions = [bullet.getDynamicsInfo(body, -1, world._client)[1] for body in sorted(world._ground.bodies)]
+    assert frictions == [0.0] * 3
 
 
 def test_flat_zones_leave_everything_as_it_is(lab, robot, params):

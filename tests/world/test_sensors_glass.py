@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from harness.world.body_state import BodyState
+from harness.world.glass import see_through
 from harness.world.lidar import Lidar, LidarParams, SelfFilter
+from harness.world.lidar_kernels import clearance_field
 from harness.world.scene import Obstacle
 from harness.world.shapes import box, fill_convex
 from navstack.costmap.occupancy_grid import OccupancyGrid
@@ -108,6 +110,16 @@ def test_what_stands_before_the_glass_is_always_seen_and_so_are_people_behind_it
     found = scans(lidar, people=somebody, n=1)[0]
     assert found[toward_post] == pytest.approx(math.hypot(1.5, 3.0), abs=0.2)
     assert found[toward_person] == pytest.approx(math.hypot(8.0, 4.0) - 0.3, abs=0.05)
+
+
+def test_beams_that_meet_nothing_or_pass_no_glass_stay_as_they_are():
+    """Not compiled, where the cell of an infinite range is an error."""
+    numbers, behind = np.ones((4, 40), dtype=np.int64), clearance_field(np.zeros((4, 40), dtype=np.bool_))
+    pane, edges = np.array((0, 2)), np.array(((-1.0, 0.0, 0.0), (1.0, 0.0, 40.0)))
+    ranges, limits = np.array((math.inf, 1.0)), np.array((0.5, -1.0))
+    sensor, directions = (0.0, 0.1, 1.0, 0.0), np.tile((1.0, 0.0), (2, 1))
+    see_through.py_func(numbers, pane, edges, behind, sensor, directions, ranges, limits, 9.0, 0.05)
+    assert ranges.tolist() == [math.inf, 1.0]
 
 
 def test_glass_is_solid_for_a_lidar_that_does_not_see_through():
