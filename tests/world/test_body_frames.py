@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from harness.storage.shipped import shipped
+from harness.world.bodies import add_person, add_robot, person_shape
+from harness.world.body_frames import BodyFrames
+from harness.world.engine import Server
 from harness.world.world_params import WorldParams
 from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
@@ -35,6 +38,82 @@ def ahead(gap, yaw=0.0, speed=WALK):
     """Somebody who walks head-on at a robot in the origin, ``gap`` [m] from it."""
     distance, cos, sin = FRONT + RADIUS + gap, math.cos(yaw), math.sin(yaw)
     return distance * cos, distance * sin, -speed * cos, -speed * sin
+
+
+def pair(server, robot, params, yaw=0.0):
+    """Frames, a robot's body whose middle stands in the origin, a person's body, and how far apart they touch [m]."""
+    client = server.client
+    body = add_robot(client, robot)
+    ahead, height = robot.center[0] - robot.center_of_mass_x, robot.center_of_mass_height
+    place = -ahead * math.cos(yaw), -ahead * math.sin(yaw), height
+    bullet.resetBasePositionAndOrientation(body, place, bullet.getQuaternionFromEuler((0.0, 0.0, yaw)), client)
+    person = add_person(client, person_shape(client, RADIUS, 1.7, robot.height), 1e6, 0.0)
+    return BodyFrames(client, params), body, person, robot.half_size[0] + RADIUS
+
+
+def state(server, body):
+    """Place [m] and velocity [m/s] of a body."""
+    place, _ = bullet.getBasePositionAndOrientation(body, server.client)
+    velocity, _ = bullet.getBaseVelocity(body, server.client)
+    return np.array(place), np.array(velocity)
+
+
+@pytest.mark.parametrize(("way", "shown", "speed"), [(0.999, 2.0, 119.88), (1.0, 3.0, 0.0), (1.4, 3.4, 0.0)])
+def test_who_goes_a_metre_in_a_frame_appears_there(robot, params, way, shown, speed):
+    server = Server()
+    frames, _, person, _ = pair(server, robot, framed(params))
+    frames.add(person, 2.0, 5.0)
+    assert frames.show(person, 2.0 + way, 5.0, 0) == pytest.approx((shown, 5.0))
+    place, velocity = state(server, person)
+    assert (*place, *velocity) == pytest.approx((shown, 5.0, 0.0, speed, 0.0, 0.0))
+    assert frames.show(person, 9.0, 5.0, 3) == pytest.approx((2.0 + way, 5.0))  # until the next frame
+    assert state(server, person)[1].tolist() == [0.0, 0.0, 0.0]
+    server.close()
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize(
+    ("gap", "parting", "closing"), [(0.01, 1.0, 1.2), (-0.002, 1.0, -0.192), (-0.02, 1.0, -1.0), (0.01, 0.0, 1.2)]
+)
+def test_who_may_be_reached_is_put_in_touch_and_comes_no_nearer(robot, params, gap, parting, closing, yaw):
+    """The gap over the step comes off the way in; who overlaps parts with 0.8 of it, at most with the speed allowed."""
+    server = Server()
+    frames, body, person, touching = pair(server, robot, framed(params, parting=parting), yaw)
+    x, y = ((touching + gap) * math.cos(yaw), (touching + gap) * math.sin(yaw))
+    frames.add(person, x, y)
+    frames.show(person, x + 0.02, y - 0.01, 0)
+    frames.meet(person, body)
+    place, velocity = state(server, person)
+    towards = np.array((-math.cos(yaw), -math.sin(yaw), 0.0))
+    assert place == pytest.approx(np.array((x, y, 0.0)) + (gap + 1e-4) * towards, abs=2e-6)
+    assert velocity == pytest.approx(np.array((2.4, -1.2, 0.0)) - closing * towards, abs=1e-3)
+    assert frames.gaps == {person: pytest.approx(gap, abs=2e-6)}
+    server.close()
+
+
+@pytest.mark.parametrize(("excess", "is_near"), [(-1e-4, True), (1e-4, False)])
+def test_only_who_can_be_reached_in_the_step_is_put_in_touch(robot, params, excess, is_near):
+    """Within the way of both in it, the robot's spin at 1 m, and 0.1 m/s that forces may add."""
+    server = Server()
+    frames, body, person, touching = pair(server, robot, framed(params))
+    bullet.resetBaseVelocity(body, (0.3, 0.4, 0.0), (0.0, 0.0, -0.2), server.client)
+    x = touching + (1.2 + 0.5 + 0.2 + 0.1) / 120.0 + excess
+    frames.add(person, x, 0.0)
+    frames.show(person, x - 0.01, 0.0, 0)
+    frames.meet(person, body)
+    assert (person in frames.gaps) is is_near
+    assert state(server, person)[0][0] == pytest.approx(touching - 1e-4 if is_near else x, abs=2e-6)
+    server.close()
+
+
+def test_who_overlaps_where_the_engine_parts_them_is_left_to_it(robot, params):
+    server = Server()
+    frames, body, person, touching = pair(server, robot, framed(params, parting=0.0))
+    frames.add(person, touching - 0.01, 0.0)
+    frames.show(person, touching - 0.01, 0.0, 0)
+    frames.meet(person, body)
+    assert not frames.gaps and state(server, person)[0][0] == pytest.approx(touching - 0.01)
+    server.close()
 
 
 def momentum(world, robot):

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.bucket import SCALE
+from harness.world.bucket import SCALE, build
 from harness.world.cargo import Cargo
-from harness.world.engine import bullet
+from harness.world.engine import Server, bullet
 from harness.world.loose_cargo import LooseCargo
 from harness.world.world_params import CargoParams
 from navstack.errors import ParameterError, UnknownNameError
@@ -28,6 +28,39 @@ def make(params, robot, seed=0):
 def place(cargo):
     """Of the bucket on the deck (x, y, z) [m]."""
     return np.array(cargo._pose()[0]) / SCALE
+
+
+def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkeypatch, robot):
+    """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m; the deck is the robot's body about the bucket."""
+    params = dataclasses.replace(FREE, bucket_width=0.2, friction=0.25, bucket_friction=0.3)
+    made, height = [], 10.0 * params.bucket_height
+    monkeypatch.setattr("harness.world.loose_cargo.add_boxes", lambda *given: made.append(given) or 5)
+    monkeypatch.setattr("harness.world.loose_cargo.set_dynamics", lambda *given, **more: made.append(more))
+    monkeypatch.setattr("harness.world.loose_cargo.hold", lambda *given: made.append(given) or 6)
+    moved = dataclasses.replace(robot, bucket=(-0.1335, 0.05, 0.8))
+    assert LooseCargo(params, GRAVITY, DT, moved)._make_deck_and_bucket(3, params) == 6
+    (client, (floor, *sides), mass), dynamics, (_, (deck,), friction, restitution) = made
+    assert (client, mass, restitution) == (3, params.bucket_mass, 0.0)
+    flat = lambda box: [*box[0], *box[1]]  # noqa: E731
+    assert flat(floor) == pytest.approx([1.0, 1.0, 0.05, 0.0, 0.0, -0.05])
+    expected = [(0.1, 1.2, 0.5 * height, sign * 1.1, 0.0, 0.5 * height) for sign in (1.0, -1.0)]
+    expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
+    assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
+    assert flat(deck) == pytest.approx([3.735, 2.5, 0.5, -1.0, -0.5, -0.1 - 0.5])
+    assert dynamics == {"lateralFriction": 0.5, "restitution": math.sqrt(params.restitution)}
+    assert friction * 0.5 == pytest.approx(0.3)  # Bullet multiplies the two
+
+
+def test_pieces_weigh_rub_and_roll_as_asked():
+    """As PyBullet tells of them: mass, friction, rolling friction; their radius is 0.154 in its lengths."""
+    params, server = CargoParams(pieces=2, friction=0.36, rolling_friction=0.1), Server()
+    heap = np.array(((0.0, 0.0, 0.05), (0.01, -0.02, 0.1)))
+    _, pieces = build(server.client, params, heap, DT)
+    for piece, place in zip(pieces, heap, strict=True):
+        told = bullet.getDynamicsInfo(piece, -1, server.client)
+        assert [told[k] for k in (0, 1, 6)] == pytest.approx([0.001, 0.6, 0.1 * 0.154])
+        assert bullet.getBasePositionAndOrientation(piece, server.client)[0] == pytest.approx(tuple(10.0 * place))
+    server.close()
 
 
 def accelerate(cargo, acceleration, seconds):

@@ -101,6 +101,51 @@ def test_a_body_that_nothing_can_push_does_not_hurry_its_model(world_of):
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("behind", "push_force", "force"),
+    [
+        ((0.1, -0.05, 0.0), 1e6, (900.0 * (0.6 + 0.2), 900.0 * (0.8 - 0.1), 0.0)),  # makes it up in 0.5 s
+        ((1.2, 1.6, 0.1), 1e6, (900.0 * 1.2, 900.0 * 1.6, 900.0 * 0.2)),  # at most at twice the walking speed
+        ((1.2, 1.6, 0.1), 300.0, (180.0, 240.0, 180.0)),  # and with the force allowed
+    ],
+)
+def test_a_body_off_its_way_is_pushed_back(world_of, monkeypatch, behind, push_force, force):
+    """A tenth of the momentum [N s] in a step of 1/120 s; 75 kg."""
+    world = world_of(model="random_walk", count=1, speed=1.0)
+    crowd, (x, y, *_) = world._crowd, world._pedestrians.states[0].tolist()
+    bodies = dataclasses.replace(crowd._params.pedestrian_bodies, push_force=push_force)
+    crowd._params = dataclasses.replace(crowd._params, pedestrian_bodies=bodies)
+    assert crowd.follow(x, y)
+    (body,) = crowd.touchable
+    place = x - behind[0], y - behind[1], -behind[2]
+    bullet.resetBasePositionAndOrientation(body, place, (0.0, 0.0, 0.0, 1.0), world._client)
+    bullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), world._client)
+    pushes = []
+    monkeypatch.setattr(bullet, "applyExternalForce", lambda *given, **more: pushes.append(given))
+    assert crowd._steer(body, x, y, 0.6, 0.8) == pytest.approx((*place[:2], 0.0, 0.0))
+    assert pushes == [(body, -1, pytest.approx(force, abs=1e-6), pytest.approx(place), bullet.WORLD_FRAME)]
+
+
+@pytest.mark.parametrize(
+    ("ahead", "is_tilted", "is_waiting", "can_touch", "expected"),
+    [
+        (0.5, False, False, True, False),
+        (-0.1, False, False, True, True),
+        (-0.1, False, False, False, False),
+        (-0.1, True, False, False, True),  # leaning or in contact it may touch what its outline does not
+        (-0.1, False, True, False, True),
+    ],
+)
+def test_obstacles_in_reach_of_a_level_robot_are_near_where_its_outline_can_touch_them(
+    world_of, monkeypatch, ahead, is_tilted, is_waiting, can_touch, expected
+):
+    world = world_of(count=0)
+    monkeypatch.setattr(world._obstacles, "follow", lambda *given: ahead)
+    monkeypatch.setattr(world._obstacles, "can_touch", lambda *given: can_touch)
+    world._is_tilted, world._book._open = is_tilted, {None: None} if is_waiting else {}
+    assert world._look_around(5.0, 4.0) == (False, expected)
+
+
 def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_of):
     world = world_of(model="random_walk", count=1)
     crowd, (x, y, vx, vy) = world._crowd, world._pedestrians.states[0].tolist()
