@@ -56,3 +56,7 @@ def counted(*impulses: float) -> tuple[CountedContact, ...]:
 def test_rules(rules: Rules, changes: dict[str, object], expected: Outcome | None) -> None:
     verdict = rules.judge(dataclasses.replace(UNDERWAY, **changes), GOAL)
     assert (verdict.outcome if verdict else None) is expected
+
+
+def test_a_truth_that_says_nothing_of_it_has_cost_no_energy() -> None:
+    assert UNDERWAY.motion_energy == 0.0

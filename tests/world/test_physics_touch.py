@@ -53,6 +53,17 @@ def test_nothing_within_the_margin_is_missed_and_little_else_is_asked_for():
     assert idle < 0.02 * far  # only near corners
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+@pytest.mark.parametrize(("gap", "expected"), [(MARGIN - 1e-9, True), (MARGIN + 1e-9, False)])
+def test_a_corner_that_points_at_a_side_is_kept_off_by_the_margin(yaw, side, gap, expected):
+    """A square on its corner: only the rectangle's own axes tell that they are apart."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    middle = np.multiply(side, (HALF_LENGTH + gap + 1.0, HALF_WIDTH + gap + 1.0))
+    corners = (middle + ((1, 0), (0, 1), (-1, 0), (0, -1))) @ np.array(((cos, sin), (-sin, cos)))
+    assert asked([shapely.Polygon(corners + (5.0, 6.0))], 5.0, 6.0, yaw) is expected
+
+
 def test_without_obstacles_and_with_repeated_corners():
     assert not asked([], 0.0, 0.0, 0.0)
     square = np.array(((1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (2.0, 0.5), (1.0, 0.5)))
