@@ -117,7 +117,7 @@ def _p_near(table: TrialTable, number: int, distance: float) -> float:
         levels = (parameter.high - parameter.low) / (parameter.step or 1.0) + 1.0
     else:
         levels = tried.size if is_grid else math.inf
-    return min(1.0, max(2.0 * distance, 2.0 / levels if tried.size else 0.0))
+    return min(1.0, max(2.0 * distance, 2.0 / levels))
 
 
 def _p_of_trend(table: TrialTable, number: int, is_high: bool) -> float:

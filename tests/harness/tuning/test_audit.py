@@ -17,10 +17,9 @@ from harness.tuning.audit_checks import timeouts
 from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
 from harness.tuning.audit_hidden import UNKNOWN
 from harness.tuning.audit_pairs import Side, pair_up
-from harness.tuning.audit_search import _p_near, edges
+from harness.tuning.audit_search import edges
 from harness.tuning.evaluation import EVENTS, Candidate
-from harness.tuning.result import COMPLETE, StudyResult, Trial, trial_table
-from harness.tuning.space import Parameter, Space
+from harness.tuning.result import StudyResult, trial_table
 
 PRICES = load_prices("costnav")
 MISSIONS = 200
@@ -209,87 +208,6 @@ def test_the_tests_share_the_level_of_the_family() -> None:
     tests |= {"harm": 1, "property": 2, "nearness": 1, "dodging": 1, "fault": 1}
     assert tests.keys() == GAPS.keys()
     assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL)
-
-
-def searched(parameter: Parameter, value: Any, slope: float, trials: int = 60) -> StudyResult:
-    """A random search of one parameter, of which the objective is a multiple, and of one without effect."""
-    rng = np.random.default_rng(5)
-    other = Parameter("other", ("node.other",), 0.5, 0.0, 1.0)
-    found = []
-    for number in range(trials):
-        own = (
-            parameter.choices[int(rng.integers(len(parameter.choices)))]
-            if parameter.choices
-            else float(rng.uniform(parameter.low, parameter.high))
-        )
-        own = round(own) if parameter.is_int else own
-        told = (slope * float(own) if not isinstance(own, str) else 0.0) + float(rng.normal(0.0, 0.2))
-        point = {parameter.name: own, "other": float(rng.random())}
-        candidate = Candidate(f"trial-{number}", {})
-        found.append(Trial(number, candidate, point, COMPLETE, (0,), (told,), (told,), None, ""))
-    return StudyResult(
-        original=Candidate("original", {}),
-        incumbent=Candidate("incumbent", dict.fromkeys(parameter.paths, value)),
-        objectives=("margin",),
-        space=Space("made-up", "", (parameter, other)),
-        trials=tuple(found),
-        front=(0,),
-        seed=0,
-        train_missions=(0,),
-        test_missions=(),
-        train_rows=((), ()),
-        test_rows=(),
-    )
-
-
-NUMBER = Parameter("gain", ("node.gain",), 0.5, 0.0, 1.0)
-WHOLE = Parameter("samples", ("node.samples",), 5, 1.0, 10.0, is_int=True)
-TEXT = Parameter("kind", ("node.kind",), "a", choices=("a", "b", "c"))
-
-
-@pytest.mark.parametrize(
-    ("parameter", "value", "slope", "is_flagged"),
-    [
-        (NUMBER, 1.0, 0.0, True),  # at the very end: no chance for a number that may be anything
-        (NUMBER, 0.95, 2.0, True),  # near, and the objective rises towards it
-        (NUMBER, 0.95, 0.0, False),
-        (NUMBER, 0.05, 2.0, False),  # near the end away from which it rises
-        (NUMBER, 0.5, 2.0, False),
-        (WHOLE, 10, 0.5, True),
-        (WHOLE, 10, 0.0, False),  # one of ten levels is often the last one
-        (TEXT, "c", 0.0, False),  # texts have no ends
-    ],
-)
-def test_edges(parameter: Parameter, value: Any, slope: float, is_flagged: bool) -> None:
-    assert edges(searched(parameter, value, slope)).is_flagged is is_flagged
-
-
-@pytest.mark.parametrize(
-    ("parameter", "distance", "p"),
-    [
-        (Parameter("step", ("node.step",), 0.0, 0.0, 4.0, step=0.5), 0.0, 2.0 / 9.0),
-        (Parameter("step", ("node.step",), 0.0, 0.0, 4.0, step=0.5), 0.3, 0.6),
-        (WHOLE, 0.0, 2.0 / 10.0),
-        (Parameter("pair", ("node.pair",), 1, choices=(1, 2)), 0.0, 1.0),
-        (NUMBER, 0.02, 0.04),
-        (NUMBER, 0.8, 1.0),
-    ],
-)
-def test_how_likely_an_arbitrary_value_is_so_near_to_an_end(parameter: Parameter, distance: float, p: float) -> None:
-    study = searched(parameter, parameter.original, 0.0)
-    assert _p_near(trial_table(study.space, study.trials), 0, distance) == pytest.approx(p)
-
-
-def test_ends_of_levels_are_named() -> None:
-    levels = Parameter("points", ("node.points",), 4, choices=(2, 4, 8))
-    assert edges(searched(levels, 2, 0.0)).says == "points = 2 is the lower end 2"
-
-
-def test_a_value_that_the_tuner_left_alone_is_no_edge() -> None:
-    study = dataclasses.replace(searched(NUMBER, 1.0, 2.0), incumbent=Candidate("incumbent", {}))
-    check = edges(study)
-    assert not check.is_flagged
-    assert check.says == "no value was tuned"
 
 
 def test_touches_of_property_are_those_of_anything_but_people(exploiting: Callable[[str], StudyResult]) -> None:
