@@ -21,6 +21,7 @@ def test_smallest_detectable_by_hand():
     differences = 3.0 * standardized(1, 50) + 7.0
     assert smallest_detectable(differences) == pytest.approx(2.801585 * 3.0 / np.sqrt(50.0), rel=1e-6)
     assert smallest_detectable(np.array([1.0])) is None
+    assert smallest_detectable(np.array([1.0, 3.0])) == pytest.approx(2.801585, rel=1e-6)
     assert smallest_detectable(np.full(20, 2.5)) is None
 
 

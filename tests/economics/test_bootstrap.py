@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from harness.statistics.bootstrap import bootstrap_cvar, bootstrap_mean, cvar, number_clusters, resampled_means
+from harness.statistics.bootstrap import (
+    blocks,
+    bootstrap_cvar,
+    bootstrap_mean,
+    cvar,
+    kept_draw,
+    number_clusters,
+    resampled_means,
+)
 
 
 def rng(seed=0):
@@ -44,6 +52,35 @@ def test_one_mission_for_all_lets_deliveries_stand_for_themselves():
 def test_each_value_needs_a_cluster():
     with pytest.raises(ValueError, match="2 clusters for 3 values"):
         bootstrap_mean([1.0, 2.0, 3.0], rng(), clusters=np.array([0, 1]))
+
+
+@pytest.mark.parametrize(
+    ("weights", "draws", "sizes"),
+    [
+        (40, 1200, [500, 500, 200]),
+        (40, 0, []),
+        (40_000, 10_000, [250] * 20),  # 200 million weights are 5000 resamples, 10 million of a block are 250
+        (10**6, 10_000, [10] * 100),  # 1000 are the least
+        (10**6, 15, [10, 5]),
+        (10**8, 2, [1, 1]),
+    ],
+)
+def test_resamples_are_drawn_in_blocks_that_fit_into_the_memory(weights, draws, sizes):
+    assert list(blocks(weights, draws)) == sizes
+
+
+@pytest.mark.parametrize(("columns", "is_kept"), [(1000, True), (1001, False)])
+def test_draws_of_up_to_a_million_numbers_are_kept(columns, is_kept):
+    calls = []
+
+    def draw(generator, rows, columns):
+        calls.append((rows, columns))
+        return generator.random((rows, columns))
+
+    first, again = rng(5), rng(5)
+    assert (kept_draw(draw, first, 1000, columns) == kept_draw(draw, again, 1000, columns)).all()
+    assert calls == [(1000, columns)] * (1 if is_kept else 2)
+    assert first.random() == again.random() != rng(5).random(), "the generator leaves as if it had drawn"
 
 
 def test_cvar_by_hand():

@@ -32,6 +32,13 @@ def test_few_missions_try_every_pattern(n):
     assert sign_flip_p(differences, rng()) == pytest.approx(expected, abs=0.0)
 
 
+@pytest.mark.parametrize("n", [4, 40])
+def test_losses_are_as_sure_as_gains(n):
+    """A difference that all missions share is as far out as two of the patterns, or as no random one."""
+    alike = np.full(n, 0.1)
+    assert sign_flip_p(alike, rng()) == sign_flip_p(-alike, rng()) == (2.0 / 16.0 if n == 4 else 1.0 / 10_001.0)
+
+
 def test_missions_flip_as_a_whole():
     """Ten differences of two missions have the four patterns of two values."""
     differences, missions = np.array([1.0] * 5 + [2.0] * 5), np.repeat([0, 1], 5)
@@ -88,6 +95,8 @@ def test_pairs_needed_by_hand():
     assert pairs_needed(standard + 0.5) == 32
     assert pairs_needed(standard + 0.1) == 785
     assert pairs_needed(np.array([1.0])) is None
+    assert pairs_needed(np.array([1.0, 3.0])) == 4  # 7.8489 * 2 / 4
+    assert pairs_needed(np.array([9.0, 10.0])) == 2  # 0.04, but a variance takes two
 
 
 def test_pairs_needed_gives_the_power_it_says():

@@ -75,6 +75,7 @@ def test_every_price_names_the_papers_symbol_and_a_source():
         ("value: 0.002", "value: 0", "physical_assistance_baseline: 0 lies outside 1e-09"),
         ("value: 0.99", "value: 1.2", "inverter_efficiency: 1.2 lies outside 1e-09..1"),
         ("value: 3000", "value: -3000", "lidar_cost: -3000 lies outside 0"),
+        ("value: 35.42", "value: 0", "refund: 0 lies outside 1e-09"),
         ("value: 35.42", "value: 2", "refund 2 USD is less than the delivery_fee 3.49 USD"),
         ("value: 8000", "value: .inf", "robot_cost: value: inf is not a finite number"),
     ],

@@ -248,7 +248,7 @@ def test_error_rows_are_counted_and_not_priced(write_run: WriteRun) -> None:
 
 def test_cargo_not_modelled_stays_undefined(write_run: WriteRun, capsys: pytest.CaptureFixture[str]) -> None:
     def arrive(row: dict[str, Any]) -> None:
-        row["outcome"] = "arrived"
+        row["outcome"] = "arrived" if row["episode"] else "timeout"
 
     run = write_run("run", episodes=4, change=arrive)
     entry = priced(run)[0]

@@ -120,6 +120,8 @@ def test_a_mixture_changes_every_path_of_its_parameters(make_study: MakeStudy) -
 def test_partings_are_the_largest_differences(make_study: MakeStudy) -> None:
     study = make_study()
     found = partings(*study.test_rows)
+    back = partings(*study.test_rows[::-1])
+    assert [each.difference_usd for each in back] == [-each.difference_usd for each in found]
     differences = sorted((abs(b[MARGIN] - a[MARGIN]) for a, b in zip(*study.test_rows, strict=True)), reverse=True)
     assert [abs(each.difference_usd) for each in found] == pytest.approx(differences[:3])
     assert "1 counted" in sentence(found[0])

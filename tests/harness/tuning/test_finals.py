@@ -130,6 +130,14 @@ def test_a_lost_delivery_counts_for_nobody() -> None:
     assert [(each.number, each.missions) for each in found] == [(1, 127), (0, 127), (2, 126)]
 
 
+def test_a_tenth_of_the_missions_may_be_lost() -> None:
+    lost = {("original", 103), ("trial-2", 105), ("trial-2", 106)}
+    truth = {"original": 3.0, "trial-1": 9.0, "trial-2": 8.0}
+    trials = [trial(0, -5.0), trial(1, 3.0), trial(2, 2.0)]
+    found = decide(trials, 2, range(100, 110), MARGIN_ONLY, Losing(truth, lost))
+    assert [(each.number, each.missions) for each in found] == [(1, 9), (0, 9), (2, 0)]
+
+
 def test_an_original_that_loses_many_stays() -> None:
     lost = {("original", mission) for mission in range(100, 120)}
     world = Losing({"original": 3.0, "trial-1": 9.0}, lost)

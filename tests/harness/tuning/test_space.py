@@ -11,6 +11,7 @@ from harness.tuning.paths import (
     COMMA,
     AbsentError,
     edited_list,
+    is_list,
     locate,
     locate_list,
     with_absolute_files,
@@ -51,7 +52,7 @@ def space_of(folder: Path, text: str, file: str = "stock") -> Space:
     return fit_space(*read_spaces([folder / "own.yaml"]), nav2(file))
 
 
-def is_list(file: Nav2File, path: str) -> bool:
+def holds_list(file: Nav2File, path: str) -> bool:
     return isinstance(file.value(*path.split(".", 1)), list)
 
 
@@ -78,7 +79,7 @@ def test_points_of_every_space_make_files_that_load(name: str) -> None:
         changed = with_values(file, space.values(point))
         for parameter in space.parameters:
             for path in parameter.paths if parameter.has_effect(point) else ():
-                find = locate_list if is_list(changed, path) else locate
+                find = locate_list if holds_list(changed, path) else locate
                 assert find(changed, path).value == point[parameter.name]
         sampler.tell(point, [0.0])
     assert space.values(space.original) == {}
@@ -90,6 +91,14 @@ def test_only_tuned_values_change_in_the_text() -> None:
     before, after = (each.document.text.splitlines() for each in (file, with_values(file, values)))
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
     assert [b.strip() for _, b in changed] == ["PathAlign.scale: 7.5", "max_velocity: [1.25, 0.0, 1.5]"]
+
+
+def test_a_text_with_commas_is_a_list_where_the_parameter_is_one() -> None:
+    assert [is_list(value) for value in ("a, b", "a", 3, True)] == [True, False, False, False]
+    values = {"controller_server.FollowPath.critics": "Oscillation, GoalDist", "controller_server.note": "one, two"}
+    changed = with_values(nav2("stock"), values, allow_unknown=True)
+    assert changed.value("controller_server", "FollowPath.critics") == ["Oscillation", "GoalDist"]
+    assert changed.value("controller_server", "note") == "one, two"
 
 
 def test_a_plugin_is_found_by_its_type_also_below_a_rotation_shim() -> None:
@@ -142,6 +151,8 @@ def test_absent_ones_are_left_out_only_where_the_space_says_so(tmp_path: Path) -
         ("low: 9.0, high: 1.0", "give low < high"),
         ("low: 0.0, high: 1.0, log: true", "begins above 0"),
         ("low: 1.0", "give low < high"),
+        ("low: 1.0, high: 1.0", "give low < high"),
+        ("low: 1.0, high: 2.0, step: 0.0", "does not fit"),
         ("low: 1.0, high: 2.0, switch: true", "give low and high, or levels"),
         ("choices: [a, b]", "'choices' is not the way"),
         ("low: 1.0, high: 2.0, step: 3.0", "does not fit"),
