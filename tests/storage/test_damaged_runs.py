@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from harness.storage.journal import record_of
+from harness.storage.journal import record_of, trouble_with
 from harness.storage.manifest_file import extend_run
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished, create_run
 from harness.storage.tables import is_of_kind
@@ -91,6 +91,15 @@ def test_a_column_takes_values_of_its_kind_only(
 ) -> None:
     assert all(is_of_kind(value, kind) for value in right)
     assert not any(is_of_kind(value, kind) for value in wrong)
+
+
+@pytest.mark.parametrize(
+    ("value", "is_odd"), [(1e12, False), (-1e12, False), (1.001e12, True), (-1.001e12, True), (10**13, True)]
+)
+def test_numbers_up_to_a_million_millions_are_measurements(value: float, is_odd: bool) -> None:
+    said = f"x_m {value!r} is no measurement" if is_odd else ""
+    assert trouble_with({"x_m": value}, {"x_m": "double"}) == said
+    assert trouble_with({"n": int(value)}, {"n": "int64"}) == "", "a whole number counts"
 
 
 @pytest.mark.parametrize("tail", ['{"row": {"stack_num', "\x00" * 9, json.dumps(record(1)), '{"row": {}}\n'])

@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.storage.checksums import CHECKSUMS
+from harness.storage.documents import write_document, write_file
 from harness.storage.files import LOCK, locked, replacing, require_folder, require_writable, write_text
 from harness.storage.journal import line_of, record_of
 from harness.storage.run_folder import JOURNAL, MANIFEST, RunFolder, count_finished, create_run
@@ -271,3 +272,11 @@ def test_a_folder_can_be_made_in_folders_only(tmp_path: Path) -> None:
     for place in (tmp_path / "file", tmp_path / "file" / "new"):
         with pytest.raises(InputError, match="cannot be written; choose another"):
             require_folder(place)
+
+
+def test_a_document_makes_the_folders_that_it_lies_in(tmp_path: Path) -> None:
+    path = tmp_path / "one" / "two" / "a.json"
+    write_document(path, {"b": 1, "a": [None]})
+    assert path.read_text() == '{\n  "a": [\n    null\n  ],\n  "b": 1\n}\n'
+    write_file(path, "again")
+    assert path.read_text() == "again"
