@@ -14,7 +14,7 @@ from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit import OF_PARAMETERS, audit
 from harness.tuning.audit_checks import timeouts
-from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Evidence
+from harness.tuning.audit_findings import FAMILY_LEVEL, GAPS, LEVEL, Check, Evidence
 from harness.tuning.audit_hidden import UNKNOWN
 from harness.tuning.audit_pairs import Side, pair_up
 from harness.tuning.audit_search import edges
@@ -255,3 +255,27 @@ def test_what_needs_single_contacts_is_not_examined_where_nobody_kept_them(
     below = "impulse exchanged with people below the threshold"
     told = [any(each.what == below for check in checks for each in check.evidence) for checks in (without, with_events)]
     assert told == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("objectives", "by_fault"),
+    [(("margin",), False), (("shared_margin",), True), (("-duration_s", "shared_margin"), True)],
+)
+def test_the_least_deliveries_and_the_published_threshold(
+    exploiting: Callable[[str], StudyResult],
+    monkeypatch: pytest.MonkeyPatch,
+    objectives: tuple[str, ...],
+    by_fault: bool,
+) -> None:
+    asked = []
+
+    def moved_fault(pairs: object, scores: object, by_fault: bool) -> Check:
+        asked.append(by_fault)
+        return Check("fault", False, "")
+
+    monkeypatch.setattr("harness.tuning.audit.moved_fault", moved_fault)
+    study = exploiting("edge")
+    ten = tuple(rows[:10] for rows in study.test_rows)
+    checks = audit(dataclasses.replace(study, objectives=objectives, test_rows=ten), PRICES).checks
+    assert all(check.is_examined for check in checks if check.key not in OF_PARAMETERS) and asked == [by_fault]
+    assert checks[0].says.startswith("touches close to 50 N s: ")
