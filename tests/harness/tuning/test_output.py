@@ -61,30 +61,38 @@ def stock() -> Nav2File:
     return load_nav2(shipped("params") / "nav2" / "stock.yaml")
 
 
-def test_the_tuned_file_its_stack_and_the_front(tmp_path: Path, stock: Nav2File) -> None:
-    stack = load_stack("nav2-stock")
-    (tmp_path / FRONT).mkdir()
-    (tmp_path / FRONT / "trial-9.nav2.yaml").write_text("beaten since")
-    write_files(result("margin", "-duration_s"), stock, stack, DECLARATION, tmp_path)
-    tuned = (tmp_path / TUNED).read_text()
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, stock: Nav2File) -> Path:
+    """Of a study with two objectives, in which a trial was on the front before."""
+    path = tmp_path_factory.mktemp("study")
+    (path / FRONT).mkdir()
+    (path / FRONT / "trial-9.nav2.yaml").write_text("beaten since")
+    write_files(result("margin", "-duration_s"), stock, load_stack("nav2-stock"), DECLARATION, path)
+    return path
+
+
+def test_the_tuned_file_its_stack_and_the_front(folder: Path, stock: Nav2File) -> None:
+    stack, tuned = load_stack("nav2-stock"), (folder / TUNED).read_text()
     assert tuned == stock.with_values({SCALE: 7.5}, False).document.text != stock.document.text
-    changed = [line for line in (tmp_path / DIFF).read_text().splitlines()[2:] if line[0] in "+-"]
+    changed = [line for line in (folder / DIFF).read_text().splitlines()[2:] if line[0] in "+-"]
     assert len(changed) == 2 and changed[1].strip("+ ") == "PathAlign.scale: 7.5"
-    driven = load_dataclass(Stack, tmp_path / STACK)
+    driven = load_dataclass(Stack, folder / STACK)
     title = f"{stack.title}; tuned for margin in the space own"
     own = {"name": "", "title": title, "nav2_file": TUNED, "sensors": "lidar", "robot": "segway"}
     assert driven == dataclasses.replace(stack, **own)
-    assert {file.name for file in (tmp_path / FRONT).iterdir()} == {"trial-0.nav2.yaml", "trial-2.nav2.yaml"}
-    assert (tmp_path / FRONT / "trial-0.nav2.yaml").read_text() == stock.document.text
-    assert (tmp_path / FRONT / "trial-2.nav2.yaml").read_text() == tuned
-    write_files(result("margin"), stock, stack, DECLARATION, tmp_path)
-    assert not list((tmp_path / FRONT).iterdir()), "one objective has no front"
+    assert {file.name for file in (folder / FRONT).iterdir()} == {"trial-0.nav2.yaml", "trial-2.nav2.yaml"}
+    assert (folder / FRONT / "trial-0.nav2.yaml").read_text() == stock.document.text
+    assert (folder / FRONT / "trial-2.nav2.yaml").read_text() == tuned
 
 
-def test_the_table_of_the_trials(tmp_path: Path, stock: Nav2File) -> None:
-    write_files(result("margin", "-duration_s"), stock, load_stack("nav2-stock"), DECLARATION, tmp_path)
+def test_one_objective_has_no_front(tmp_path: Path, stock: Nav2File) -> None:
+    write_files(result("margin"), stock, load_stack("nav2-stock"), DECLARATION, tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {TUNED, DIFF, STACK, TRIALS}
+
+
+def test_the_table_of_the_trials(folder: Path) -> None:
     objectives = {"objective_margin": "double", "objective_-duration_s": "double"}
-    rows = list(read_rows(tmp_path / TRIALS, {**OF_TRIAL, **objectives, "scale": "double", "samples": "double"}))
+    rows = list(read_rows(folder / TRIALS, {**OF_TRIAL, **objectives, "scale": "double", "samples": "double"}))
     assert [tuple(row.values()) for row in rows] == [
         (0, "complete", 8, 1.0, None, "", 1.0, -50.0, 32.0, 20.0),
         (1, "pruned", 4, 0.5, 0.25, "", 0.5, -50.0, 32.0, 10.0),
