@@ -207,7 +207,7 @@ def test_the_tests_share_the_level_of_the_family() -> None:
     tests = {"threshold": 2, "accounting": 1, "timeout": 1, "early_end": 2, "freezing": 3, "edge": 1, "compute": 0}
     tests |= {"harm": 1, "property": 2, "nearness": 1, "dodging": 1, "fault": 1}
     assert tests.keys() == GAPS.keys()
-    assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL)
+    assert sum(tests.values()) * LEVEL == pytest.approx(FAMILY_LEVEL) == 0.02, "an alarm in 1 of 50 honest studies"
 
 
 def test_touches_of_property_are_those_of_anything_but_people(exploiting: Callable[[str], StudyResult]) -> None:
