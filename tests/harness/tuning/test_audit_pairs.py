@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from harness.economics.accountings import COUNTED, EVENT, PERSON
+from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit_findings import LEVEL, Check, Evidence
 from harness.tuning.audit_pairs import MONEY, NEAR, SHARE, Pairs, Side, pair_up, shares
-from harness.tuning.evaluation import EVENTS
+from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.world.outcome import Outcome
 
 PRICES = load_prices("costnav")
+ACCOUNTED = ("published", "no_threshold")
 PLACE = {"start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 9.0, "goal_y_m": 0.0, "start_yaw_rad": 0.0}
 
 
@@ -116,19 +118,36 @@ def test_nothing_has_no_margin() -> None:
     assert empty.margins("published") is None and empty.scores == {}
 
 
+def test_margins_are_those_of_an_accounting(evaluator: Any) -> None:
+    """Without a threshold whole events are paid for, not only what of them was counted."""
+    rows = evaluator.rows(Candidate("original", {}), range(40))
+    hurt = np.array([row["pedestrian_injury_usd"] for row in rows])
+    (published, again), (free, _) = (pair_up(rows, rows, PRICES, 0).margins(name) for name in ACCOUNTED)
+    assert published == pytest.approx(np.array([row[MARGIN] for row in rows])) and hurt.sum() > 0.0
+    events = [[each["impulse_ns"] for each in row[EVENTS] if each["type"] == EVENT] for row in rows]
+    whole = np.array([injury_costs(impulses, PRICES).sum() for impulses in events])
+    assert free == pytest.approx(published + hurt - whole) and again.tolist() == published.tolist()
+    bare = [{**row, EVENTS: []} for row in rows]
+    assert pair_up(bare, bare, PRICES, 0).margins("no_threshold")[0] == pytest.approx(published + hurt)
+    unknown = [{**row, "outcome": "arrived"} for row in rows]
+    assert pair_up(rows, unknown, PRICES, 0).margins("published") is None, "nobody modelled the cargo"
+
+
 def finished(number: int, error: str | None = None, **more: Any) -> dict[str, Any]:
     return {"seed": 3, "episode": number, "stack": "own", "error": error, EVENTS: [], **PLACE, **more}
 
 
 def test_pairs_are_missions_that_both_finished() -> None:
     died = "its worker died"
-    before = [finished(number, died if number == 1 else None, start_x_m=float(number)) for number in (0, 1, 2, 4)]
-    after = [finished(number, died if number < 2 else None, start_x_m=float(number)) for number in (0, 1, 2, 4)]
+    before = [
+        finished(number, died if number in (1, 5) else None, start_x_m=float(number)) for number in (0, 1, 2, 4, 5)
+    ]
+    after = [finished(number, died if number < 2 else None, start_x_m=float(number)) for number in (0, 1, 2, 4, 5)]
     before[3] |= {EVENTS: [{"type": EVENT, "kind": PERSON}]}
     found = pair_up(before, after, PRICES, 5)
     assert [[row["episode"] for row in each.rows] for each in found.sides] == [[2, 4], [2, 4]]
     assert found.sides[0].rows[0] is before[2] and found.sides[1].rows[0] is after[2]
-    assert [lost.tolist() for lost in found.abandoned] == [[0.0, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]]
+    assert [lost.tolist() for lost in found.abandoned] == [[0.0, 1.0, 0.0, 0.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0]]
     assert (found.n, found.clusters.tolist(), found.seed) == (2, [0, 1], 5)
     assert found.original.events == ({"type": EVENT, "kind": PERSON, "stack": "own", "episode": 4},)
     assert found.incumbent.events == ()

@@ -116,6 +116,7 @@ def test_the_evidence_of_an_edge_is_both_of_its_p_by_fishers_method() -> None:
     ("values", "times"),
     [
         ({"a.vx_samples": 50, "b.vx_samples": 40}, 5.0),
+        ({"a.vx_samples": 50}, 2.5),
         ({"a.vx_samples": 30}, 1.5),
         ({"a.vx_samples": 40, "a.sim_time": 0.5, "b.gain": 9.0}, 2.0),
         ({"a.sim_time": 0.625}, 1.25),
