@@ -131,9 +131,10 @@ def test_what_the_controller_computes_is_the_product_of_what_multiplies(values: 
     )
     said = f"the controller computes {times:.2g} times as much per second by its parameters"
     told = (Evidence.unsampled("computing per second", "times", 1.0, times, 1),)
-    study = tuned(searched(NUMBER, 0.5, 0.0, 1), values, *parameters)
+    odd = {"0.batch_size": True, "1.batch_size": 5, "2.batch_size": "few"}
+    study = tuned(searched(NUMBER, 0.5, 0.0, 1), {**values, **odd}, *parameters)
     assert computing(study) == Check("compute", times > 2.0, said, told)
-    assert not computing(tuned(study, values, *parameters[2:])).is_examined
+    assert not computing(tuned(study, {**values, **odd}, *parameters[2:])).is_examined
 
 
 @pytest.mark.parametrize(
@@ -237,5 +238,5 @@ def test_there_is_no_trend_where_nothing_varies(monkeypatch: pytest.MonkeyPatch)
     places = np.random.default_rng(0).random(20)
     assert _p_of_trend(made(NUMBER, places, np.ones(20)), 0, True) == 1.0
     assert _p_of_trend(made(NUMBER, np.full(20, 0.5), places), 0, True) == 1.0
-    monkeypatch.setattr(audit_search, "least_squares", lambda design, answer: (np.ones(3), 0.0, 3))
+    monkeypatch.setattr(audit_search, "least_squares", lambda design, answer: (-np.ones(3), 0.0, 3))
     assert _p_of_trend(made(NUMBER, places, places), 0, True) == 1.0
