@@ -96,6 +96,13 @@ def test_time_left(budget: float | None, extra: int, idle: float, left: float) -
     assert progress.remaining == pytest.approx(left)
 
 
+def test_trials_take_what_they_took_on_average() -> None:
+    progress, clock = searched()
+    drive(progress, clock, 8)
+    progress.trial(trial(2, 8, 1.0), trial(0, 8, 1.5), Known())
+    assert progress.remaining == pytest.approx(2.0 * (2 * 6 + 10)), "four and eight episodes"
+
+
 def test_time_left_after_the_search() -> None:
     progress, clock = searched(extra=3)
     progress.begin("choice")
@@ -152,10 +159,10 @@ def test_the_best_is_told_with_its_interval(objectives: str) -> None:
 def test_what_is_left_to_gain(low: float | None, high: float | None, error: float) -> None:
     progress, _ = begun(trials=30)
     best = trial(0, 8, 1.5)
-    for each in (best, *(trial(number, 8, math.sin(number)) for number in range(1, 13))):
+    for each in (best, *(trial(number, 8, math.sin(number)) for number in range(1, 14))):
         progress.trial(each, best, Known())
     progress.interval = Interval(1.5, low, high, 8)
-    expected = expected_gain([math.sin(number) for number in range(1, 13)], 1.5, error, 18)
+    expected = expected_gain([math.sin(number) for number in range(1, 14)], 1.5, error, 17)
     assert progress.gain == expected and (expected or 0.0) > 0.1
     assert progress.text.endswith(f"about 0 s left, expected further gain {expected:.2f}")
 
