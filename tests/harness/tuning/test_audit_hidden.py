@@ -100,7 +100,7 @@ def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
     touches, impulse, paid = check.evidence
     assert (touches.original, touches.incumbent) == (len(before) / 50, len(after) / 50)
     assert (impulse.original, impulse.incumbent) == (sum(impulses[0]) / 50, sum(impulses[1]) / 50)
-    assert (paid.original, paid.incumbent) == (0.0, pytest.approx(more * BOLLARD / 50))
+    assert paid.original == 0.0 and paid.incumbent == pytest.approx(more * BOLLARD / 50)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_one_touch_in_fifty_or_harder_ones_that_cost_nothing_are_a_gap(
     [((2.0, 3.0), True), ((2.0, 2.75), False), ((0.0, 0.5), True), ((0.0, 0.25), False), ((0.5, 1.0), True)],
 )
 def test_half_as_long_again_beside_people_is_nearness(near: tuple[float, float], is_flagged: bool) -> None:
-    held = pairs(1, *({0: {NEAR: share}} for share in near))
+    held = pairs(1, {0: {NEAR: near[0]}}, {0: {NEAR: near[1]}})
     assert nearness(held, {}).is_flagged is is_flagged and not nearness(held, LOWER).is_flagged
 
 
@@ -126,7 +126,9 @@ def test_what_cannot_be_told_is_not_examined() -> None:
         assert moved_fault(held, scores, False) == Check("fault", False, said, is_examined=False)
 
 
-HURT, LATE, HELPED = {"pedestrian_injury_usd": 40.0}, {"outcome": "timeout"}, {"outcome": "physical_assistance"}
+HURT: Change = {"pedestrian_injury_usd": 40.0}
+LATE: Change = {"outcome": "timeout"}
+HELPED: Change = {"outcome": "physical_assistance"}
 
 
 def test_costly_deliveries_that_end_otherwise_are_dodged() -> None:

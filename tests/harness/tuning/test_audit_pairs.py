@@ -16,7 +16,6 @@ from harness.tuning.evaluation import EVENTS, MARGIN, Candidate
 from harness.world.outcome import Outcome
 
 PRICES = load_prices("costnav")
-ACCOUNTED = ("published", "no_threshold")
 PLACE = {"start_x_m": 0.0, "start_y_m": 0.0, "goal_x_m": 9.0, "goal_y_m": 0.0, "start_yaw_rad": 0.0}
 
 
@@ -122,13 +121,17 @@ def test_margins_are_those_of_an_accounting(evaluator: Any) -> None:
     """Without a threshold whole events are paid for, not only what of them was counted."""
     rows = evaluator.rows(Candidate("original", {}), range(40))
     hurt = np.array([row["pedestrian_injury_usd"] for row in rows])
-    (published, again), (free, _) = (pair_up(rows, rows, PRICES, 0).margins(name) for name in ACCOUNTED)
+    paired = pair_up(rows, rows, PRICES, 0)
+    counted, single = paired.margins("published"), paired.margins("no_threshold")
+    assert counted is not None and single is not None
+    (published, again), (free, _) = counted, single
     assert published == pytest.approx(np.array([row[MARGIN] for row in rows])) and hurt.sum() > 0.0
     events = [[each["impulse_ns"] for each in row[EVENTS] if each["type"] == EVENT] for row in rows]
     whole = np.array([injury_costs(impulses, PRICES).sum() for impulses in events])
     assert free == pytest.approx(published + hurt - whole) and again.tolist() == published.tolist()
     bare = [{**row, EVENTS: []} for row in rows]
-    assert pair_up(bare, bare, PRICES, 0).margins("no_threshold")[0] == pytest.approx(published + hurt)
+    without = pair_up(bare, bare, PRICES, 0).margins("no_threshold")
+    assert without is not None and without[0] == pytest.approx(published + hurt)
     unknown = [{**row, "outcome": "arrived"} for row in rows]
     assert pair_up(rows, unknown, PRICES, 0).margins("published") is None, "nobody modelled the cargo"
 

@@ -123,11 +123,12 @@ def test_the_evidence_of_an_edge_is_both_of_its_p_by_fishers_method() -> None:
     ],
 )
 def test_what_the_controller_computes_is_the_product_of_what_multiplies(values: dict[str, Any], times: float) -> None:
+    odd_ones: tuple[Any, ...] = (True, 0, "many")
     parameters = (
         Parameter("samples", ("a.vx_samples", "b.vx_samples"), 20, 5.0, 200.0, is_int=True),
         Parameter("time", ("a.sim_time",), 0.5, 0.25, 2.0),
         Parameter("gain", ("b.gain",), 1.0, 0.0, 10.0),
-        *(Parameter(f"odd_{n}", (f"{n}.batch_size",), value) for n, value in enumerate((True, 0, "many"))),
+        *(Parameter(f"odd_{n}", (f"{n}.batch_size",), value) for n, value in enumerate(odd_ones)),
     )
     said = f"the controller computes {times:.2g} times as much per second by its parameters"
     told = (Evidence.unsampled("computing per second", "times", 1.0, times, 1),)

@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -78,7 +79,7 @@ def test_the_tuned_file_its_stack_and_the_front(folder: Path, stock: Nav2File) -
     assert len(changed) == 2 and changed[1].strip("+ ") == "PathAlign.scale: 7.5"
     driven = load_dataclass(Stack, folder / STACK)
     title = f"{stack.title}; tuned for margin in the space own"
-    own = {"name": "", "title": title, "nav2_file": TUNED, "sensors": "lidar", "robot": "segway"}
+    own: dict[str, Any] = {"name": "", "title": title, "nav2_file": TUNED, "sensors": "lidar", "robot": "segway"}
     assert driven == dataclasses.replace(stack, **own)
     assert {file.name for file in (folder / FRONT).iterdir()} == {"trial-0.nav2.yaml", "trial-2.nav2.yaml"}
     assert (folder / FRONT / "trial-0.nav2.yaml").read_text() == stock.document.text

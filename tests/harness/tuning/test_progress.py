@@ -144,8 +144,8 @@ def test_the_best_is_told_with_its_interval(objectives: str) -> None:
     assert progress.text == (
         f"trial 0/2, best 1.50 ({expected.low:.2f} .. {expected.high:.2f}) of original, 8 episodes, 0 saved by racing"
     )
-    for bounds in ((None, 2.0), (1.0, None)):
-        progress.interval = Interval(1.5, *bounds, 8)
+    for low, high in ((None, 2.0), (1.0, None)):
+        progress.interval = Interval(1.5, low, high, 8)
         assert "best 1.50 of original" in progress.text
     for number in (1, 2):
         progress.trial(trial(number, 4, 0.5, -50.0), best, Known())

@@ -42,7 +42,7 @@ def test_optuna_may_look_at_what_a_parameter_can_be() -> None:
 
 def test_what_lies_between_the_steps_goes_to_the_nearest() -> None:
     own = space(GAIN, STEPS, EVEN, KIND)
-    given = {"gain": 0.3, "steps": 0.5001, "even": 9, "kind": "b"}
+    given: dict[str, Any] = {"gain": 0.3, "steps": 0.5001, "even": 9, "kind": "b"}
     assert possible_point(own, given) == {"gain": 0.3, "steps": 0.75, "even": 8, "kind": "b"}
     assert possible_point(own, {**given, "steps": 9.0, "even": 4}) == {
         "gain": 0.3,
