@@ -268,22 +268,26 @@ def test_a_short_plan_is_asked_for_only_when_so_set() -> None:
         (OscillationParams(oscillation_reset_angle=-1.0), {"pose": Pose2D(0.0, 0.0, 0.35)}, True),
         (OscillationParams(), {"stamp": 99.0}, True),
         (OscillationParams(oscillation_reset_time=2.0), {"stamp": 5.5}, False),
+        (OscillationParams(oscillation_reset_time=0.5), {"stamp": 3.6}, False),
+        (OscillationParams(oscillation_reset_time=0.5), {"stamp": 3.4}, True),
+        (OscillationParams(oscillation_reset_dist=-1.0), {"pose": Pose2D(0.06, 0.0, 0.1)}, True),
     ],
 )
+@pytest.mark.parametrize("side", [1.0, -1.0])
 def test_oscillation_forbids_a_second_turn_until_reset(
-    params: OscillationParams, moves: dict, still_forbidden: bool
+    params: OscillationParams, moves: dict, still_forbidden: bool, side: float
 ) -> None:
     critic = make_critic("Oscillation", make_params(Oscillation=params))
     here, there = make_scene(), make_scene(**moves)
     rollouts = roll_out(make_params(), here)
-    turns_left = rollouts.commands[:, 2] > 0.0
-    critic.debrief(here, Twist2D(angular_z=0.5))
+    turns_back = side * rollouts.commands[:, 2] > 0.0
+    critic.debrief(here, Twist2D(angular_z=0.5 * side))
     critic.prepare(here)
     assert (critic.raw_costs(rollouts, here) == 0.0).all()
-    critic.debrief(here, Twist2D(angular_z=-0.5))  # the first change is allowed, going back is not
+    critic.debrief(here, Twist2D(angular_z=-0.5 * side))  # the first change is allowed, going back is not
     assert (critic.raw_costs(rollouts, here) == 0.0).all()  # of the cycle that ended with this command
     critic.prepare(here)
-    np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_left)
+    np.testing.assert_array_equal(np.isinf(critic.raw_costs(rollouts, here)), turns_back)
     critic.debrief(there, Twist2D())
     critic.prepare(there)
     assert np.isinf(critic.raw_costs(rollouts, here)).any() == still_forbidden

@@ -192,18 +192,22 @@ def test_who_stands_may_set_out_and_who_reaches_the_edge_turns() -> None:
     assert edge.std[0, -1] == pytest.approx(0.06 + 0.04 + 0.1 * t[-1] + 0.6 * later)
 
 
+@pytest.mark.parametrize("along_y", [False, True])
 @pytest.mark.parametrize(("x", "turned"), [(1.0, -1.0), (3.05, -1.0), (3.05, 1.0)])
-def test_a_corner_is_on_the_side_where_it_is_near(x: float, turned: float) -> None:
-    """The ground narrows at x = 3 m from the side ``turned``; elsewhere the other one is near."""
+def test_a_corner_is_on_the_side_where_it_is_near(x: float, turned: float, along_y: bool) -> None:
+    """The ground narrows at x = 3 m from the side ``turned``; elsewhere the other one is near. Or with x as y."""
     at_x, at_y = np.meshgrid(0.05 + 0.1 * np.arange(100), 0.05 + 0.1 * np.arange(60))
-    other = np.where((at_x > 2.5) & (at_x < 4.0), turned, -turned)
+    other = np.where((at_x > 2.5) & (at_x < 3.2), turned, -turned)
     metres = (0.3 + 0.5 * abs(at_x - 3.05) - 0.2 * other * (at_y - 3.0)).astype(np.float32)
+    metres = metres.T.copy() if along_y else metres
     metres.flags.writeable = False
     clearance = Clearance(metres, (0.0, 0.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1))
     motion = np.zeros((36, 4))
     motion[:, 0], motion[:, 1], motion[:, 2] = x + 0.12 * np.arange(1, 37), 3.0, 1.0
-    step, side = corner_ahead(np.array((x, 3.0, 1.0, 0.0, 0.3, 0.0, 0.0)), motion, clearance)
-    assert side == turned
+    walker = np.array((x, 3.0, 1.0, 0.0, 0.3, 0.0, 0.0))
+    swapped = [1, 0, 3, 2] if along_y else [0, 1, 2, 3]
+    step, side = corner_ahead(walker[[*swapped, 4, 5, 6]], motion[:, swapped].copy(), clearance)
+    assert side == (-turned if along_y else turned)
     assert ([x, *motion[:, 0]][step]) == pytest.approx(3.05, abs=0.12)
 
 

@@ -207,6 +207,38 @@ def test_it_turns_on_the_spot_to_a_path_behind_it_and_to_the_goals_yaw(free: Sur
     assert late == pytest.approx(math.pi / 2.0, abs=0.25)
 
 
+@pytest.mark.parametrize(
+    ("places", "is_there"),
+    [
+        ([1.74], False),
+        ([1.76], True),  # within half the tolerance
+        ([1.76, 1.51], True),  # from then on within the whole
+        ([1.76, 1.49], False),
+        ([1.51], False),
+        ([2.6], True),  # past the line's end
+    ],
+)
+def test_it_turns_to_the_goals_yaw_within_half_the_tolerance(
+    free: Surroundings, places: list[float], is_there: bool
+) -> None:
+    controller, plan = make(tolerance=0.5), straight(2.0)
+    plan.poses[-1, 2] = 0.7
+    controller.compute_velocity(RobotState(Pose2D(1.51), Twist2D(), 0.0), plan, free)
+    for x in places:
+        wishes = controller._wishes(np.array((x, 0.0, 0.0)), controller._line)
+    expected = (0.7, True) if is_there else (math.nan, False)
+    assert (wishes.heading, controller._at_goal) == pytest.approx(expected, nan_ok=True)
+
+
+def test_it_begins_a_turn_on_the_spot_later_than_it_ends_it(free: Surroundings) -> None:
+    controller, plan = make(), straight(8.0)
+    for share, turns in ((0.9, False), (1.1, True), (0.6, True), (0.4, False), (0.6, False), (-1.1, True)):
+        yaw = share * PARAMS.turn_threshold
+        controller.compute_velocity(RobotState(Pose2D(yaw=yaw), Twist2D(), 0.0), plan, free)
+        assert controller._turning == turns
+        assert controller._wishes(np.array((0.0, 0.0, yaw)), controller._line).speed == (0.0 if turns else 2.0)
+
+
 def drive_on(driven: FloatArray) -> float:
     """The yaw at which a drive ended, in [0, 2 pi)."""
     return float(driven[-1, 3] % (2.0 * math.pi))

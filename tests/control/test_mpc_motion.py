@@ -10,12 +10,18 @@ from scipy.integrate import solve_ivp
 
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
-from navstack.control.mpc.distance_field import Field, cell_distance, distance_and_gradient, distance_table
+from navstack.control.mpc.distance_field import (
+    Field,
+    cell_distance,
+    distance_and_gradient,
+    distance_at,
+    distance_table,
+)
 from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.stage_layout import Sizes
-from navstack.control.mpc.stages import Clearances, fill_people, is_far
+from navstack.control.mpc.stages import Clearances, Wishes, fill_people, fill_stages, is_far
 from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
 from navstack.costmap.inflation import Inflation
 from navstack.geometry import cover
@@ -238,3 +244,33 @@ def test_the_line_follows_the_plan_and_slows_in_curves() -> None:
 def test_places_along_the_line_are_found_by_their_distance(s: float, segment: int, share: float) -> None:
     line = PathLine(*np.zeros((2, 5)), np.array((0.0, 1.0, 3.0, 4.0, 5.0)), *np.zeros((2, 5)))
     assert at_distance(line, s) == (segment, share)
+
+
+def test_a_distance_between_four_cells_is_their_weighted_mean() -> None:
+    costs = np.random.default_rng(8).integers(0, 253, (9, 8)).astype(np.uint8)
+    field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
+    metres = field.table[costs]
+    expected = 0.75 * (0.6 * metres[5, 3] + 0.4 * metres[5, 4]) + 0.25 * (0.6 * metres[6, 3] + 0.4 * metres[6, 4])
+    assert distance_at.py_func(field, 3.4, 5.25) == pytest.approx(expected)
+
+
+def test_stages_want_the_fastest_progress_that_can_stop_at_the_lines_end() -> None:
+    times = np.full(30, 0.1)
+    times[0] = PERIOD
+    line = make_line(np.column_stack((np.linspace(0.0, 3.0, 61), np.zeros((61, 2)))), LIMITS)
+    states = rollout(np.array((0.2, 0.1, 0.0, 1.0, 0.0, 0.5, 0.0)), np.zeros((30, 2)), times)
+    for heading in (math.nan, 0.4):
+        stages = np.zeros((30, Sizes(30, 1, 1).stage))
+        fill_stages.py_func(at.Horizon(stages, times, np.zeros(1)), states, line, 2, Wishes(1.4, heading, 0.3), LIMITS)
+        wanted = np.array((0.2, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0))  # along the line
+        for stage, state, dt in zip(stages, states[1:], times, strict=True):
+            jerk = progress_jerk(wanted[3], wanted[5], 3.0 - wanted[0], 1.4, 1.5, DECELERATION, JERK, dt)
+            after = np.empty(7)
+            advance(wanted, jerk, 0.0, dt, after)
+            wanted, foot = after, min(state[0], 3.0)
+            assert stage[[at.FOOT_X, at.FOOT_Y, at.TANGENT_X, at.TANGENT_Y]] == pytest.approx((foot, 0.0, 1.0, 0.0))
+            assert stage[at.LEAD] == pytest.approx(min(0.3, max(-0.3, wanted[0] - foot)), abs=1e-9)
+            assert stage[[at.SPEED, at.JERK]] == pytest.approx((wanted[3], jerk), abs=1e-9)
+            assert stage[at.HEADING] == (0.0 if math.isnan(heading) else heading)
+            assert stage[at.CONTOUR] == (1.0 if math.isnan(heading) else 0.0)
+        assert wanted[[0, 3]] == pytest.approx((3.0, 0.0), abs=5e-3)

@@ -54,6 +54,7 @@ def test_the_cost_of_a_trajectory_is_that_of_the_program() -> None:
         start[3:5] = 1.9, turn * 1.1
         jerks = rng.normal(size=(6, 2))
         states = rollout(start, jerks, times)
+        stages[:, at.CONTOUR] = 0.25
         stages[:, at.BASE + 2] = 2.0  # into the margin of an obstacle
         stages[:, at.BASE + 9 : at.BASE + 12] = (*states[3, :2], 1.0)  # and of a person
         expected = np.zeros(10)
