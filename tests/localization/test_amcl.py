@@ -107,14 +107,39 @@ def test_between_scans_it_moves_with_the_odometry(room):
 
 def test_it_does_not_look_while_it_stands(room, see):
     localizer = started(room, resample_interval=1)
-    for tick in range(5):
+    for tick in range(12):
         localizer.update(Observation(tick / 10, Odometry(tick / 10, Pose2D(), Twist2D()), scan=see(START, tick / 10)))
         if tick == 0:
             poses = localizer.particles.poses.copy()
     np.testing.assert_array_equal(localizer.particles.poses, poses)
-    turned = Odometry(0.6, Pose2D(0.0, 0.0, 0.21), Twist2D())
-    localizer.update(Observation(0.6, turned, scan=see(START, 0.6)))
+    turned = Odometry(1.3, Pose2D(0.0, 0.0, 0.21), Twist2D())
+    localizer.update(Observation(1.3, turned, scan=see(START, 1.3)))
     assert len(localizer.particles.poses) != len(poses) or not np.array_equal(localizer.particles.poses, poses)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "yaw", "counts"),
+    [
+        (4.25, -2.0, 3.0, False),  # no more than the least distance
+        (4.2500001, -2.0, 3.0, True),
+        (4.0, -2.2500001, 3.0, True),
+        (4.2, -1.8, 3.0, False),  # along each axis
+        (4.0, -2.0, 3.125, False),
+        (4.0, -2.0, 2.87, True),
+        (4.0, -2.0, 3.1251 - 2.0 * math.pi, True),
+    ],
+)
+def test_a_scan_counts_after_a_least_distance_along_an_axis_or_a_least_turn(room, x, y, yaw, counts):
+    localizer = started(room, update_min_d=0.25, update_min_a=0.125)
+    localizer._last_pose = Pose2D(4.0, -2.0, 3.0)
+    assert localizer._has_moved(Pose2D(x, y, yaw)) == counts
+
+
+@pytest.mark.parametrize(("returns", "health"), [(9, Health.TRACKING), (10, Health.LOST)])
+def test_ten_returns_tell_whether_they_are_explained(room, returns, health):
+    localizer = started(room, belief=Belief(Pose2D(3.0, 4.0, 0.0), np.diag((1e-6, 1e-6, 1e-8))))
+    scan = LaserScan(0.0, np.full(returns, 3.0), 0.0, 1e-9, 0.05, RANGE)  # where nothing stands
+    assert localizer.update(Observation(0.0, Odometry(0.0, Pose2D(), Twist2D()), scan=scan)).health is health
 
 
 def test_a_scan_waits_for_the_odometry_of_its_time(room, see):

@@ -10,9 +10,17 @@ from scipy.stats import chi2, norm
 
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from navstack.localization.amcl_kernels import GROUP, beam_ends, cast_rays, count_agreeing, sum_over_beams
+from navstack.localization.amcl_kernels import GROUP, _reach, beam_ends, cast_rays, count_agreeing, sum_over_beams
 from navstack.localization.free_space import FreeSpace
-from navstack.localization.kld import BIN_ANGLE, BIN_LENGTH, count_bins, label_clusters, resample, sample_limit
+from navstack.localization.kld import (
+    BIN_ANGLE,
+    BIN_LENGTH,
+    _empty_table,
+    count_bins,
+    label_clusters,
+    resample,
+    sample_limit,
+)
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.motion_model import SHORTEST_BEARING, move_differential, move_omni
 from navstack.types import Pose2D
@@ -269,3 +277,16 @@ def test_free_space_gives_every_free_cell_alike():
     assert poses[:, 2].std() == pytest.approx(math.pi / math.sqrt(3.0), rel=0.02)
     nowhere = FreeSpace(grid_of(np.full((3, 3), OCCUPIED))).draw(2, rng)
     np.testing.assert_allclose(nowhere[:, :2], [(-3.0, 2.0)] * 2)
+
+
+@pytest.mark.parametrize(
+    ("ends", "reach"),
+    [([], 1.0), ([(3.0, -4.0)], 6.0), ([(-5.0, 12.0), (0.0, -1.0)], 14.0), ([(0.1, 0.0), (-8.0, 6.0)], 11.0)],
+)
+def test_ends_reach_as_far_as_the_farthest_and_a_cell_more(ends, reach):
+    assert _reach.py_func(np.array(ends, dtype=float).reshape(-1, 2)) == reach
+
+
+@pytest.mark.parametrize(("count", "size"), [(0, 2), (1, 2), (2, 4), (3, 8), (4, 8), (5, 16), (2000, 4096)])
+def test_tables_have_the_next_power_of_two_that_is_at_least_twice_their_keys(count, size):
+    assert _empty_table.py_func(count).tolist() == [-1] * size

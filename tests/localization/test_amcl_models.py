@@ -8,6 +8,8 @@ import pytest
 
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError
+from navstack.localization import amcl_recovery
+from navstack.localization.amcl_recovery import ScanGuide
 from navstack.localization.amcl_sensor_models import SENSOR_MODELS, BeamModel, LikelihoodFieldProbModel
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.likelihood_field import LikelihoodField
@@ -99,6 +101,30 @@ def test_beams_off_the_map_that_most_particles_see_are_skipped(grid):
     assert ignoring.likelihoods.max() <= ignoring.best
     lost = scan([somebody] * 4, increment=1e-9)
     np.testing.assert_allclose(model.likelihoods(poses, lost, True), np.full(21, pz(2.0) ** 4))  # too many to skip
+
+
+@pytest.mark.parametrize(("distance", "counts"), [(0.5, False), (0.500001, True)])
+def test_beams_agree_with_the_map_nearer_than_a_distance(distance, counts):
+    """One of three beams ends in the cell before the wall."""
+    cells = np.full((9, 20), FREE, dtype=np.int8)
+    cells[:, 16] = OCCUPIED
+    given = AmclParams(do_beamskip=True, max_beams=3, beam_skip_distance=distance)
+    model = LikelihoodFieldProbModel(given, LikelihoodField.of_map(OccupancyGrid(cells, 0.5, Pose2D()), 2.0))
+    ahead = scan([4.0 - MOUNT.x, 4.0 - MOUNT.x, 3.5 - MOUNT.x], increment=1e-9)
+    expected = pz(0.0) ** 2 * (pz(0.5) if counts else 1.0)
+    np.testing.assert_allclose(model.likelihoods(np.array([[4.0, 2.0, 0.0]]), ahead, True), expected)
+
+
+def test_the_candidates_that_fit_best_are_followed_up(grid, monkeypatch):
+    guide = ScanGuide(FreeSpace(grid), LikelihoodField.of_map(grid, 2.0), model_of("likelihood_field", grid), 400)
+    monkeypatch.setattr(amcl_recovery, "STEPS", ())
+    poses = np.column_stack((np.linspace(0.5, 7.5, 400), np.full((400, 2), (2.5, 0.0))))
+    ahead = scan([WALL - 4.0 - MOUNT.x] * 5)
+    best = guide.pick(poses, 250, ahead, np.random.default_rng(0))
+    expected = np.sort(guide._coarse_fit(poses, ahead))[-100:]
+    np.testing.assert_array_equal(np.sort(guide._coarse_fit(best[:100].copy(), ahead)), expected)
+    assert len({*best[:100, 0]}) == 100
+    np.testing.assert_array_equal(best[100:], np.tile(best[:100], (2, 1))[:150])
 
 
 def test_the_beam_model_compares_with_the_range_on_the_map(grid):

@@ -139,6 +139,54 @@ def test_an_error_that_fixes_share_keeps_its_variance():
     assert covariance[X, gps_ekf_kernels.GPS_X] == covariance[gps_ekf_kernels.GPS_X, X] == 0.5
 
 
+@pytest.mark.parametrize("uses_fixes", [True, False])
+def test_a_start_knows_what_the_parameters_say(uses_fixes):
+    params = dataclasses.replace(
+        GpsEkfParams(), imu0_yaw_rate_bias_std=0.3, odom0_scale_std=0.2, imu0_yaw_offset_std=0.7
+    )
+    given = np.array(((0.4, 0.1, 0.0), (0.1, 0.3, 0.02), (0.0, 0.02, 0.06)))
+    state = GpsEkfFilter(params, COMPILED, uses_fixes).start(np.array((1.0, 2.0, 0.4)), given, 10.0)
+    expected = np.diag((0.0, 0.0, 0.0, 1.0, 0.3**2, 0.2**2, 0.7**2 if uses_fixes else 0.0, 0.0, 0.0))
+    expected[:3, :3] = given
+    np.testing.assert_allclose(state.covariance, expected)
+    assert (state.mean.tolist(), state.stamp) == ([1.0, 2.0, 0.4] + [0.0] * 6, 10.0)
+
+
+@pytest.mark.parametrize("slip", [-2.0, -1.2, 1.2, 2.0])
+def test_wheels_that_slip_beyond_the_gate_are_as_wrong_as_they_slip(slip):
+    params = dataclasses.replace(GpsEkfParams(), acceleration_noise=0.4, sensor_timeout=0.5)
+    ekf = GpsEkfFilter(params, COMPILED, True)
+    state = ekf.start(np.zeros(3), np.eye(3), 10.0)
+    state.wheel_stamp = state.acceleration_stamp = 9.8
+    state.slip, state.wheel_speed = slip - 0.5, 1.0
+    gate = 3.0 * math.sqrt(2.0 * 0.1**2 + 0.4**2 * 0.5)  # 0.95 m/s
+    assert ekf._slip_variance(state, 1.5, 0.1**2) == pytest.approx(slip**2 if abs(slip) > gate else 0.0)
+    assert ekf._slip_variance(state, 1.0 - slip, 0.1**2) == pytest.approx(0.0)
+    state.acceleration_stamp = 9.4
+    assert (ekf._slip_variance(state, 9.0, 0.1**2), state.slip) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("aside", [0.3, 40.0])
+def test_a_fix_corrects_by_the_part_of_its_error_that_is_its_own(aside):
+    params = dataclasses.replace(GpsEkfParams(), gps0_correlated_share=0.6, gps0_correlation_time=8.0)
+    ekf, (mean, covariance, _) = GpsEkfFilter(params, COMPILED, True), random_state(2)
+    state = ekf.start(np.zeros(3), np.eye(3), 10.0)
+    state.mean[:], state.covariance[:], state.fix_stamp = mean, covariance, 7.0
+    gps_ekf_kernels.age_shared_error(mean, covariance, math.exp(-3.0 / 8.0), 0.6 * 0.5**2)
+    x, y = mean[X] + mean[gps_ekf_kernels.GPS_X] + aside, mean[Y] + mean[gps_ekf_kernels.GPS_Y] - 0.2
+    rows = np.array((gps_ekf_filter.FIX_X_ROW, gps_ekf_filter.FIX_Y_ROW))
+    spread = rows @ covariance @ rows.T + 0.4 * 0.5**2 * np.eye(2)
+    gain = covariance @ rows.T @ np.linalg.inv(spread)
+    ekf.take_fix(state, GpsFix(10.0, x, y, 0.5))
+    assert state.nis == pytest.approx((aside, -0.2) @ np.linalg.solve(spread, (aside, -0.2)))
+    is_taken = aside < 1.0
+    assert (state.rejected, state.fix_stamp) == (0 if is_taken else 1, 10.0)
+    if is_taken:
+        mean, covariance = mean + gain @ (aside, -0.2), covariance - gain @ rows @ covariance
+    np.testing.assert_allclose(state.mean, mean, atol=1e-9)
+    np.testing.assert_allclose(state.covariance, covariance, atol=1e-9)
+
+
 def test_filterpy_computes_the_same(drive):
     """Over a drive with an outlier, late fixes, an outage and a start without a heading."""
     believed = []

@@ -94,6 +94,18 @@ def test_obstacle_on_the_path_is_avoided_and_forgotten():
     assert path_cost(after, costmap) == pytest.approx(path_cost(before, costmap), rel=1e-3)
 
 
+def test_a_field_is_repaired_where_an_obstacle_comes_and_goes(monkeypatch):
+    start, costmap = Pose2D(1.0, 1.0), streets()
+    planner = IncrementalNavfn(IncrementalNavfnParams(change_radius=8.0))
+    before = planner.plan(start, GOAL, costmap)
+    blocked = Costmap(costmap.data.copy(), RESOLUTION, 0.0, 0.0)
+    put_disc(blocked.data, *(before.poses[60, :2] / RESOLUTION))
+    monkeypatch.delattr(IncrementalNavfn, "_descend_anew")  # which would make another one
+    for seen in (blocked, costmap):
+        path = planner.plan(start, GOAL, seen)
+        assert path_cost(path, seen) <= 1.01 * path_cost(fresh_plan(start, seen), seen)
+
+
 def test_obstacle_beyond_the_change_radius_is_noticed_on_the_path():
     start, costmap = Pose2D(1.0, 1.0), streets()
     planner = IncrementalNavfn(IncrementalNavfnParams(change_radius=2.0))

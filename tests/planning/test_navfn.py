@@ -10,7 +10,14 @@ from navstack.costmap.costmap import Costmap
 from navstack.errors import GoalOccupiedError, GoalOutsideMapError, NoPathFoundError, StartOutsideMapError
 from navstack.params.planners import NavfnParams
 from navstack.planning.navfn import NavfnPlanner
-from navstack.planning.navfn_descent import FAILED, descend, lowest_neighbour, take_corners
+from navstack.planning.navfn_descent import (
+    FAILED,
+    advance,
+    descend,
+    interpolated_gradient,
+    lowest_neighbour,
+    take_corners,
+)
 from navstack.planning.navfn_kernels import POT_HIGH, cost_tables
 from navstack.types import Pose2D
 
@@ -214,6 +221,38 @@ def test_corners_that_are_kept_are_those_taken_anew(step):
     take_corners(potential, 9, 40 + step, 40, kept)
     take_corners(potential, 9, 40 + step, -1, fresh)
     np.testing.assert_array_equal(kept, fresh)
+
+
+def test_gradients_between_corners_are_bilinear():
+    corners = np.array(((0.25, -0.5), (0.75, 0.125), (-1.0, 0.5), (0.5, 1.0)), dtype=np.float32)
+    found = interpolated_gradient.py_func(corners, np.float32(0.25), np.float32(0.75))
+    weights = np.array((0.75 * 0.25, 0.25 * 0.25, 0.75 * 0.75, 0.25 * 0.75))
+    assert found == pytest.approx(tuple(weights @ corners), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("offset", "gradient", "expected"),
+    [
+        ((0.6, 0.0), (1.0, 0.0), (41, 0.1, 0.0)),  # beyond a whole cell: into the next
+        ((0.5, 0.0), (1.0, 0.0), (40, 1.0, 0.0)),
+        ((-0.7, 0.0), (-1.0, 0.0), (39, -0.2, 0.0)),
+        ((0.0, 0.9), (0.0, 1.0), (49, 0.0, 0.4)),
+        ((0.0, -0.9), (0.0, -1.0), (31, 0.0, -0.4)),
+        ((0.9, -0.9), (0.6, -0.8), (32, 0.2, -0.3)),
+        ((0.9, -0.9), (0.0, 0.0), (-1, 0.9, -0.9)),
+    ],
+)
+def test_a_step_is_half_a_cell_down_the_gradient(offset, gradient, expected):
+    corners = np.tile(np.array(gradient, dtype=np.float32), (4, 1))
+    n, dx, dy = advance.py_func(corners, 9, 40, *np.array(offset, dtype=np.float32))
+    assert (n, dx, dy) == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_descent_from_the_source_is_over_at_once():
+    potential, path = np.full(81, POT_HIGH, dtype=np.float32), np.zeros((5, 2), dtype=np.float32)
+    potential[80] = 0.0
+    assert descend(potential, 9, 80, 80, path) == 1
+    assert path[0].tolist() == [8.0, 8.0]
 
 
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no real maps")

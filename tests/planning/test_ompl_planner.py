@@ -21,6 +21,7 @@ from navstack.planning.ompl_kernels import (
     Room,
     blocked_table,
     cumulative_length,
+    has_corridor,
     has_room,
     is_line_free,
     nearest_free_cell,
@@ -338,6 +339,8 @@ def test_line_check_at_grid_lines_and_off_the_map():
     assert not is_line_free(costs, blocked, float("nan"), 4.5, 5.0, 4.5)
     costs[3, 5] = 254
     assert not is_line_free(costs, blocked, 2.0, 3.5, 7.0, 3.5)
+    assert is_line_free(costs, blocked, 5.5, 4.5, 6.5, 4.5)  # one cell long, above it
+    assert is_line_free(costs, blocked, 6.5, 2.5, 6.5, 3.5)  # and beside it
 
 
 def test_nearest_free_cell_is_nearest():
@@ -364,6 +367,17 @@ def test_polyline_cost_weighs_costs():
     line = np.array(((1.5, 2.5), (5.5, 2.5), (5.5, 4.5)))
     assert polyline_cost(costs, line, 0.0) == pytest.approx(6.0)
     assert polyline_cost(costs, line, 2.0) == pytest.approx(12.0)
+    costs[:] = 10 * np.arange(20)
+    at_half_cells = np.array((0, 0, 10, 10, 20, 20, 30))  # from 0.25 to 3.25
+    line = np.array(((0.25, 2.5), (3.25, 2.5)))
+    assert polyline_cost(costs, line, 2.0) == pytest.approx(3.0 * (1.0 + 2.0 * at_half_cells.mean() / 252.0))
+
+
+@pytest.mark.parametrize(("row", "is_open"), [(4, False), (5, True)])
+def test_a_corridor_needs_room_all_along(row, is_open):
+    costs = np.zeros((10, 30), dtype=np.uint8)
+    costs[row, 14] = 254
+    assert has_corridor.py_func(costs, 2.0, 2.5, 27.0, 2.5, 2.4, True) == is_open
 
 
 @pytest.mark.parametrize(
