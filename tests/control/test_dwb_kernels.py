@@ -296,11 +296,12 @@ def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
     costs = np.zeros((20, 20), dtype=np.uint8)
     costs[:, 12:14] = 255
     plan = np.array(((-1.0, 0.5), (2.0, 0.5)))
-    cells = cells_of_points(densify(plan, 0.05), costs, (0.0, 0.0, 0.05))
-    assert cells[:, 1].tolist() == [10] * len(cells)
-    assert cells[0, 0] <= 1
-    assert cells[-1, 0] in (10, 11)
-    assert (np.diff(cells[:, 0]) > 0).all()
+    points = densify(plan, 0.05)
+    np.testing.assert_allclose(points[:, 0], np.linspace(-1.0, 2.0, 57))  # of 57 cells beyond the first two, one less
+    np.testing.assert_allclose(points[:, 1], 0.5)
+    cells = cells_of_points(points, costs, (0.0, 0.0, 0.05))
+    known = points[(points[:, 0] >= 0.0) & (points[:, 0] < 12 * 0.05), 0]
+    assert cells.tolist() == [[column, 10] for column in np.unique(np.floor(known / 0.05)).tolist()]
 
 
 def test_points_on_the_maps_far_edges_are_off_it() -> None:

@@ -139,6 +139,15 @@ def test_at_the_end_of_the_path_it_drives_straight_and_turns_there() -> None:
     assert drive(make(use_collision_detection=False), bent, 0.7, around=wall).linear_x == 0.0
 
 
+@pytest.mark.parametrize(("length", "ends"), [(1.0, False), (0.875, True)])
+def test_a_path_ends_within_the_greatest_lookahead(length: float, ends: bool) -> None:
+    """Only there the robot drives straight to the last pose, whatever its yaw."""
+    plan = Path(np.zeros((round(8.0 * length) + 1, 3)))
+    plan.poses[:, 0] = np.linspace(0.0, length, len(plan))
+    plan.poses[-1, 2] = 1.5
+    assert (drive(make(), plan).angular_z == pytest.approx(0.0, abs=1e-9)) == ends
+
+
 def test_a_turn_at_the_goal_is_looked_at_every_few_degrees(monkeypatch) -> None:
     looks = []
     monkeypatch.setattr(

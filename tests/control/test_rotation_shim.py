@@ -148,6 +148,30 @@ def test_a_plan_shorter_than_the_sampling_distance_is_looked_at_its_end() -> Non
     assert make()._heading_error(Pose2D(0.0, 0.0, 0.2), plan) == pytest.approx(math.pi / 4.0 - 0.2)
 
 
+def test_a_plan_is_looked_at_its_first_point_at_the_sampling_distance() -> None:
+    plan = Path(np.array(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.5, 0.0, 0.0))))
+    assert make()._heading_error(Pose2D(0.0, 0.0, 0.2), plan) == pytest.approx(math.pi / 2.0 - 0.2)
+
+
+@pytest.mark.parametrize(
+    ("error", "last", "yaw_rate"),
+    [
+        (1.5, 0.0, 0.1),
+        (1.5, 0.95, 1.0),
+        (-1.5, 0.0, -0.1),
+        (-1.5, 0.5, 0.4),
+        (1.5, -0.5, -0.4),
+        (0.06, 0.9, 0.6),  # as fast as it can still stop
+    ],
+)
+def test_turns_keep_to_the_acceleration_and_can_be_stopped_in_time(error: float, last: float, yaw_rate: float) -> None:
+    params = replace(PARAMS, rotate_to_heading_angular_vel=1.0, max_angular_accel=3.0, closed_loop=False)
+    shim = make(params, 30.0)
+    shim._last_yaw_rate = last
+    command = shim._safe_turn(error, RobotState(Pose2D(), Twist2D()), surroundings().costmap)
+    assert command == Twist2D(angular_z=pytest.approx(yaw_rate))
+
+
 def test_a_plan_of_one_pose_reset_and_resume_reach_the_primary() -> None:
     primary = Primary()
     shim = RotationShimController(PARAMS, primary, FOOTPRINT, 30.0, 0.25)

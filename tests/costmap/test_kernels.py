@@ -34,6 +34,49 @@ def test_a_beam_frees_the_cells_of_its_line(longest: float) -> None:
         assert freed == slow_line(x0, y0, x1, y1, longest)
 
 
+@pytest.mark.parametrize(
+    ("ends", "limits", "expected"),
+    [
+        ((0, 0, 3, 4), (0.0, 10.0), (0, 0, 3, 4, 4)),
+        ((0, 0, 3, 4), (5.0, 10.0), (3, 4, 0, 0, 0)),  # as long as it has to be
+        ((0, 0, 3, 4), (5.1, 10.0), (0, 0, 0, 0, -1)),
+        ((0, 0, 10, 0), (2.0, 4.0), (2, 0, 8, 0, 3)),
+        ((1, 2, -5, 4), (0.0, 4.0), (1, 2, -6, 2, 3)),
+        ((2, 1, 2, 1), (0.0, 4.0), (2, 1, 0, 0, 0)),
+    ],
+)
+def test_a_line_is_cut_to_its_limits(
+    ends: tuple[int, ...], limits: tuple[float, float], expected: tuple[int, ...]
+) -> None:
+    assert kernels.ray(*ends, limits[1], limits[0]) == expected
+
+
+@pytest.mark.parametrize(
+    ("point", "limits", "expected"),
+    [
+        ((1.8, 1.0), (0.0, 0.5), (1.0, 1.5, 1.0, 1.0)),  # cut to the greatest range
+        ((1.0, 0.2), (0.0, 2.0), (1.0, 1.0, 0.2, 1.0)),
+        ((1.0, 0.2), (0.9, 2.0), (1.0, 1.0, 1.0, 1.0)),  # nearer than the least one
+        ((1.0, 1.0), (0.0, 2.0), (1.0, 1.0, 1.0, 1.0)),
+    ],
+)
+def test_bounds_grow_to_the_ends_of_beams(
+    point: tuple[float, float], limits: tuple[float, float], expected: tuple[float, ...]
+) -> None:
+    grid, bounds = np.zeros((40, 40), dtype=np.uint8), np.array((math.inf, -math.inf, math.inf, -math.inf))
+    kernels.clear_rays(grid, np.array((point,)), 1.0, 1.0, np.zeros(2), 0.05, limits, bounds)
+    np.testing.assert_allclose(bounds, expected)
+
+
+@pytest.mark.parametrize(
+    ("dx", "dy", "number"),
+    [(2.0, 0.0, 0.0), (0.3, 0.1, 0.25), (0.0, 0.5, 1.0), (-0.3, 0.1, 1.75), (-3.0, 0.0, 2.0), (-1.0, -1.0, 2.5)]
+    + [(0.0, -2.0, 3.0), (0.1, -0.1, 3.5), (0.0, 0.0, 0.0)],
+)
+def test_bearings_are_numbered_round_the_sensor(dx: float, dy: float, number: float) -> None:
+    assert beam_kernels._bearing.py_func(dx, dy) == pytest.approx(number)
+
+
 def test_points_off_the_grid_are_drawn_onto_its_edge_along_the_beam() -> None:
     rng = np.random.default_rng(2)
     for _ in range(200):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from ruamel.yaml import YAML
 
 from navstack.costmap.map_image import MAX_PIXELS
 from navstack.costmap.map_io import load_map, save_map
@@ -256,6 +257,15 @@ def test_saved_pixels_are_map_savers(tmp_path: Path) -> None:
     save_map(OccupancyGrid(cells, 0.05, Pose2D(-100.875, 3.0, 0.1)), tmp_path / "t.yaml")
     pixels = np.asarray(Image.open(tmp_path / "t.png"))
     assert pixels.tolist() == [[254, 254, 254, 205, 0, 0, 205, 205]]
+    assert YAML(typ="safe").load(tmp_path / "t.yaml") == {
+        "image": "t.png",
+        "mode": "trinary",
+        "resolution": 0.05,
+        "origin": [-100.875, 3.0, 0.1],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    }
 
 
 def test_round_trip(tmp_path: Path) -> None:

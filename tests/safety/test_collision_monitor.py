@@ -122,6 +122,16 @@ def test_circles_and_disabled_zones() -> None:
     assert process(monitor(zone=near), (1.05, 0.0), command=Twist2D(1.0)).linear_x == pytest.approx(0.5)
 
 
+def test_a_limit_is_half_a_metre_and_half_a_radian_per_second_if_none_is_given() -> None:
+    driven = process(monitor(zone=zone("limit")), (0.9, 0.0), command=Twist2D(1.0, 0.0, -0.9))
+    assert driven == Twist2D(0.5, 0.0, -0.5)
+
+
+def test_a_velocity_polygon_without_polygons_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"velocity_polygons \(\) must be the names of one polygon or more"):
+        zone("stop", type="velocity_polygon", points=None)
+
+
 def test_velocity_polygons_follow_the_command_and_the_last_one_stays() -> None:
     far = "[[3.0, 0.5], [3.0, -0.5], [-0.5, -0.5], [-0.5, 0.5]]"
     shapes = {
