@@ -110,8 +110,10 @@ def decided(*stamps):
     plan = Path(np.array(((15.0, 5.0, math.pi / 2), (GOAL.x, GOAL.y, GOAL.yaw))))
     pose = Pose2D(15.0, 10.0, math.pi / 2)
     for stamp in stamps:
-        people = Track(0, stamp, 15.0, 13.0, 0.0, -1.0, 0.3, np.diag((0.0025, 0.0025, 0.01, 0.01)))
-        controller.compute_velocity(RobotState(pose, Twist2D(1.5), stamp, pose), plan, Surroundings(street(), (people,)))
+        person = Track(0, stamp, 15.0, 13.0, 0.0, -1.0, 0.3, np.diag((0.0025, 0.0025, 0.01, 0.01)))
+        controller.compute_velocity(
+            RobotState(pose, Twist2D(1.5), stamp, pose), plan, Surroundings(street(), (person,))
+        )
     return controller
 
 

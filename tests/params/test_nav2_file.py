@@ -8,6 +8,9 @@ from navstack.errors import ParameterError
 from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.findings import Section
+from navstack.params.nav2_file.place import Place
+from navstack.params.nav2_file.ros_yaml import Entry
 from navstack.params.nav2_file.views import (
     read_controller,
     read_controller_server,
@@ -19,6 +22,7 @@ from navstack.params.nav2_file.views import (
     read_progress_checker,
     read_velocity_smoother,
 )
+from navstack.params.registry.block import Block
 
 SHIPPED = Path(__file__).parents[2] / "params" / "nav2"
 FOLDER = os.environ.get("NAVSTACK_DATA")
@@ -133,6 +137,13 @@ def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
     (error,) = inspect('"/**": {ros__parameters: {controler_frequency: 15.0}}').errors
     assert error.startswith("line 1: /**: controler_frequency: unknown to Nav2")
     assert not inspect('"/**/local_costmap": {ros__parameters: {width: 3}}').errors
+    (error,) = inspect('"/**/local_costmap": {ros__parameters: {widht: 3}}').errors  # of a single node
+    assert error.startswith("line 1: /**/local_costmap: widht: unknown to Nav2; did you mean 'width'?")
+
+
+def test_what_a_file_leaves_out_has_no_line():
+    place = Place(Block(), Section({"width": Entry(3, 7, 0, 0, 0)}), "", ())
+    assert (place.line_of("width"), place.line_of("height")) == (7, 0)
 
 
 def test_absent_nodes_have_nav2s_defaults(inspect):

@@ -135,7 +135,9 @@ def test_a_path_ends_at_the_goal_where_it_comes_within_a_cell(last, is_taken):
     nodes = make_nodes(1)
     nodes.parents[0] = -1
     first, goal = np.array((5.0, 7.0, 0.3)), np.array((*last, 1.0))
-    poses = SmacHybrid(SmacHybridParams())._poses(Found(0, nodes, np.empty((0, 3)), 1), arcs(72, 8.0, False), first, goal)
+    poses = SmacHybrid(SmacHybridParams())._poses(
+        Found(0, nodes, np.empty((0, 3)), 1), arcs(72, 8.0, False), first, goal
+    )
     np.testing.assert_array_equal(poses, [goal if is_taken else first])
 
 
