@@ -11,23 +11,19 @@ import pytest
 
 from navstack.control.footprint_cost import outline_cost, walk_outline
 from navstack.control.mppi import control_sequence
-from navstack.control.mppi.body import _cover, _least_distances, clearance, make_body
+from navstack.control.mppi.body import clearance, make_body
 from navstack.control.mppi.critics import build_critics
-from navstack.control.mppi.obstacle_kernels import _add_costs
 from navstack.control.mppi.optimizer import Noise, Optimizer
-from navstack.control.mppi.path_critics import PathAlignCritic, PathAngleCritic
+from navstack.control.mppi.path_critics import PathAlignCritic
 from navstack.control.mppi.path_handler import first_cusp, window
 from navstack.control.mppi.path_kernels import furthest_point, nearest_along, nearest_table
-from navstack.control.mppi.rollouts import _SMALL_TURN, Rollouts, _small_cosine_sine, roll_out
+from navstack.control.mppi.rollouts import Rollouts, roll_out
 from navstack.control.mppi.scene import Scene
 from navstack.costmap.costmap import Costmap
 from navstack.costmap.inflation import Inflation
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import CRITICS, OMNI, AckermannParams, LocalCosts, MppiParams
 from navstack.params.mppi_critics import (
-    AS_THE_PATH,
-    EITHER,
-    FORWARD,
     CostParams,
     ObstaclesParams,
     PathAlignParams,
@@ -261,56 +257,6 @@ def test_what_has_room_touches_nothing_within_it() -> None:
     both_layers = replace(COSTS, inflation_layers={"earlier": earlier, "last": LAYER})
     assert not make_body(FOOTPRINT, True, both_layers, both_layers.inflation("earlier"), 0.05).reach.any()
     assert make_body(FOOTPRINT, True, both_layers, both_layers.inflation(""), 0.05).reach.any()
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_eight_circles_cover_a_body(turned: bool) -> None:
-    """Of 1.6 m by 0.4 m: parts of 0.4 m by 0.2 m, four along the longer side."""
-    box = np.array(((1.0, 0.3), (1.0, -0.1), (-0.6, -0.1), (-0.6, 0.3)))
-    centres, radius = _cover(box[:, ::-1] if turned else box)
-    expected = [(x, y) for x in (-0.4, 0.0, 0.4, 0.8) for y in (0.0, 0.2)]
-    assert sorted(map(tuple, (centres[:, ::-1] if turned else centres).round(9).tolist())) == expected
-    assert radius == pytest.approx(0.5 * math.hypot(0.4, 0.2))
-
-
-@pytest.mark.parametrize("scaling", [3.0, 0.0])
-def test_costs_tell_how_far_obstacles_are_at_least(scaling: float) -> None:
-    """The distance at which the next higher cost begins; without a slope all costs are those of the inner circle."""
-    found = _least_distances(replace(LAYER, cost_scaling_factor=scaling), 0.19)
-    falling = [min(1.5, 0.19 - math.log((cost + 1) / 252.0) / 3.0) for cost in range(252)]
-    expected = [*falling, max(0.0, 0.19 - math.log(253.0 / 252.0) / 3.0)] if scaling else [1.5] + [0.19] * 252
-    np.testing.assert_allclose(found, [*expected, 0.0, 0.0, 0.0], atol=1e-12)
-
-
-def test_costs_near_a_collision_are_critical() -> None:
-    scores = np.full(4, 2.0, dtype=FLOAT)
-    _add_costs.py_func(np.array((0, 100, 253, 254), dtype=np.uint8), FLOAT(253.0), FLOAT(300.0), FLOAT(0.5), scores)
-    assert scores.tolist() == [2.0, 52.0, 302.0, 302.0]
-
-
-@pytest.mark.parametrize("share", [-1.0, -0.4, 0.0, 0.7, 1.0])
-def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) -> None:
-    angle = FLOAT(share * _SMALL_TURN)
-    found = _small_cosine_sine.py_func(angle)
-    assert found == pytest.approx((math.cos(angle), math.sin(angle)), abs=1.2e-7)
-
-
-@pytest.mark.parametrize(
-    ("mode", "bearing", "path_yaw", "error"),
-    [
-        (FORWARD, 2.5, 0.0, 2.0),
-        (EITHER, 2.5, 0.0, math.pi - 2.0),
-        (EITHER, 1.0, 0.0, 0.5),
-        (AS_THE_PATH, 2.5, 0.9, math.pi - 2.0),  # the path leads back
-        (AS_THE_PATH, 2.5, 1.0, 2.0),
-        (AS_THE_PATH, 1.0, 0.0, 0.5),
-    ],
-)
-def test_how_far_the_robot_looks_away_depends_on_the_mode(
-    mode: int, bearing: float, path_yaw: float, error: float
-) -> None:
-    params = replace(ALL, PathAngleCritic=PathAngleParams(mode=mode))
-    assert PathAngleCritic("PathAngleCritic", params)._error_now(0.5, bearing, path_yaw) == pytest.approx(error)
 
 
 def test_the_furthest_point_is_found_without_looking_at_all():

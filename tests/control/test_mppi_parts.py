@@ -64,5 +64,5 @@ def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) 
 def test_how_far_the_robot_looks_away_depends_on_the_mode(
     mode: int, bearing: float, path_yaw: float, error: float
 ) -> None:
-    params = MppiParams(vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode))
+    params = MppiParams(critics=("PathAngleCritic",), vx_min=-0.3, PathAngleCritic=PathAngleParams(mode=mode))
     assert PathAngleCritic("PathAngleCritic", params)._error_now(0.5, bearing, path_yaw) == pytest.approx(error)
