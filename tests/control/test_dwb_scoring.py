@@ -124,6 +124,20 @@ def test_ones_own_critic_takes_part(of_command: bool) -> None:
     assert check_choices(PARAMS, {**first, **last}, np.random.default_rng(6)) > 15
 
 
+@pytest.mark.parametrize(("away", "is_chosen"), [(0.0, True), (50.0, False)])
+@pytest.mark.parametrize("critics", [("GoalDist",), ("PathDist",), ("GoalAlign",)])
+def test_nothing_is_chosen_where_the_plan_is_off_the_map(
+    critics: tuple[str, ...], away: float, is_chosen: bool
+) -> None:
+    params, scene = replace(PARAMS, critics=critics), random_scene(np.random.default_rng(2))
+    scene.costmap.data[:] = 0
+    scene = replace(scene, plan=scene.plan + (away, 0.0, 0.0), goal=Pose2D(scene.goal.x + away, scene.goal.y))
+    made = build_critics(params)
+    for critic in made.values():
+        critic.prepare(scene)
+    assert (Scoring(RolloutGenerator(params, 20.0), made).best(scene) is not None) == is_chosen
+
+
 def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rollouts, "roll_out", None)
     scene = random_scene(np.random.default_rng(2))

@@ -291,6 +291,15 @@ def test_a_robot_beside_its_path_of_poses_does_not_jump_onto_it():
         planner.plan(START, GOAL, costmap)
 
 
+def test_a_query_is_in_cells():
+    planner = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.4, cost_weight=3.0)
+    query = planner._query(START, GOAL, room())
+    np.testing.assert_allclose(np.sort(query.footprint, axis=0), np.sort(LONG.footprint / 0.1, axis=0))
+    np.testing.assert_allclose((query.first, query.last), ((10.0, 10.0, 0.3), (70.0, 15.0, 1.1)))
+    assert (query.turning_radius, query.cost_weight) == pytest.approx((4.0, 3.0))
+    assert query.room == pytest.approx((2.5, np.hypot(6.0, 2.5), True))
+
+
 def test_discs_hold_no_part_of_a_lethal_square():
     rng = np.random.default_rng(5)
     costs = np.where(rng.random((30, 40)) < 0.02, 254, 0).astype(np.uint8)
