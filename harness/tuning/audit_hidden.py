@@ -82,7 +82,7 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
     counts = [[int((failed & own).sum()), int((~failed & own).sum())] for own in (costly, ~before & ~costly)]
     there, back = int((costly & failed).sum()), int((dear & before).sum())
     is_chance = float(binomtest(there, there + back, alternative="greater").pvalue) if there else 1.0
-    p = 2.0 * max(is_chance, float(fisher_exact(counts, alternative="greater").pvalue))
+    p = min(1.0, 2.0 * max(is_chance, float(fisher_exact(counts, alternative="greater").pvalue)))
     found = shares("ended without arrival where the original paid injuries, beside elsewhere", counts[1], counts[0], p)
     return Check(
         "dodging",
@@ -103,7 +103,7 @@ def moved_fault(pairs: Pairs, scores: Scores, by_fault: bool) -> Check:
         return Check("fault", False, UNKNOWN if scores else "the margin is undefined", is_examined=False)
     faults = [side.touches(of_people=True).are_robots_fault for side in pairs.sides]
     counts = [[int(own.sum()), int((~own).sum())] for own in faults]
-    p = 2.0 * float(fisher_exact(counts, alternative="greater").pvalue)
+    p = min(1.0, 2.0 * float(fisher_exact(counts, alternative="greater").pvalue))
     robots = shares("contacts that are the robot's fault", counts[0], counts[1], p)
     before, after = (f"{100.0 * (share or 0.0):.0f} %" for share in (robots.original, robots.incumbent))
     exchanged = pairs.of("impulse exchanged with people", "N s/run", lambda side: side.exchanged(with_people=True))

@@ -123,7 +123,7 @@ def step_of(v: float, omega: float, speed: float, turn: float, limits: Limits, d
 
 @njit(inline="always")
 def turned(cos: float, sin: float, angle: float) -> tuple[float, float]:
-    """A unit vector turned by a small angle [rad]: Taylor's series, to 1e-9 up to 0.2 rad."""
+    """A unit vector turned by a small angle [rad]: Taylor's series, to 1e-7 up to 0.2 rad."""
     squared = angle * angle
     c = 1.0 - 0.5 * squared * (1.0 - squared / 12.0)
     s = angle * (1.0 - squared / 6.0 * (1.0 - squared / 20.0))
