@@ -1,7 +1,6 @@
 """Which parameters matter to the objective, and which pairs of them act together, told from a study's trials."""
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,6 @@ from harness.statistics.bootstrap import percentile_interval
 from harness.statistics.interval import Interval
 from harness.statistics.paired import holm
 from harness.tuning.result import TrialTable, least_squares
-from harness.tuning.space import Parameter
 from navstack.types import FloatArray
 
 TOP = 0.25  # share of the trials, the best ones, that importance is about
@@ -57,16 +55,18 @@ def importances(table: TrialTable) -> tuple[Importance, ...]:
     percentile bootstrap's over trials; these come from an adaptive sampler and are not independent, so they are too
     narrow. Empty where the trials are fewer than :data:`LEAST_TRIALS`, or all alike.
     """
+    from harness.tuning.ped_anova import PedAnova  # Optuna takes half a second
+
     varied = table.varied
     if len(table.trials) < LEAST_TRIALS or len(varied) < 2 or np.ptp(table.objective) == 0.0:
         return ()
     parameters = [table.parameters[number] for number in varied]
     places, objective, n = table.places[:, varied], table.objective, len(table.trials)
-    rng = np.random.default_rng(SEED)
-    shares = _ped_anova(parameters, places, objective)
+    rng, ped_anova = np.random.default_rng(SEED), PedAnova(parameters, places, TOP)
+    shares = ped_anova.shares(np.arange(n), objective)
     resamples = (rng.integers(0, n, n) for _ in range(RESAMPLES))
-    spread = np.array([_ped_anova(parameters, places[chosen], objective[chosen]) for chosen in resamples])
-    shuffled = np.array([_ped_anova(parameters, places, rng.permutation(objective)) for _ in range(RESAMPLES)])
+    spread = np.array([ped_anova.shares(chosen, objective[chosen]) for chosen in resamples])
+    shuffled = np.array([ped_anova.shares(np.arange(n), rng.permutation(objective)) for _ in range(RESAMPLES)])
     chance = np.quantile(shuffled, 0.95, axis=0)
     found = [
         Importance(each.name, percentile_interval(float(shares[i]), spread[:, i], n), float(chance[i]))
@@ -107,26 +107,3 @@ def _gain_of_term(without: FloatArray, term: FloatArray, answer: FloatArray) -> 
         return 0.0, 1.0
     p = float(stats.f.sf(gain / (after / freedom), 1, freedom)) if after > 0.0 else 0.0
     return gain / whole, p
-
-
-def _ped_anova(parameters: Sequence[Parameter], places: FloatArray, objective: FloatArray) -> FloatArray:
-    """Shares by parameter, shape (parameters,), of trials at ``places`` (trials, parameters)."""
-    import optuna
-    from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
-    from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
-    from optuna.trial import create_trial
-
-    distributions: dict[str, BaseDistribution] = {
-        each.name: FloatDistribution(0.0, 1.0)
-        if each.is_ordered
-        else CategoricalDistribution(np.unique(places[:, i]).tolist())
-        for i, each in enumerate(parameters)
-    }
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    study = optuna.create_study(direction="maximize")
-    for point, value in zip(places.tolist(), objective.tolist(), strict=True):
-        params = dict(zip(distributions, point, strict=True))
-        study.add_trial(create_trial(params=params, distributions=distributions, value=value))
-    evaluator = PedAnovaImportanceEvaluator(target_quantile=TOP)
-    found = get_param_importances(study, evaluator=evaluator, normalize=True)
-    return np.array([found[each.name] for each in parameters])
