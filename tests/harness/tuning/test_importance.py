@@ -3,12 +3,17 @@
 import math
 
 import numpy as np
+import optuna
 import pytest
+from optuna.distributions import CategoricalDistribution, FloatDistribution
+from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
+from optuna.trial import create_trial
 
 from harness.statistics.interval import Interval
 from harness.tuning import importance
 from harness.tuning.evaluation import Candidate
 from harness.tuning.importance import Importance, _gain_of_term, importances, interactions
+from harness.tuning.ped_anova import PedAnova
 from harness.tuning.result import COMPLETE, FAILED, Trial, TrialTable, trial_table
 from harness.tuning.space import Parameter, Space
 
@@ -33,6 +38,21 @@ def test_the_parameter_that_matters_comes_first_and_is_more_than_chance() -> Non
     assert found[0].is_told_apart
     assert sum(each.share.value or 0.0 for each in found) == pytest.approx(1.0)
     assert not next(each for each in found if each.name == "none").is_told_apart
+
+
+def test_shares_are_those_of_a_study_of_optuna() -> None:
+    trials = table(40, 4.0, 0.0)
+    study = optuna.create_study(direction="maximize")
+    floats = {each.name: FloatDistribution(0.0, 1.0) for each in trials.parameters if each.is_ordered}
+    kinds = {"kind": CategoricalDistribution((0.0, 1.0))}
+    chosen = np.random.default_rng(2).integers(0, 40, 40)
+    for number in chosen:
+        point = dict(zip([*floats, *kinds], trials.places[number].tolist(), strict=True))
+        value = float(trials.objective[number])
+        study.add_trial(create_trial(params=point, distributions={**floats, **kinds}, value=value))
+    expected = get_param_importances(study, evaluator=PedAnovaImportanceEvaluator(target_quantile=0.25))
+    found = PedAnova(trials.parameters, trials.places, 0.25).shares(chosen, trials.objective[chosen])
+    assert dict(zip([*floats, *kinds], found.tolist(), strict=True)) == expected
 
 
 def test_a_product_is_found_and_a_sum_is_none() -> None:
@@ -69,19 +89,21 @@ def test_a_share_is_told_apart_beyond_chance(share: float | None, is_told_apart:
 def test_shares_stand_beside_resampled_trials_and_shuffled_objectives(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a correlation in place of PED-ANOVA, by the same draws of a slow loop."""
 
-    def shares(parameters: object, places: np.ndarray, objective: np.ndarray) -> np.ndarray:
-        return np.abs([np.corrcoef(column, objective)[0, 1] for column in places.T])
-
-    monkeypatch.setattr(importance, "_ped_anova", shares)
     trials = table(30, 4.0, 0.0)
+
+    def shares(self: object, chosen: np.ndarray, objective: np.ndarray) -> np.ndarray:
+        return np.abs([np.corrcoef(column, objective)[0, 1] for column in trials.places[chosen].T])
+
+    monkeypatch.setattr(PedAnova, "shares", shares)
+    every = np.arange(30)
     rng = np.random.default_rng(0)
     chosen = [rng.integers(0, 30, 30) for _ in range(100)]
-    spread = [shares(None, trials.places[rows], trials.objective[rows]) for rows in chosen]
-    chance = [shares(None, trials.places, rng.permutation(trials.objective)) for _ in range(100)]
+    spread = [shares(None, rows, trials.objective[rows]) for rows in chosen]
+    chance = [shares(None, every, rng.permutation(trials.objective)) for _ in range(100)]
     found = {each.name: each for each in importances(trials)}
     for number, parameter in enumerate(trials.parameters):
         told, low_high = found[parameter.name], np.quantile(spread, (0.025, 0.975), axis=0)[:, number]
-        assert told.share.value == shares(None, trials.places, trials.objective)[number]
+        assert told.share.value == shares(None, every, trials.objective)[number]
         assert (told.share.low, told.share.high, told.share.n) == (*map(pytest.approx, low_high), 30)
         assert told.chance == pytest.approx(np.quantile(chance, 0.95, axis=0)[number])
     told_shares = [each.share.value or 0.0 for each in found.values()]
