@@ -102,7 +102,7 @@ def test_tasks_that_raise_die_and_hang_harm_no_other(two: Any, tmp_path: Path) -
 
 def test_a_stopped_worker_is_noticed_by_its_silence(two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its connection stays open, so that only its heartbeats tell; a busy worker's go on."""
-    monkeypatch.setattr("harness.execution.dask_cluster.UNHEARD", 6.0)
+    monkeypatch.setattr("harness.execution.dask_cluster.UNHEARD", 4.0)
     folder = str(tmp_path)
 
     def work(task: tuple[str, int]) -> int:
@@ -115,7 +115,7 @@ def test_a_stopped_worker_is_noticed_by_its_silence(two: Any, tmp_path: Path, mo
         (Path(task[0]) / f"{task[1]}-{os.getpid()}").touch()
         if task[1] == 1 and first:
             os.kill(os.getpid(), signal.SIGSTOP)
-        deadline = time.monotonic() + (9.0 if task[1] == 0 else 0.0)  # longer than the silence, and busy
+        deadline = time.monotonic() + (6.0 if task[1] == 0 else 0.0)  # longer than the silence, and busy
         while time.monotonic() < deadline:
             pass
         return task[1]

@@ -158,7 +158,7 @@ def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
 
 
 @pytest.mark.parametrize("localizer", ["odom_imu", "gps-ekf"])
-@pytest.mark.parametrize("slope", [0.0, 0.1, 0.2])
+@pytest.mark.parametrize("slope", [0.0, 0.2])
 def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(tmp_path, slope, localizer):
     """Up and down again, with bends on the slope: the end to 1 % of the way."""
     entries, (x, y, way) = hill.drive(slope)
