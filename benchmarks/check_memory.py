@@ -1,4 +1,4 @@
-"""Memory of the program and of each of its workers over many deliveries: flat, and at most 400 MiB of its own.
+"""Memory of the program and of each of its workers over many deliveries: flat, and at most 300 MiB of its own.
 
 Usage: python benchmarks/check_memory.py [--episodes N] [--stack NAME] [--workers N] [--timeout S] [--map MAP]
        python benchmarks/check_memory.py --rows N
@@ -11,7 +11,7 @@ where what k processes share counts 1/k in each (PSS); and private, what would b
 fields of a map are shared by all processes of a machine. The built-in maps have 4000 x 4000 cells.
 
 Compared are the medians of RSS in the second tenth of the deliveries (everything is compiled and filled by then) and in
-the last tenth. Exit status 1 when one of them grew by more than 5 %, or when a worker's private memory exceeds 400 MiB.
+the last tenth. Exit status 1 when one of them grew by more than 5 %, or when a worker's private memory exceeds 300 MiB.
 """
 
 import argparse
@@ -39,7 +39,7 @@ from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
 
 ALLOWED = 0.05
-MOST_PRIVATE = 400.0  # [MiB] of a worker
+MOST_PRIVATE = 300.0  # [MiB] of a worker
 RULES = "arrival_radius: 2.0\ntimeout: {timeout}\nmax_tilt: 0.5\nimpulse_health: 177.78\nspoiled_fraction: 0.05\n"
 PARENT = "program"
 
