@@ -18,6 +18,7 @@ import gc
 import os
 import pickle
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -88,9 +89,12 @@ def in_a_copy(work: Callable[[], Any]) -> Any:
     """What a function returns in a copy of this process; here nothing changes."""
     reading, writing = os.pipe()
     if not os.fork():
-        with open(writing, "wb") as file:
-            pickle.dump(work(), file)
-        os._exit(0)
+        try:
+            with open(writing, "wb") as file:
+                pickle.dump(work(), file)
+        except BaseException:
+            traceback.print_exc()
+        os._exit(0)  # whatever came of it, a copy goes no further
     os.close(writing)
     with open(reading, "rb") as file:
         result = pickle.load(file)
@@ -156,7 +160,7 @@ def split(folder: Path, missions: int, reach: float, copies: int) -> None:
 
 def main() -> None:
     """Print the tables."""
-    given = parsed(__doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=5.0, times=4)
+    given = parsed(__doc__, runs=RUNS, first="nav2-gps-ekf", second="mpc-gps-ekf", split=0, reach=8.0, times=4)
     for run in given.runs:
         table(Path(run), given.first, given.second)
         if given.split:

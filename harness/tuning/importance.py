@@ -55,11 +55,11 @@ def importances(table: TrialTable) -> tuple[Importance, ...]:
     percentile bootstrap's over trials; these come from an adaptive sampler and are not independent, so they are too
     narrow. Empty where the trials are fewer than :data:`LEAST_TRIALS`, or all alike.
     """
-    from harness.tuning.ped_anova import PedAnova  # Optuna takes half a second
-
     varied = table.varied
     if len(table.trials) < LEAST_TRIALS or len(varied) < 2 or np.ptp(table.objective) == 0.0:
         return ()
+    from harness.tuning.ped_anova import PedAnova  # Optuna takes half a second
+
     parameters = [table.parameters[number] for number in varied]
     places, objective, n = table.places[:, varied], table.objective, len(table.trials)
     rng, ped_anova = np.random.default_rng(SEED), PedAnova(parameters, places, TOP)
