@@ -220,13 +220,13 @@ def respread(
     """
     potential, dirty, costs, _, gain, width, buffers = field
     blocks = roll_back(potential, dirty, tops, level, buffers[1])
-    set_border(potential, width, -POT_HIGH)
+    set_border(potential, costs, gain, width, -POT_HIGH)
     count = seed_edge(potential, buffers[1, :blocks], costs, gain, width, level, buffers[0])
     if count > buffers[0].size - 4 * BLOCK_SIZE:
         unmark(potential, buffers[0], count)
         threshold = np.float32(-1.0)
     else:
         threshold = run_wave(field, target, False, count, np.float32(level), margin, tops[:0], np.float32(limit))
-    set_border(potential, width, POT_HIGH)
+    set_border(potential, costs, gain, width, POT_HIGH)
     potential[source] = 0.0
     return threshold

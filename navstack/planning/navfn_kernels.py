@@ -4,8 +4,8 @@ Cells are numbered n = y * width + x; ``potential``, ``costs`` and ``dirty`` are
 where navfn.cpp has float and float64 where it has double, so that potentials agree bit for bit.
 
 While a wave runs, a cell that waits in a buffer carries the negative of its potential: the flag costs no memory access
-of its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; it
-is marked as waiting for the time of the wave.
+of its own, and a waiting cell fails the "would I lower it" test by itself. The map's border is lethal in NavFn; what
+is open there is marked as waiting for the time of the wave.
 """
 
 import math
@@ -83,14 +83,22 @@ def clear_potential(potential: Float32Array, dirty: ByteArray) -> None:
 
 
 @njit()
-def set_border(potential: Float32Array, width: int, value: float) -> None:
-    """Write ``value`` into the outermost cells."""
+def set_border(potential: Float32Array, costs: ByteArray, gain: Float32Array, width: int, value: float) -> None:
+    """Write ``value`` into the outermost cells that are no obstacles: most maps end in those, and stay unwritten."""
     last_row = potential.size - width
-    potential[:width] = value
-    potential[last_row:] = value
+    for x in range(width):
+        set_open(potential, costs, gain, x, value)
+        set_open(potential, costs, gain, last_row + x, value)
     for row in range(0, potential.size, width):
-        potential[row] = value
-        potential[row + width - 1] = value
+        set_open(potential, costs, gain, row, value)
+        set_open(potential, costs, gain, row + width - 1, value)
+
+
+@njit(inline="always")
+def set_open(potential: Float32Array, costs: ByteArray, gain: Float32Array, n: int, value: float) -> None:
+    """Write ``value`` into a cell that is no obstacle."""
+    if gain[costs[n]] < POT_HIGH:
+        potential[n] = value
 
 
 @njit()
@@ -264,14 +272,14 @@ def propagate(
 ) -> float:
     """Spread the potential from ``source`` to ``target``; see :func:`run_wave` for what it returns."""
     potential, dirty, costs, _, gain, width, buffers = field
-    set_border(potential, width, -POT_HIGH)
+    set_border(potential, costs, gain, width, -POT_HIGH)
     n_current = seed_wave(potential, costs, gain, width, source, buffers[0])
     dirty[source >> BLOCK_SHIFT] = 1
     threshold = COST_OBSTACLE
     if use_astar:
         threshold = np.float32(threshold + distance_cost(source, width, target % width, target // width))
     threshold = run_wave(field, target, use_astar, n_current, threshold, margin, ahead, np.float32(limit))
-    set_border(potential, width, POT_HIGH)
+    set_border(potential, costs, gain, width, POT_HIGH)
     potential[source] = 0.0
     return threshold
 

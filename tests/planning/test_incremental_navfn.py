@@ -227,7 +227,8 @@ def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
         hills = (
             20.0 * np.add.outer(np.arange(height), np.arange(width)) + rng.uniform(0, 200, (height, width))
         ).ravel()
-        potential = np.where(rng.random(height * width) < share, POT_HIGH, hills).astype(np.float32)
+        is_unreached = (rng.random(height * width) < share) | (costs == 254)
+        potential = np.where(is_unreached, POT_HIGH, hills).astype(np.float32)
         dirty = np.zeros(-(-(potential.size // BLOCK_SIZE + 1) // 8) * 8, dtype=np.uint8)
         dirty[: potential.size // BLOCK_SIZE + 1] = 1
         tops, edge, buffer = np.zeros(dirty.size, np.float32), *np.empty((2, 5000), dtype=np.uint32)
@@ -238,7 +239,7 @@ def test_what_is_forgotten_and_where_the_wave_begins_again_equal_slow_twins():
         highest = [max((p for p in part if p < level), default=0.0) for part in _blocks(expected)]
         np.testing.assert_array_equal(tops[: len(highest)], highest)
         np.testing.assert_array_equal(edge[:blocks], [i for i, top in enumerate(highest) if top >= level - 254.0])
-        set_border(potential, width, -POT_HIGH)
+        set_border(potential, costs, gain, width, -POT_HIGH)
         twin, waiting = potential.copy(), []
         for n in range(width, potential.size - width):
             for m in (n - 1, n + 1, n - width, n + width):
