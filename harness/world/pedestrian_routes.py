@@ -1,7 +1,9 @@
 """Where people can walk, and the shortest paths between such places."""
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -53,12 +55,10 @@ class WalkingNetwork:
             self.agent_radius = kept  # [m] that is really kept
             if self._free.sum() >= _ENOUGH * free.sum():
                 break
-        self.cells: IntArray = np.argwhere(self._free)  # (N, 2) all cells, row by row
-        self._numbers: npt.NDArray[np.int32] = np.full(self._free.shape, -1, dtype=np.int32)  # of the cells
-        self._numbers[self._free] = np.arange(len(self.cells))
-        key = content_key("landmarks 1", np.packbits(self._free), self._free.shape[1])
-        self._landmarks = cached_array(key, lambda: _landmark_lengths(self._free, self.cells))
-        self._length = np.where(self._free, np.inf, BLOCKED).ravel()  # work space of the search
+        self.cells: IntArray = _kept("free cells", self._free, np.argwhere)  # (N, 2) all cells, row by row
+        self._numbers: npt.NDArray[np.int32] = _kept("numbers", self._free, _numbers)  # of the cells
+        self._landmarks = _kept("landmarks", self._free, lambda free: _landmark_lengths(free, self.cells))
+        self._length = _kept("lengths", self._free, _no_lengths)  # work space of the search
         self._ahead = np.empty(len(self.cells))
         self._arrival = np.zeros(self._free.size, dtype=np.uint8)
         self._known_route = lru_cache(_KEPT_ROUTES)(self._find_route)
@@ -143,9 +143,25 @@ def _largest_part(free: BoolArray) -> BoolArray:
 
 
 def _edge_distances(free: BoolArray) -> FloatArray:
-    """Distance (H, W) in cells of each free cell to the nearest one that is not free, 0 elsewhere; kept on disk."""
-    key = content_key("distances to closed cells 1", np.packbits(free), free.shape[1])
-    return cached_array(key, lambda: distance_transform_edt(free))
+    """Distance (H, W) in cells of each free cell to the nearest one that is not free, 0 elsewhere."""
+    distances: FloatArray = _kept("distances to closed cells", free, distance_transform_edt)
+    return distances
+
+
+def _numbers(free: BoolArray) -> npt.NDArray[np.int32]:
+    """Number (H, W) of each free cell, row by row; -1 elsewhere."""
+    return np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1).astype(np.int32)
+
+
+def _no_lengths(free: BoolArray) -> FloatArray:
+    """What the search for a path takes as ``length`` (H * W,)."""
+    return np.where(free, np.inf, BLOCKED).ravel()
+
+
+def _kept(name: str, free: BoolArray, compute: Callable[[BoolArray], Any]) -> Any:
+    """What is computed from the free cells (H, W), on disk: in memory once for all processes."""
+    key = content_key(f"{name} 1", np.packbits(free), free.shape[1])
+    return cached_array(key, lambda: compute(free))
 
 
 def _landmark_lengths(free: BoolArray, cells: IntArray) -> Float32Array:
