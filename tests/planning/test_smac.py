@@ -225,6 +225,16 @@ def test_hybrid_keeps_to_its_radius_and_is_hardly_longer_than_the_shortest_curve
         assert steps.sum() <= 1.15 * sum(lengths) + 0.5
 
 
+def test_hybrid_turns_within_no_less_than_a_cell():
+    start, goal = Pose2D(3.05, 3.05, 0.5), Pose2D(9.05, 0.05, -1.2)
+    plans = [
+        SmacHybrid(SmacHybridParams(minimum_turning_radius=radius), BOX).plan(start, goal, street()).poses
+        for radius in (0.02, 0.1, 0.15)
+    ]
+    np.testing.assert_array_equal(plans[0], plans[1])
+    assert not np.array_equal(plans[1], plans[2])
+
+
 def test_only_a_robot_that_may_reverse_leaves_a_dead_end():
     data = np.full((60, 60), 254, dtype=np.uint8)
     data[27:34, 5:55] = 0  # a passage of 0.7 m, in which the robot looks at the end

@@ -48,11 +48,11 @@ def arcs(bins: int, radius: float, reverses: bool) -> Motions:
 
     Args:
         bins: headings, evenly spread.
-        radius: least turning radius [cells].
+        radius: least turning radius [cells], 1 or more.
         reverses: the same motions backwards, too (Reeds and Shepp); False: forwards only (Dubins).
     """
     size = 2.0 * math.pi / bins
-    angle = 2.0 * math.asin(min(1.0, SHORTEST / (2.0 * radius)))
+    angle = 2.0 * math.asin(SHORTEST / (2.0 * radius))
     turns = max(1, math.ceil(angle / size - 1e-9))
     angle = turns * size
     chord = 2.0 * radius * math.sin(angle / 2.0)

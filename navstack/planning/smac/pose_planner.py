@@ -129,7 +129,7 @@ class SmacHybrid(_PosePlanner):
     _params: SmacHybridParams
 
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
-        radius = self._params.minimum_turning_radius / costmap.resolution
+        radius = max(self._params.minimum_turning_radius / costmap.resolution, 1.0)  # a cell at least, as upstream
         reverses = self._params.motion_model_for_search == REEDS_SHEPP
         return arcs(self._params.angle_quantization_bins, radius, reverses), radius, reverses
 
