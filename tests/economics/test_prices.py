@@ -92,3 +92,26 @@ def test_a_wrong_price_file_is_refused_in_one_line(tmp_path, old, new, message):
 def test_an_unknown_name_offers_the_nearest():
     with pytest.raises(InputError, match="did you mean 'costnav'"):
         load_prices("cosnav")
+
+
+@pytest.mark.parametrize("base", ["costnav", "europe"])  # the second one builds on the first
+def test_a_file_that_builds_on_another_says_what_differs(tmp_path, base):
+    """A price is replaced as a whole, its bounds too; a group of prices entry by entry."""
+    file, own = tmp_path / "own.yaml", "value: 3.0\n{0}  unit: {1}\n{0}  source: own\n"
+    lines = ("delivery_fee:\n  " + own.format("", "USD/run"), "injury:\n  costs:\n    mais_2:\n      ")
+    file.write_text(f"as_in: {base}\n{lines[0]}{lines[1]}{own.format('    ', 'USD/event')}", encoding="utf-8")
+    before = load_prices(base)
+    costs = dataclasses.replace(before.injury.costs, mais_2=Price(3.0, "USD/event", "own"))
+    injury = dataclasses.replace(before.injury, costs=costs)
+    assert load_prices(str(file)) == dataclasses.replace(
+        before, delivery_fee=Price(3.0, "USD/run", "own"), injury=injury
+    )
+    assert before.injury.costs.mais_2.value != 3.0 != before.delivery_fee.value
+
+
+@pytest.mark.parametrize(("text", "message"), [("as_in: cosnav\n", "did you mean 'costnav'"), ("- 3\n", "own.yaml")])
+def test_what_builds_on_nothing_known_is_refused(tmp_path, text, message):
+    file = tmp_path / "own.yaml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        load_prices(str(file))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import beta
 
 from harness.economics.prices import load_prices
 from harness.economics.unseen import difference_admitting_unseen, margin_admitting_unseen, reach_of_loss
@@ -80,11 +81,15 @@ def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
     assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
 
 
-def test_one_delivery_more_may_earn_the_fee():
-    losing = np.full(3, -20.0)
-    span = margin_admitting_unseen(losing, Reach(3.49, 100.0), np.arange(3), 0)
-    share = 1.0 - 0.025 ** (1.0 / 3.0)  # of the unseen delivery, at 97.5 %
-    assert span.high == pytest.approx(-20.0 + 23.49 * share, rel=0.05)
+@pytest.mark.parametrize(("best", "most", "among_best"), [(-20.0, 3.49, 1), (10.0, 10.0, 2)])
+def test_one_delivery_more_may_earn_the_fee_or_as_much_as_the_best(best, most, among_best):
+    """Four weights that add up to 1: k of them together are Beta(k, 4 - k). The unseen may lose what others have."""
+    margins = np.array([best, -20.0, -20.0])
+    span = margin_admitting_unseen(margins, Reach(3.49, most + 20.0), np.arange(3), 0)
+    assert (span.value, span.n) == (margins.mean(), 3)
+    assert span.high == pytest.approx(-20.0 + (most + 20.0) * beta.ppf(0.975, among_best, 4 - among_best), abs=0.3)
+    lowest = -20.0 + (best + 20.0) * beta.ppf(0.025, 1, 3)
+    assert span.low == pytest.approx(lowest, abs=0.1)
 
 
 def test_margins_earn_no_more_than_the_best_and_differences_may():
