@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -11,8 +12,9 @@ from scipy.stats import norm
 
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
+from harness.tuning import history
 from harness.tuning.evaluation import MARGIN, Candidate
-from harness.tuning.history import score_interval
+from harness.tuning.history import Best, score_interval
 from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import Progress, expected_gain
 from harness.tuning.result import COMPLETE, PRUNED, Trial
@@ -210,3 +212,24 @@ def test_where_all_spread_is_noise_the_mean_is_what_comes(best: float, gain: flo
     assert expected_gain(VALUES, best, 9.0, 5) == gain
     assert expected_gain(VALUES[:9], best, 9.0, 5) is None
     assert expected_gain(VALUES[:9], best, 9.0, 0) == 0.0
+
+
+@pytest.mark.parametrize("name", ["margin", "-duration_s"])
+def test_the_best_grow_by_more_than_the_objectives_resolution(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Complete trials only, each against the last of them; the first one counts whatever it earns."""
+    objective, at = parse_objectives(name)[0], (-3.0, -3.0, -2.5, 0.0, 0.0, 0.25, -1.0)
+    step = objective.resolution
+    values = [value + more * step for value, more in zip(at, (0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), strict=True)]
+    trials = [trial(number, 8, value) for number, value in enumerate(values)]
+    trials.insert(1, trial(7, 4, 99.0))
+    study = SimpleNamespace(objectives=(name, "spl"), trials=trials, seed=5)
+    scores = {"published": SimpleNamespace(incumbent=1.25)}
+    paired: list[Any] = []
+    monkeypatch.setattr(history, "pair_up", lambda *given: paired.append(given) or SimpleNamespace(scores=scores))
+    prices = object()
+    found = history.history(cast(Any, study), cast(Any, Known()), cast(Any, prices))
+    numbers = [0, 2, 3, 5]
+    assert [each.number for each in found] == numbers
+    assert found[1] == Best(2, score_interval(objective, -2.5, ROWS, 5), {"published": 1.25})
+    assert paired == [(ROWS, ROWS, prices, 5)] * 4
+    assert found[1].as_json() == {"trial": 2, **found[1].score.as_json(), "accountings": {"published": 1.25}}

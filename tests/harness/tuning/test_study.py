@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -27,7 +28,7 @@ from harness.tuning.journal import Journal
 from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
 from harness.tuning.space_file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
-from harness.tuning.study import notes_before, within_budget
+from harness.tuning.study import load_tuning, notes_after_search, notes_before, within_budget
 from navstack.errors import InputError, ParameterError
 
 NAVBENCH = [sys.executable, "-c", "from harness.cli.app import main; main()"]
@@ -299,6 +300,38 @@ def test_notes_tell_what_one_might_not_expect() -> None:
     whole = dataclasses.replace(declaration, episodes=32)
     assert notes_before(whole, {"start": None, "goal": "9,0,0"}) == []
     assert len(notes_before(dataclasses.replace(whole, is_raced=False, episodes=31), {})) == 0
+
+
+@pytest.mark.parametrize(
+    ("driven", "is_exhausted", "budget", "elapsed", "told"),
+    [
+        (9, False, None, 50.0, []),
+        (9, False, 100.0, 40.0, []),
+        (9, False, 100.0, 50.0, ["note: the 20 deliveries of final choice and test may take 10 s longer"]),
+        (7, False, 100.0, 40.0, ["the budget of 100 s cut off 2 of 9 trials; --resume"]),
+        (7, True, 100.0, 40.0, ["after 7 of 9 trials there is no further point"]),
+        (9, True, 100.0, 70.0, ["after 9 of 9 trials there is no further point", "note: the 20 deliveries"]),
+    ],
+)
+def test_notes_after_the_search(
+    driven: int, is_exhausted: bool, budget: float | None, elapsed: float, told: list[str]
+) -> None:
+    """Twenty deliveries of 3 s follow."""
+    study: Any = SimpleNamespace(declaration=SimpleNamespace(trials=9, budget=budget), episodes_after_search=20)
+    search: Any = SimpleNamespace(trials=[None] * (driven + 1), is_exhausted=is_exhausted)
+    journal: Any = SimpleNamespace(pace=3.0, elapsed=elapsed)
+    notes = notes_after_search(study, search, journal)
+    assert [note.startswith(begin) for note, begin in zip(notes, told, strict=True)] == [True] * len(told)
+
+
+def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> None:
+    nothing: Any = None
+    with pytest.raises(InputError, match=r"is no tuning study: params/tuning\.yaml is missing; use navbench run"):
+        load_tuning(tmp_path, nothing, None)
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / TUNING).write_text("speed: 3\n")
+    with pytest.raises(InputError, match="unknown key 'speed'"):
+        load_tuning(tmp_path, nothing, None)
 
 
 def test_a_tuning_study_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
