@@ -1,15 +1,29 @@
 """Which obstacles the contacts of a step are asked for."""
 
+import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import shapely
 
-from harness.world.bodies import FIXED, PERSON, ROBOT, StaticIndex, fixed_body, is_rectangle, make_prism
+from harness.world.bodies import (
+    FIXED,
+    PERSON,
+    ROBOT,
+    NearObstacles,
+    StaticIndex,
+    fixed_body,
+    is_rectangle,
+    make_prism,
+)
+from harness.world.contacts import Touched
 from harness.world.engine import Server, bullet
 from harness.world.scene import Obstacle
+from harness.world.shapes import Rect, box
 from harness.world.touch_kernels import may_touch
+from harness.world.truth import Partner
 
 HALF_LENGTH, HALF_WIDTH, MARGIN = 0.4, 0.3, 0.15  # [m]
 
@@ -114,3 +128,59 @@ def test_a_prism_reaches_as_far_as_its_polygon_and_its_height(corners):
     server.close()
     assert low == pytest.approx((0.0, -1.0, 0.0), abs=1e-9)
     assert high == pytest.approx((3.0, 1.5, 0.6))
+
+
+@pytest.mark.parametrize(
+    ("clearance", "moved", "reach", "free"),
+    [
+        (2.0, 0.0, 0.5, 1.0),
+        (2.0, 0.75, 0.5, 0.25),
+        (2.0, 0.25, 1.5, 0.25),
+        (2.0, 0.5, 1.5, 0.0),
+        (2.0, 0.5, 2.0, -0.5),
+        (2.0, 1.0, 0.5, 0.0),  # the choice is due beyond 1 m
+        (2.0, 1.25, 0.5, 1.0),
+        (math.inf, 0.0, 3.0, 0.5),  # nothing is known of what is farther than 3.5 m
+    ],
+)
+def test_obstacles_say_how_far_the_robot_may_go(robot, clearance, moved, reach, free):
+    index = SimpleNamespace(obstacles=(), near=lambda x, y, radius: ([], clearance))
+    obstacles = NearObstacles(0, index, 0.5, robot)
+    obstacles.follow(3.0, 4.0, reach)
+    assert obstacles.follow(3.0, 4.0 - moved, reach) == free
+    assert not obstacles.can_touch(3.0, 4.0, 0.0)
+
+
+def test_bodies_stand_for_the_obstacles_within_three_and_a_half_metres(robot):
+    rects = [Rect(x, -0.5, x + 1.0, 0.5) for x in (1.0, 3.0, 5.0)]
+    index = StaticIndex(tuple(Obstacle(f"kind {x}", rect.polygon, 0.8) for x, rect in enumerate(rects)))
+    server = Server()
+    obstacles = NearObstacles(server.client, index, 0.6, robot)
+    for x, numbers, free in ((0.0, [0, 1], 0.5), (7.0, [1, 2], 0.5), (30.0, [], 1.0), (0.0, [0, 1], 0.5)):
+        assert obstacles.follow(x, 0.0, 0.5) == free
+        assert sorted(touched.number for touched in obstacles.touchable.values()) == numbers
+        assert bullet.getNumBodies(server.client) == len(numbers)
+        assert obstacles.can_touch(3.5, 0.0, 1.0) is bool(numbers)
+        for body, touched in obstacles.touchable.items():
+            assert touched == Touched(Partner.PROPERTY, f"kind {touched.number}", touched.number)
+            assert bullet.getDynamicsInfo(body, -1, server.client)[1] == 0.6
+            low, high = bullet.getAABB(body, physicsClientId=server.client)
+            rect = rects[touched.number]
+            assert (*low, *high) == pytest.approx((rect.x0, -0.5, 0.0, rect.x1, 0.5, 0.8), abs=1e-9)
+    server.close()
+
+
+@pytest.mark.parametrize(("gap", "can_touch"), [(0.15 - 1e-6, True), (0.15 + 1e-6, False)])
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_what_is_nearer_than_the_margin_to_the_robots_box_may_be_touched(robot, side, gap, can_touch):
+    """Its centre of mass is 0.1 m ahead of its middle; the obstacle is a box of 1 m turned as the robot is."""
+    robot = dataclasses.replace(robot, center_of_mass_x=robot.center[0] + 0.1)
+    yaw, cos, sin = -2.0, math.cos(-2.0), math.sin(-2.0)
+    along, across = np.multiply(side, np.add(robot.half_size, gap + 0.5)) - (0.1, 0.0)
+    there = 2.0 + cos * along - sin * across, 3.0 + sin * along + cos * across
+    server = Server()
+    index = StaticIndex((Obstacle("bench", box(*there, yaw, 1.0, 1.0), 0.8),))
+    obstacles = NearObstacles(server.client, index, 0.6, robot)
+    obstacles.follow(2.0, 3.0, 0.5)
+    assert obstacles.can_touch(2.0, 3.0, yaw) is can_touch
+    server.close()
