@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from harness.world.contacts import ContactPoint, Motion, Touched
-from harness.world.impulse_limit import limited
+from harness.world.engine import Server, bullet
+from harness.world.impulse_limit import limited, shove
 from harness.world.truth import Partner
 
 MOST = 10.0  # [N s]
@@ -52,3 +53,22 @@ def test_what_is_cut_off_is_taken_from_the_robots_momentum_and_spin():
     moment = np.cross((0.2, 0.3, 0.6), first) + np.cross((-0.3, -0.1, -0.2), second)
     inertia = LEAN.as_matrix() @ np.diag((2.0, 3.0, 5.0)) @ LEAN.as_matrix().T  # in the map frame
     assert spin == pytest.approx(np.linalg.solve(inertia, moment))
+
+
+@pytest.mark.parametrize("turn", [(3.0, -2.0, 5.0), (0.0, 0.0, 0.0)])
+def test_a_shove_acts_as_if_from_the_steps_beginning(turn):
+    """The way and the turn of a step of 0.02 s with the changes of velocity and spin are made up for."""
+    server = Server()
+    shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=0.5, physicsClientId=server.client)
+    body = bullet.createMultiBody(2.0, shape, useMaximalCoordinates=1, physicsClientId=server.client)
+    bullet.resetBasePositionAndOrientation(body, CENTRE, LEAN.as_quat().tolist(), server.client)
+    bullet.resetBaseVelocity(body, (0.5, 0.0, -1.0), (0.0, 0.25, 1.0), server.client)
+    shove(server.client, body, np.array((1.0, -2.0, 4.0)), np.array(turn), 0.02)
+    position, orientation = bullet.getBasePositionAndOrientation(body, server.client)
+    velocity, spin = bullet.getBaseVelocity(body, server.client)
+    server.close()
+    assert position == pytest.approx((1.02, 1.96, 0.38))
+    turned = Rotation.from_rotvec(0.02 * np.array(turn)) * LEAN
+    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx(turned.as_matrix(), abs=1e-6)
+    assert velocity == pytest.approx((1.5, -2.0, 3.0))
+    assert spin == pytest.approx((turn[0], turn[1] + 0.25, turn[2] + 1.0))

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.world.bucket import SCALE, build
+from harness.world.bucket import SCALE, _bucket, build, hold
 from harness.world.cargo import Cargo
 from harness.world.engine import Server, bullet
 from harness.world.loose_cargo import LooseCargo
@@ -30,16 +30,17 @@ def place(cargo):
     return np.array(cargo._pose()[0]) / SCALE
 
 
-def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkeypatch, robot):
+@pytest.mark.parametrize(("friction", "factor"), [(0.25, 0.6), (0.0, 0.0)])  # Bullet multiplies it and the root
+def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkeypatch, robot, friction, factor):
     """Ten times as large: floor 0.01 m, walls 0.02 m, deck 0.1 m; the deck is the robot's body about the bucket."""
-    params = dataclasses.replace(FREE, bucket_width=0.2, friction=0.25, bucket_friction=0.3)
+    params = dataclasses.replace(FREE, bucket_width=0.2, friction=friction, bucket_friction=0.3)
     made, height = [], 10.0 * params.bucket_height
     monkeypatch.setattr("harness.world.loose_cargo.add_boxes", lambda *given: made.append(given) or 5)
     monkeypatch.setattr("harness.world.loose_cargo.set_dynamics", lambda *given, **more: made.append(more))
     monkeypatch.setattr("harness.world.loose_cargo.hold", lambda *given: made.append(given) or 6)
     moved = dataclasses.replace(robot, bucket=(-0.1335, 0.05, 0.8))
     assert LooseCargo(params, GRAVITY, DT, moved)._make_deck_and_bucket(3, params) == 6
-    (client, (floor, *sides), mass), dynamics, (_, (deck,), friction, restitution) = made
+    (client, (floor, *sides), mass), dynamics, (_, (deck,), of_deck, restitution) = made
     assert (client, mass, restitution) == (3, params.bucket_mass, 0.0)
     flat = lambda box: [*box[0], *box[1]]  # noqa: E731
     assert flat(floor) == pytest.approx([1.0, 1.0, 0.05, 0.0, 0.0, -0.05])
@@ -47,8 +48,36 @@ def test_the_bucket_and_the_deck_have_their_thicknesses_below_and_outside(monkey
     expected += [(1.0, 0.1, 0.5 * height, 0.0, sign * 1.1, 0.5 * height) for sign in (1.0, -1.0)]
     assert np.array(sorted(map(flat, sides))) == pytest.approx(np.array(sorted(expected)))
     assert flat(deck) == pytest.approx([3.735, 2.5, 0.5, -1.0, -0.5, -0.1 - 0.5])
-    assert dynamics == {"lateralFriction": 0.5, "restitution": math.sqrt(params.restitution)}
-    assert friction * 0.5 == pytest.approx(0.3)  # Bullet multiplies the two
+    assert dynamics == {"lateralFriction": math.sqrt(friction), "restitution": math.sqrt(params.restitution)}
+    assert of_deck == pytest.approx(factor)
+
+
+def test_a_fixed_bucket_has_its_floor_below_and_its_walls_outside(monkeypatch):
+    """Ten times as large: 0.05 m thick; the floor reaches below the walls."""
+    made, params = [], dataclasses.replace(FREE, bucket_width=0.2, friction=0.25, restitution=0.36)
+    monkeypatch.setattr("harness.world.bucket.hold", lambda *given: made.append(given) or 7)
+    assert _bucket(3, params) == 7
+    ((client, boxes, friction, restitution),) = made
+    assert (client, friction, restitution) == (3, 0.5, 0.36)
+    half = 5.0 * params.bucket_height
+    expected = [(1.5, 1.5, 0.25, 0.0, 0.0, -0.25)]
+    expected += [(0.25, 1.5, half, sign * 1.25, 0.0, half) for sign in (1.0, -1.0)]
+    expected += [(1.0, 0.25, half, 0.0, sign * 1.25, half) for sign in (1.0, -1.0)]
+    assert np.array(sorted((*extents, *centre) for extents, centre in boxes)) == pytest.approx(
+        np.array(sorted(expected))
+    )
+
+
+def test_what_is_held_is_heavy_and_fills_its_boxes(monkeypatch):
+    server, told = Server(), []
+    monkeypatch.setattr("harness.world.bucket.set_dynamics", lambda *given, **more: told.append((given, more)))
+    held = hold(server.client, [((1.0, 2.0, 0.5), (0.0, 1.0, 0.0)), ((0.5, 0.5, 2.0), (3.0, 0.0, 1.0))], 0.3, 0.49)
+    low, high = bullet.getAABB(held, physicsClientId=server.client)
+    server.close()
+    ((given, more),) = told
+    assert (given, more.pop("restitution")) == ((server.client, held), pytest.approx(0.7))
+    assert more == {"mass": 1e6, "localInertiaDiagonal": (1e6, 1e6, 1e6), "lateralFriction": 0.3}
+    assert (*low, *high) == pytest.approx((-1.0, -1.0, -1.0, 3.5, 3.0, 3.0), abs=1e-9)
 
 
 def test_pieces_weigh_rub_and_roll_as_asked():

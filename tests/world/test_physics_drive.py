@@ -8,7 +8,7 @@ import pytest
 
 from harness.storage import shipped as resources
 from harness.world.body_state import BodyState
-from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, grip, motor_forces
+from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, grip, motor_forces, within_friction
 from harness.world.motion_kernels import base_state, point_velocity
 from harness.world.robot import RobotParams
 from navstack.errors import ParameterError
@@ -104,6 +104,31 @@ def test_each_wheel_stays_within_its_own_circle_of_friction(robot):
         assert abs(la) <= abs(asked_left) and abs(ra) <= abs(asked_right)
         limited += math.hypot(la, ls) > limit * (1.0 - 1e-12)
     assert limited > 100
+
+
+@pytest.mark.parametrize(
+    ("asked", "loads", "friction", "given"),
+    [
+        ((3.0, 0.0, 8.0), (50.0, 150.0), 1.0, (3.0, 2.0, 0.0, 6.0)),  # sideways as the loads are
+        ((40.0, -120.0, 120.0), (100.0, 300.0), 0.25, (20.0, 15.0, -60.0, 45.0)),  # 3-4-5: 50 N into 25, 150 into 75
+        ((0.6, 0.0, 0.0), (0.5, 0.5), 0.8, (0.4, 0.0, 0.0, 0.0)),  # however small
+        ((0.0, -0.6, 0.0), (0.5, 0.5), 0.8, (0.0, 0.0, -0.4, 0.0)),
+        ((5.0, 5.0, 6.0), (0.0, 100.0), 1.0, (0.0, 0.0, 5.0, 6.0)),  # the left one in the air
+        ((5.0, 5.0, 6.0), (0.0, 0.0), 1.0, (0.0, 0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 0.0), (10.0, 10.0), 1.0, (0.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_what_friction_lets_through(asked, loads, friction, given):
+    assert within_friction(*asked, *loads, friction) == pytest.approx(given)
+
+
+def test_off_level_ground_the_treads_are_held_though_the_body_rolls(robot):
+    """One explicit step: the force at the ground moves the body and rolls it, and stops the treads' way sideways."""
+    half = 0.5 * robot.mass * GRAVITY
+    force, torque, _ = wrench(sticky(robot), v=(1.0, 0.3), command=(1.0, 0.0), loads=(half, half))
+    rolling = DT * torque[0] / robot.inertia[0]  # [rad/s]
+    assert 0.3 + DT * force[1] / robot.mass + rolling * robot.center_of_mass_height == pytest.approx(0.0, abs=1e-12)
+    assert (force[0], torque[2]) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
 def test_a_free_step_leads_to_the_servos_next_speed_without_slip(robot):

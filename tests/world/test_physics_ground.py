@@ -158,14 +158,45 @@ def test_the_weight_stands_on_four_feet(lab, robot, params):
     assert footing.is_whole and not footing.scrapes
 
 
-@pytest.mark.parametrize(("distance", "is_whole"), [(0.0, True), (0.9e-3, True), (1e-3, False), (0.01, False)])
-def test_a_wheel_stands_on_the_ground_below_a_millimetre(robot, params, distance, is_whole):
-    feet, (x, y, z) = Feet(robot, params.physics.gravity), robot.center_of_mass
-    contacts = [[None] * 10 for _ in robot.feet]
-    for contact, (foot_x, foot_y) in zip(contacts, robot.feet, strict=True):
-        contact[5], contact[8], contact[9] = (foot_x - x, foot_y - y, -z), distance, 10.0
-    footing = feet.footing(contacts, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    assert (footing.left_load, footing.right_load, footing.is_whole) == (10.0, 10.0, is_whole)
+def leaning(robot, *points):
+    """Contacts with the ground, as PyBullet lists them: body-frame places from the base, distances and loads."""
+    orientation, position = bullet.getQuaternionFromEuler((0.1, -0.05, 0.7)), (3.0, -2.0, 0.4)
+    contacts = [[None] * 10 for _ in points]
+    for contact, (place, distance, load) in zip(contacts, points, strict=True):
+        offset = bullet.rotateVector(orientation, np.subtract(place, robot.center_of_mass).tolist())
+        contact[5], contact[8], contact[9] = tuple(np.add(position, offset).tolist()), distance, load
+    return contacts, position, orientation
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "is_whole"),
+    [(0.0, 0.9e-3, True), (0.9e-3, 0.0, True), (1e-3, 0.0, False), (0.0, 1e-3, False), (0.01, 0.01, False)],
+)
+def test_a_wheel_stands_on_the_ground_below_a_millimetre(robot, params, left, right, is_whole):
+    feet = [(*foot, 0.0) for foot in robot.feet]
+    nearest = zip(feet, (left, right, 0.0, 0.0), (10.0, 20.0, 30.0, 40.0), strict=True)
+    given = leaning(robot, *nearest, *((foot, 0.5, 1.0) for foot in feet))  # and one of each far above the ground
+    footing = Feet(robot, params.physics.gravity).footing(*given)
+    assert footing == Footing(11.0, 21.0, (), is_whole)
+
+
+@pytest.mark.parametrize(
+    ("shift", "load", "is_foot"),
+    [
+        ((0.039, 0.0, 0.0), 5.0, True),
+        ((0.0, -0.041, 0.0), 5.0, False),  # a tread's radius of 0.03 m and 0.01 m around it
+        ((0.0, 0.0, 0.039), 5.0, True),
+        ((0.0, 0.0, 0.041), 5.0, False),
+        ((0.0, 0.1, 0.0), 0.0, None),  # of the body, but without load
+    ],
+)
+def test_what_is_no_foot_scrapes_where_it_carries_something(robot, params, shift, load, is_foot):
+    """Feet of all four stand; the point in question lies beside the left caster."""
+    feet = [(*foot, 0.0) for foot in robot.feet]
+    given = leaning(robot, *((foot, 0.0, 10.0) for foot in feet), (np.add(feet[2], shift), 0.0, load))
+    footing = Feet(robot, params.physics.gravity).footing(*given)
+    scrapes = (Scrape(given[0][-1][5], 5.0),) if is_foot is False else ()
+    assert footing == Footing(10.0, 10.0, scrapes, not scrapes)
 
 
 def test_scraping_is_braked_by_friction_and_never_turned_round():
