@@ -1,6 +1,7 @@
 """People of the models as bodies: pushed, absent, and seen by the world."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -157,6 +158,43 @@ def test_a_body_is_given_up_far_from_the_robot_once_it_is_back_on_its_way(world_
     assert crowd.follow(x + 10.0, y)
     bullet.resetBasePositionAndOrientation(body, (x + 0.03, y - 0.03, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
     assert not crowd.follow(x + 10.0, y)
+
+
+@pytest.mark.parametrize(("off", "may_go"), [(0.05, False), (0.0499, True)])
+def test_a_body_five_centimetres_off_its_way_is_not_yet_back(world_of, off, may_go):
+    world = world_of(model="random_walk", count=1)
+    crowd, (x, y) = world._crowd, world._pedestrians.states[0, :2].tolist()
+    crowd.follow(x, y)
+    (body,) = crowd.touchable
+    crowd._model = SimpleNamespace(states=np.array([(0.0, 4.0, 0.0, 0.0)]))
+    bullet.resetBasePositionAndOrientation(body, (off, 4.0, 0.0), (0.0, 0.0, 0.0, 1.0), world._client)
+    assert crowd._may_go(0) is may_go
+
+
+@pytest.mark.parametrize(("frame_steps", "more"), [(1, 0.0), (4, 1.0)])  # [m] of the way in a frame
+@pytest.mark.parametrize(("excess", "is_near"), [(-1e-6, True), (1e-6, False)])
+def test_somebody_is_near_within_what_is_closed_in_a_step(lab, robot, params, frame_steps, more, excess, is_near):
+    bodies = dataclasses.replace(params.pedestrian_bodies, frame_steps=frame_steps)
+    distance = robot.reach + params.people.radius + 0.1 + more + excess
+    settings = dataclasses.replace(params, pedestrian_bodies=bodies)
+    with lab.world(robot, settings, people=[(2.0, 0.5, 0.0, 0.0)]) as world:
+        assert world._crowd.follow(0.0, 0.0)
+        x, y = 2.0 - 0.6 * distance, 0.5 - 0.8 * distance
+        assert world._crowd.before_step(world._body, x, y, 0) is is_near
+        (motion,) = world._crowd.motions.values()
+        assert (motion.position, motion.velocity) == ((2.0, 0.5, 0.0), (0.0, 0.0, 0.0))
+
+
+def test_a_robot_whose_middle_lies_aside_begins_where_its_mission_does(lab, robot, params):
+    """Its centre of mass is 0.2 m behind the axle's middle and 0.05 m to the right."""
+    aside = dataclasses.replace(
+        robot, footprint=((0.2, 0.2), (0.2, -0.3), (-0.6, -0.3), (-0.6, 0.2)), center_of_mass_x=-0.2
+    )
+    with lab.world(aside, params, start=Pose2D(1.0, 2.0, 0.7)) as world:
+        pose, (x, y, z) = world.truth.pose, world._position
+        cos, sin = np.cos(0.7), np.sin(0.7)
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.0, 2.0, 0.7))
+    assert (x, y, z) == pytest.approx((1.0 - 0.2 * cos + 0.05 * sin, 2.0 - 0.2 * sin - 0.05 * cos, 0.45))
 
 
 @pytest.mark.parametrize(("bodies", "model"), [("dynamic", "social_force"), ("kinematic", "random_walk")])

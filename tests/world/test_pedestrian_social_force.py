@@ -1,5 +1,6 @@
 """The social force model against its equations, and what people do with it."""
 
+import cmath
 import dataclasses
 import math
 
@@ -173,6 +174,16 @@ def test_from_every_side_it_is_noticed_at_the_same_distance(turn):
         forces.append((c * fx + s * fy, c * fy - s * fx))
     assert math.hypot(*forces[0]) > 0.0
     assert forces[1] == pytest.approx(forces[0], rel=1e-9)
+
+
+def test_the_robots_middle_and_velocity_are_seen_in_the_map(robot):
+    """Complex numbers: turned by the yaw, its middle is 0.1 m behind its base and 0.05 m to the right."""
+    aside = dataclasses.replace(robot, footprint=((0.5, 0.2), (0.5, -0.3), (-0.7, -0.3), (-0.7, 0.2)))
+    model = SocialForcePedestrians(dataclasses.replace(SOCIAL, count=1), grid_of(strip()), aside)
+    model.see_robot(BodyState(3.0, 2.0, 0.7, 1.1, -0.4))
+    turn = cmath.exp(0.7j)
+    seen = 3.0 + 2.0j + turn * (-0.1 - 0.05j), turn, turn * (1.1 - 0.4j)
+    assert model._robot == pytest.approx([part for each in seen for part in (each.real, each.imag)])
 
 
 def measured():

@@ -61,6 +61,8 @@ def test_the_least_length_between_two_cells_is_the_largest_difference_to_a_landm
     a, b = np.array([3.0, 9.0, 5.0, 2.0], dtype=np.float32), np.array([3.25, 9.0, 5.0, 2.5], dtype=np.float32)
     assert (_least_length(a, a), _least_length(a, b), _least_length(b, a)) == (0.0, 0.5, 0.5)
     assert (_least_length(a[:2], b[:2]), _least_length(a[2:], b[2:])) == (0.25, 0.5)
+    here, farther = np.ones((2, 6), dtype=np.float32), np.eye(6, dtype=np.float32)
+    assert [_least_length(here[0], here[0] + each) for each in farther] == [1.0] * 6
 
 
 @pytest.mark.parametrize(("radius", "number"), [(1.0, 0), (5.0, 1), (5.1, 2), (9.0, 4)])
