@@ -103,8 +103,33 @@ def test_no_corner_may_lie_beyond_the_farthest_place(tmp_path: Path, corner: lis
     geometry = {"type": "Polygon", "coordinates": [[[0, 0], corner, [1, 1], [0, 0]]]}
     feature = {"properties": {"role": "zone", "kind": "road"}, "geometry": geometry}
     (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
-    with pytest.raises(MapError, match="a polygon has 4 to"):
+    with pytest.raises(MapError, match="a polygon has 4 to 10000 points"):
         load_scene(tmp_path / "m.yaml")
+
+
+@pytest.mark.parametrize(
+    ("features", "said"),
+    [
+        ([{}] * 20_001, "20001 features; at most 20000 are read"),
+        ([{}] * 20_000, "is not a GeoJSON of obstacles and zones"),
+        ([{"properties": {"role": "tree"}}], "feature 0: role 'tree'; allowed are zone and obstacle"),
+    ],
+)
+def test_a_file_holds_at_most_20_000_zones_and_obstacles(tmp_path: Path, features: list[object], said: str) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": features}))
+    with pytest.raises(MapError, match=said):
+        load_scene(tmp_path / "m.yaml")
+
+
+@pytest.mark.parametrize("name", ["m.yaml", "m.yml", "./m.yaml"])
+def test_a_map_may_lie_in_the_folder_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    save_map(OccupancyGrid(np.zeros((4, 5), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    (tmp_path / "m.yml").write_bytes((tmp_path / "m.yaml").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert load_scene(name).geometry.data.shape == (4, 5)
+    with pytest.raises(MapError, match="maps/sidewalk: cannot be read"):
+        load_scene("maps/sidewalk")  # a path, not the name of a map
 
 
 def test_shipped_maps_are_found_by_name_and_others_are_not() -> None:

@@ -21,7 +21,7 @@ from harness.world.scene import Obstacle, Scene
 from harness.world.scene_io import load_scene
 from harness.world.shapes import Rect, fill_convex, polygon_area
 from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
-from harness.world.sidewalk_blocks import CURB_HEIGHT, Block, Streets
+from harness.world.sidewalk_blocks import CURB_HEIGHT, Block, Streets, _lots
 from harness.world.sidewalk_furniture import Furnisher
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.types import Pose2D
@@ -165,6 +165,37 @@ def test_a_blocks_sidewalks_lie_along_its_sides_and_around_what_they_enclose() -
     assert (left, right) == (Rect(10.0, 20.0, 11.0, 60.0), Rect(37.0, 20.0, 40.0, 60.0))
     assert (bottom, top) == (Rect(10.0, 20.0, 40.0, 22.0), Rect(10.0, 56.0, 40.0, 60.0))
     assert block.interior == Rect(11.0, 22.0, 37.0, 56.0)
+
+
+class Quarter:
+    """A generator that draws a quarter of the way from low to high, and knows what it was asked for."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[float, float]] = []
+
+    def uniform(self, low: float, high: float) -> float:
+        self.asked.append((low, high))
+        return 0.75 * low + 0.25 * high
+
+
+@pytest.mark.parametrize(
+    ("area", "lots"),
+    [
+        (Rect(1.0, 2.0, 22.75, 23.75), (Rect(1.0, 2.0, 22.75, 23.75),)),
+        (Rect(1.0, 2.0, 23.0, 12.0), (Rect(1.0, 2.0, 10.68, 12.0), Rect(10.68, 2.0, 23.0, 12.0))),
+        (Rect(1.0, 2.0, 11.0, 24.0), (Rect(1.0, 2.0, 11.0, 11.68), Rect(1.0, 11.68, 11.0, 24.0))),
+        (Rect(0.0, 0.0, 22.0, 22.0), (Rect(0.0, 0.0, 9.68, 9.68), Rect(0.0, 9.68, 9.68, 22.0),
+                                      Rect(9.68, 0.0, 22.0, 9.68), Rect(9.68, 9.68, 22.0, 22.0))),
+    ],
+)  # fmt: skip
+def test_lots_are_halved_across_their_longer_side_until_it_is_below_22_metres(
+    area: Rect, lots: tuple[Rect, ...]
+) -> None:
+    """At 0.38 to 0.62 of it, here at 0.44; a square first along x."""
+    drawn = Quarter()
+    found = _lots(area, drawn)  # type: ignore[arg-type]
+    assert np.array([lot.polygon for lot in found]) == pytest.approx(np.array([lot.polygon for lot in lots]))
+    assert drawn.asked == [(0.38, 0.62)] * (len(lots) - 1)
 
 
 def test_slivers_are_not_drawn() -> None:

@@ -150,13 +150,26 @@ def test_the_lidar_sees_only_who_is_there():
         ("a.csv", "id,t,x,y\n1,0,nan,1\n", "line 2: x 'nan'; a finite number"),
         ("a.csv", "id,t,x,y\n1,0,1\n", "line 2: 3 columns; 4 are needed"),
         ("a.csv", "id,t,x,y\n1,0,1,1\n1,0,2,1\n", "id 1 has two samples at the time 0 s"),
+        ("a.csv", "id,t,x,y\n1,0,1,-1.1e8\n", r"line 2: y '-1\.1e8'; a finite number is needed, at most 1e\+08"),
         ("a.txt", "1 2 3\n", "line 1: 3 columns; 8 are needed"),
+        ("a.txt", "\n1 2 3 0 z 0 0 0\n", "line 2: y 'z'; a finite number is needed"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path, name, text, message):
     with pytest.raises(InputError, match=message) as caught:
         load_recording(ReplayParams(write(tmp_path, text, name)))
     assert name in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_sample_may_be_as_far_as_can_be(tmp_path):
+    found = load_recording(ReplayParams(write(tmp_path, "y,id,t,x\n-1e8,1,0,1e8\n7,1e8,1e8,5\n")))
+    assert found.positions.tolist() == [[1e8, -1e8], [5.0, 7.0]] and found.times.tolist() == [0.0, 1e8]
+
+
+def test_a_data_set_counts_frames_and_has_x_and_y_in_its_third_and_fifth_column(tmp_path):
+    file = write(tmp_path, "30 1 3 9 4 0 0 0\n\n0 1 5 9 6 0 0 0\n", "a.txt")
+    found = load_recording(ReplayParams(file, frame_rate=15.0))
+    assert found.positions.tolist() == [[5.0, 6.0], [3.0, 4.0]] and found.times.tolist() == [0.0, 2.0]
 
 
 def test_ten_thousand_people_are_read_and_no_more():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.world.body_state import BodyState
-from harness.world.glass import see_through
+from harness.world.glass import _distinct, _edges, _incidence, see_through
 from harness.world.lidar import Lidar, LidarParams, SelfFilter
 from harness.world.lidar_kernels import clearance_field
 from harness.world.scene import Obstacle
@@ -120,6 +120,27 @@ def test_beams_that_meet_nothing_or_pass_no_glass_stay_as_they_are():
     sensor, directions = (0.0, 0.1, 1.0, 0.0), np.tile((1.0, 0.0), (2, 1))
     see_through.py_func(numbers, pane, edges, behind, sensor, directions, ranges, limits, 9.0, 0.05)
     assert ranges.tolist() == [math.inf, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("place", "edges", "cosine"),
+    [
+        ((1.01, 1.0), (0, 4), 0.6),  # just inside the left one
+        ((2.0, 0.01), (0, 4), 0.8),
+        ((4.99, 1.0), (0, 4), -0.6),
+        ((2.0, 2.01), (0, 4), -0.8),
+        ((1.5, 0.5), (0, 4), 0.8),  # of two as near the first
+        ((4.5, 1.5), (0, 4), -0.6),
+        ((2.0, 0.01), (1, 3), -0.8),  # among some of them
+        ((2.0, 0.01), (3, 4), 0.6),
+    ],
+)
+def test_a_beam_meets_the_edge_whose_line_is_nearest(place, edges, cosine):
+    """Of a pane from (1, 0) to (5, 2), one of whose corners is there twice; the beam goes along (0.6, 0.8)."""
+    corners = np.array(((1.0, 0.0), (5.0, 0.0), (5.0, 0.0), (5.0, 2.0), (1.0, 2.0)))
+    lines = _edges(_distinct(corners))
+    assert lines.tolist() == [[0.0, -1.0, 0.0], [1.0, 0.0, 5.0], [0.0, 1.0, 2.0], [-1.0, 0.0, -1.0]]
+    assert _incidence.py_func(*place, 0.6, 0.8, *edges, lines) == cosine
 
 
 def test_glass_is_solid_for_a_lidar_that_does_not_see_through():
