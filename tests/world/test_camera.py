@@ -1,12 +1,14 @@
 """The camera: what stands where is seen where it stands, by the pinhole's geometry."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from harness.task.camera_params import CameraParams
 from harness.world.camera import CLOTHES, COLORS, OTHER, SKIN, Camera
+from harness.world.engine import bullet
 from harness.world.scene import Obstacle, Scene, Zone
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
@@ -65,6 +67,11 @@ def test_people_are_where_they_are_and_nowhere_else():
     assert columns.mean() == pytest.approx(79.5, abs=1.0)
     assert columns.max() - columns.min() + 1 == pytest.approx(160.0 * 0.3 / 3.0, abs=2.5)
     assert not has_hue(image, CLOTHES[1]).any()
+    rows, (head, across) = np.nonzero(has_hue(image, CLOTHES[0]))[0], np.nonzero(has_hue(image, SKIN))
+    assert rows.min() == pytest.approx(60.0 - 80.0 * (1.48 - 1.0) / 2.7, abs=1.5)  # the head is 0.22 m high
+    assert rows.max() == pytest.approx(60.0 + 80.0 * 1.0 / 2.7, abs=2.0)
+    assert head.min() == pytest.approx(60.0 - 80.0 * (1.7 - 1.0) / 3.0, abs=1.5)
+    assert across.max() - across.min() + 1 == pytest.approx(160.0 * 0.11 / 3.0, abs=1.5)
     assert not has_hue(camera.picture(Pose2D(), NOBODY), CLOTHES[0]).any()
 
 
@@ -99,6 +106,26 @@ def test_the_ground_goes_on_beyond_the_map_and_below_the_zones(monkeypatch):
     assert [each[0].tolist() for each in others] == [zone.polygon.tolist() for zone in zones]
     assert [each[1:3] for each in others] == [pytest.approx((-0.62, -0.12)), pytest.approx((-0.62, 0.0005))]
     assert [each[3] for each in others] == [COLORS["road"], COLORS["plaza"]]
+
+
+def test_a_prism_is_closed_but_for_its_bottom_and_looks_outwards(monkeypatch):
+    """An L of 5 m2 and a perimeter of 12 m, 2 m high: its volume by the divergence theorem, from within its bottom."""
+    made = []
+    monkeypatch.setattr(bullet, "createVisualShape", lambda kind, **given: made.append(given) or 4)
+    corners = np.array(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))) + (10.0, 20.0)
+    camera = SimpleNamespace(_client=6, _body=lambda *given: given)
+    shape, place = Camera._prism(camera, corners, -0.5, 1.5, (0.1, 0.2, 0.3))
+    assert shape == 4 and place == pytest.approx((*corners.mean(axis=0), 0.0))
+    assert (made[0]["rgbaColor"], made[0]["physicsClientId"]) == ((0.1, 0.2, 0.3, 1.0), 6)
+    triangles = (np.array(made[0]["vertices"])[made[0]["indices"]] + place).reshape(-1, 3, 3)
+    assert {tuple(corner) for corner in triangles.reshape(-1, 3).round(9)} == {
+        (*corner, height) for corner in corners.tolist() for height in (-0.5, 1.5)
+    }
+    a, b, c = triangles.transpose(1, 0, 2)
+    areas = 0.5 * np.cross(b - a, c - a)  # with their directions
+    volume, of_sides = (areas * (a - (10.2, 20.2, -0.5))).sum() / 3.0, np.hypot(*areas[:, :2].T).sum()
+    assert (volume, of_sides) == pytest.approx((10.0, 24.0))
+    assert (areas[:, 2] >= -1e-12).all() and areas.sum(axis=0) == pytest.approx((0.0, 0.0, 5.0))
 
 
 def test_policies_see_the_colours_that_they_have_learned_from():
