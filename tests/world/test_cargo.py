@@ -6,9 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from harness.statistics.interval import wilson_interval
 from harness.world.cargo import Cargo, harmless_jolt, in_frame, is_inside
+from harness.world.engine import bullet
 from harness.world.heap import _poured, _settle, settled_heap, turned
 from harness.world.world_params import CargoParams
 
@@ -108,15 +110,20 @@ def test_normal_and_emergency_braking_spill_nothing_at_this_fill(cargo):
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
 def test_pieces_are_pulled_by_their_weight_and_against_the_buckets_acceleration(cargo, monkeypatch, yaw):
-    """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a)."""
-    pulls = []
-    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, pull, *more: pulls.append(pull))
-    acceleration = np.array((2.0, -5.0, 3.5))
+    """In the frame that turns with the bucket's heading where it woke: R(-yaw) (g - a); and so its lean and spin."""
+    steps = []
+    monkeypatch.setattr("harness.world.cargo.step_with", lambda client, bucket, *given: steps.append(given))
+    acceleration, spin = np.array((2.0, -5.0, 3.5)), (0.3, -0.2, 0.7)
+    lean, turned = Rotation.from_euler("yx", (0.1, -0.2)), Rotation.from_euler("z", yaw)
     cargo.reset(np.random.default_rng(0))
-    cargo.step(tuple(acceleration.tolist()), (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)), STILL)
+    cargo.step(tuple(acceleration.tolist()), tuple((turned * lean).as_quat().tolist()), spin)
     assert len(cargo.positions) == PARAMS.pieces  # which asks for the motion
-    rotation = np.array(((math.cos(yaw), math.sin(yaw), 0.0), (-math.sin(yaw), math.cos(yaw), 0.0), (0.0, 0.0, 1.0)))
-    np.testing.assert_allclose(pulls, [rotation @ ((0.0, 0.0, -GRAVITY) - acceleration)], atol=1e-12)
+    ((pull, orientation, own_spin, dt),) = steps
+    woken = turned * Rotation.from_euler("z", lean.as_euler("ZYX")[0])  # what leans has a heading of its own, too
+    np.testing.assert_allclose(pull, woken.inv().apply((0.0, 0.0, -GRAVITY) - acceleration), atol=1e-12)
+    np.testing.assert_allclose(own_spin, woken.inv().apply(spin), atol=1e-12)
+    assert Rotation.from_quat(orientation).as_matrix() == pytest.approx((woken.inv() * turned * lean).as_matrix())
+    assert dt == DT
 
 
 @pytest.fixture(scope="module")
@@ -209,6 +216,30 @@ def test_the_eight_images_of_a_heap_are_different_and_inside():
     images = [turned(heap, which) for which in range(8)]
     assert all(is_inside(image, PARAMS).all() for image in images)
     assert len({image.round(9).tobytes() for image in images}) == 8
+    for which, image in enumerate(images):  # in complex numbers: mirrored for the latter four, then turned
+        flat = heap[:, 0] + 1j * heap[:, 1] * (-1.0 if which > 3 else 1.0)
+        assert np.array_equal(image[:, 0] + 1j * image[:, 1], flat * 1j**which) and (image[:, 2] == heap[:, 2]).all()
+
+
+class Places(SimpleNamespace):
+    """Cargo whose pieces are where a test says."""
+
+    @property
+    def positions(self):
+        return np.array([self.places[piece] for piece in self._pieces])
+
+
+def test_pieces_beyond_the_buckets_surroundings_are_lost_for_good(monkeypatch):
+    """A bucket of 0.2 m by 0.25 m: what is farther off than 1 m, or 0.125 m below its floor; two were lost before."""
+    params = SimpleNamespace(bucket_width=0.2, bucket_height=0.25)
+    kept = [(0.0, 0.0, 0.1), (0.1, -0.1, 0.25), (0.11, 0.0, 0.1), (1.0, -1.0, 1.0), (0.0, 0.0, -0.125)]
+    gone = [(1.01, 0.0, 0.0), (0.0, -1.01, 0.0), (0.0, 0.0, 1.01), (0.0, 0.0, -0.13)]
+    removed, pieces = [], list(range(9))
+    monkeypatch.setattr(bullet, "removeBody", lambda piece, physicsClientId: removed.append(piece))
+    own = Places(places=[*gone[:2], *kept, *gone[2:]], params=params, _pieces=pieces, _client=0, _lost=2, _at_start=11)
+    Cargo._look(own)
+    assert (sorted(removed), pieces, own._lost) == ([0, 1, 7, 8], [2, 3, 4, 5, 6], 6)
+    assert (own.state.pieces_at_start, own.state.pieces_outside) == (11, 9)
 
 
 def test_in_frame_takes_the_heading_off():

@@ -15,6 +15,11 @@ from harness.world.pedestrian_kernels import Walks
 from harness.world.pedestrian_params import PedestrianParams, SocialForceParams
 from harness.world.social_force import SocialForcePedestrians
 from harness.world.social_force_kernels import (
+    BUSY,
+    LOST,
+    RESTLESS,
+    _heading,
+    _need,
     force_constants,
     from_edge,
     from_person,
@@ -268,6 +273,45 @@ def test_the_kernel_equals_a_slow_twin():
     walk_among_others(DT, FORCES, robot, aware, walks, np.ones(n), states, edges, after, needs)
     np.testing.assert_allclose(after, twin(FORCES, robot, corners, speeds, states, edges), rtol=1e-12)
     assert (needs == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("begun", "place", "corner", "heading"),
+    [
+        (0, (0.0, 0.49), 1, (0.0, 1.0)),  # within half a metre of the corner: on to the next one
+        (0, (0.3, 0.4), 1, (-0.3 / math.hypot(0.3, 1.6), 1.6 / math.hypot(0.3, 1.6))),
+        (0, (0.0, 0.51), 0, (0.0, -1.0)),
+        (1, (0.0, 0.99), 1, (0.0, 1.0)),
+        (1, (0.6, 1.2), 2, (0.0, 0.0)),  # within a metre of the end of the path: there
+        (1, (0.0, 3.01), 1, (0.0, -1.0)),
+    ],
+)
+def test_corners_and_the_goal_are_reached_from_a_distance(begun, place, corner, heading):
+    points = np.array((((9.0, 9.0), (9.0, 9.0)), ((0.0, 0.0), (0.0, 2.0))))
+    walks = Walks(points, np.array((2, 2)), np.array((0, begun)), np.zeros(2), np.ones(2))
+    states = np.array(((5.0, 5.0, 0.0, 0.0), (*place, 0.0, 0.0)))
+    assert _heading.py_func(1, walks, states) == pytest.approx(heading)
+    assert walks.next_point.tolist() == [0, corner]
+
+
+@pytest.mark.parametrize(
+    ("next_point", "pause", "look", "is_open", "need", "after"),
+    [
+        (1, 0.3, 9.0, True, BUSY, (0.2, 9.0)),  # stands
+        (1, 0.1, 9.0, True, RESTLESS, (0.0, 9.0)),
+        (0, 0.1, 0.2, False, BUSY, (0.1, 0.1)),  # does not look yet
+        (0, 0.1, 0.1, False, LOST, (0.1, 0.5)),
+        (0, 0.1, 0.05, True, BUSY, (0.1, 0.45)),
+    ],
+)
+def test_what_somebody_needs(next_point, pause, look, is_open, need, after):
+    """A wall between the person and the corner, or none; looks are half a second apart, a step takes 0.1 s."""
+    walkable = np.ones((60, 60), dtype=np.bool_)
+    walkable[:, 30] = is_open
+    walks = Walks(np.array((((2.0, 0.1),),)), np.ones(1, int), np.array((next_point,)), np.array((pause,)), np.ones(1))
+    looks, edges = np.array((look,)), Edges(np.ones((60, 60)), walkable, FRAME)
+    assert _need.py_func(0, 0.1, walks, looks, np.array(((-2.0, 0.1, 0.0, 0.0),)), edges) == need
+    assert (walks.pauses[0], looks[0]) == pytest.approx(after, abs=1e-12)
 
 
 def test_alone_in_the_open_everybody_walks_at_the_own_speed(robot):

@@ -8,7 +8,16 @@ import pytest
 
 from harness.storage import shipped as resources
 from harness.world.body_state import BodyState
-from harness.world.drive_kernels import LEVEL, drive_constants, drive_forces, grip, motor_forces, within_friction
+from harness.world.drive_kernels import (
+    LEVEL,
+    drive_constants,
+    drive_forces,
+    grip,
+    mechanical_power,
+    motor_forces,
+    step_towards,
+    within_friction,
+)
 from harness.world.motion_kernels import base_state, point_velocity
 from harness.world.robot import RobotParams
 from navstack.errors import ParameterError
@@ -193,6 +202,36 @@ def test_power_is_force_times_speed_and_rolling_resistance_and_braking_gives_not
     middle = 1.0 + 0.5 * DT * force[0] / robot.mass
     assert power == pytest.approx((force[0] + rolling) * middle)
     assert wrench(robot, v=(2.0, 0.0), command=(0.0, 0.0))[2] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("forces", "motion", "along", "power"),
+    [
+        ((10.0, -1.0), (1.0, 2.0), 4.0, 10.0 * 0.5 + 5.0 * 0.5 - 2.5 + 5.0 * 2.5),  # wheels at 0.5 and 2.5 m/s
+        ((-10.0, 0.0), (1.0, 2.0), 4.0, 5.0 * 2.5),  # the left one brakes
+        ((-6.0, -20.0), (-1.0, 2.0), -4.0, 6.0 * 2.5 + 5.0 * 2.5 + 20.0 * 0.5 + 5.0 * 0.5),  # backwards
+    ],
+)
+def test_each_wheel_takes_its_force_and_half_of_the_rolling_resistance(forces, motion, along, power):
+    """By hand: 2 kg, steps of 0.5 s, wheels 1 m apart, 5 N of resistance each; the middle of the step counts."""
+    constants = np.full(15, np.nan)
+    constants[[0, 1, 5, 6, 9]] = 0.5, 2.0, 100.0, 0.5, 0.1
+    assert mechanical_power(*forces, *motion, along, constants) == pytest.approx(power)
+
+
+@pytest.mark.parametrize(
+    ("now", "target", "after"),
+    [
+        (1.0, 1.2, 1.1),  # half of the way in half of the time constant
+        (1.0, 9.0, 1.5),  # speeding up, at most 2 m/s2
+        (-1.0, -9.0, -1.5),
+        (0.0, -9.0, -0.5),
+        (3.0, 0.0, 2.0),  # slowing down, at most 4 m/s2
+        (-3.0, 9.0, -2.0),
+    ],
+)
+def test_a_servo_goes_towards_its_target_within_its_rates(now, target, after):
+    assert step_towards(now, target, 0.25, 0.5, 2.0, 4.0) == pytest.approx(after)
 
 
 def test_motion_kernels_equal_matrix_algebra():

@@ -132,6 +132,36 @@ def test_odometry_is_what_its_formulas_say():
     assert odometry.twist.linear_y == 0.0
 
 
+def test_the_inertial_unit_is_what_its_formulas_say():
+    """All errors at once; the numbers are those that the generators give in this order."""
+    params = ImuParams(10.0, 0.01, 0.02, 0.03, 0.04, True, 0.05, 0.06, 2.0)
+    rng = np.random.default_rng(6)
+    of_bias, of_wander = rng.spawn(2)
+    bias, white = 0.03 * rng.standard_normal(), rng.standard_normal((256, 4))[1]
+    walk, (before, fresh) = of_bias.standard_normal(1)[0], of_wander.standard_normal(256)[:2]
+    moved = BodyState(1.0, 2.0, 3.1, 0.5, 0.0, 0.8, 1.5, -0.7)
+    found = measure(InertialUnit(params), [BodyState(), moved], seed=6)[1]
+    wander = 0.06 * (math.exp(-0.05) * before + math.sqrt(1.0 - math.exp(-0.1)) * fresh)
+    assert found.yaw == pytest.approx(math.remainder(3.1 + 0.01 * white[0] + wander, 2.0 * math.pi))
+    assert found.angular_velocity_z == pytest.approx(0.8 + bias + 0.05 * math.sqrt(0.1) * walk + 0.02 * white[1])
+    accelerations = found.linear_acceleration_x, found.linear_acceleration_y
+    assert accelerations == pytest.approx((1.5 + 0.04 * white[2], -0.7 + 0.04 * white[3]))
+    assert (found.stamp, found.yaw_std, found.yaw_rate_std) == (0.1, pytest.approx(math.hypot(0.01, 0.06)), 0.02)
+
+
+def test_a_fix_is_what_its_formulas_say():
+    params = GpsParams(10.0, 0.1, 0.5, 4.0, 2.0, 1.0, 0.25)
+    rng = np.random.default_rng(6)
+    drift, multipath, _ = (each.standard_normal((256, 2)) for each in rng.spawn(3))
+    white = rng.standard_normal((256, 2))[1]
+    fix = measure(GpsReceiver(params, Hidden(lambda x: 0.3)), [BodyState(), BodyState(4.0, -2.0)], seed=6)[1]
+    kept, lost = math.exp(-0.025), math.exp(-0.1)
+    error = 0.1 * white + 0.5 * (kept * drift[0] + math.sqrt(1.0 - kept**2) * drift[1])
+    error += 2.0 * 0.6 * (lost * multipath[0] + math.sqrt(1.0 - lost**2) * multipath[1])  # 0.3 of the sky, not half
+    assert (fix.x, fix.y) == pytest.approx((4.0 + error[0], -2.0 + error[1]))
+    assert (fix.stamp, fix.position_std) == (0.1, pytest.approx(math.hypot(0.1, 0.25 * math.hypot(0.5, 1.2))))
+
+
 def test_the_gyro_bias_walks_from_where_it_began():
     sensor = InertialUnit(dataclasses.replace(EXACT_UNIT, yaw_rate_bias_std=0.002, yaw_rate_bias_walk=0.001))
     rows = [measure(sensor, [BodyState()] * 161, seed) for seed in range(EPISODES)]
