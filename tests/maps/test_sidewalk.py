@@ -20,9 +20,8 @@ from harness.world.map_statistics import (
 from harness.world.scene import Obstacle, Scene
 from harness.world.scene_io import load_scene
 from harness.world.shapes import Rect, fill_convex, polygon_area
-from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise, without_slivers
-from harness.world.sidewalk_blocks import CURB_HEIGHT, Block, Streets, _lots
-from harness.world.sidewalk_furniture import Furnisher
+from harness.world.sidewalk import LEAST_WIDTH, MARGINS, generate, rasterise
+from harness.world.sidewalk_blocks import CURB_HEIGHT
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.types import Pose2D
 
@@ -120,25 +119,6 @@ def test_a_single_piece_has_no_spacing(sizes: tuple[tuple[str, float, float]], p
     assert (measured.pieces, measured.medium_share, measured.spacings) == (pieces, share, ())
 
 
-@pytest.mark.parametrize(
-    ("blocks", "ends"), [((), ((-0.35, -0.45), (7.35, 3.45))), ((Rect(-9, 0, 0, 3),), ((-0.45, -0.35), (7.45, 3.35)))]
-)
-@pytest.mark.parametrize(("gap", "lights"), [(0.01, 2), (-0.01, 1)])
-def test_a_traffic_light_keeps_its_own_length_from_other_things(
-    blocks: tuple[Rect, ...], ends: tuple[tuple[float, float], ...], gap: float, lights: int
-) -> None:
-    """It stands aside of both ends of a crosswalk; a bin is before the first place."""
-    streets = Streets([Block(area, (1.0,) * 4, "buildings") for area in blocks], [Rect(0.0, 0.0, 7.0, 3.0)])
-    furnisher = Furnisher(streets, np.random.default_rng(0))
-    furnisher._draw = lambda mix: ("traffic_light", np.array((0.3, 0.9, 4.0)))  # type: ignore[method-assign]
-    (x, y), beside = ends[0], 0.3 + gap
-    furnisher.pieces.append(Obstacle("trash_bin", Rect(x + beside, y, x + beside + 0.1, y + 0.1).polygon, 1.0))
-    furnisher._signal_crosswalks(1.0)
-    placed = [tuple(piece.polygon.mean(axis=0)) for piece in furnisher.pieces[1:]]
-    assert placed == [pytest.approx(end) for end in ends[2 - lights :]]
-    assert {(piece.kind, piece.height) for piece in furnisher.pieces[1:]} == {("traffic_light", 4.0)}
-
-
 def test_edges_of_the_mesh_mislead_a_lidar_as_the_papers_do(scene: Scene) -> None:
     edges = measure_edges(scene)
     assert edges is not None
@@ -157,52 +137,6 @@ def test_the_mesh_stands_in_front_of_walls_and_at_the_curb(scene: Scene) -> None
     at_curb = walkable & ndimage.binary_dilation(~walkable) & (to_solid > math.sqrt(2.0) * max(MARGINS) + LEAST_WIDTH)
     assert at_curb.sum() > 20_000  # cells, 1 km
     assert mesh[at_curb].mean() > 0.99  # but for slivers, as beside roadworks
-
-
-def test_a_blocks_sidewalks_lie_along_its_sides_and_around_what_they_enclose() -> None:
-    block = Block(Rect(10.0, 20.0, 40.0, 60.0), (1.0, 2.0, 3.0, 4.0), "buildings")
-    left, bottom, right, top = (block.strip(side) for side in range(4))
-    assert (left, right) == (Rect(10.0, 20.0, 11.0, 60.0), Rect(37.0, 20.0, 40.0, 60.0))
-    assert (bottom, top) == (Rect(10.0, 20.0, 40.0, 22.0), Rect(10.0, 56.0, 40.0, 60.0))
-    assert block.interior == Rect(11.0, 22.0, 37.0, 56.0)
-
-
-class Quarter:
-    """A generator that draws a quarter of the way from low to high, and knows what it was asked for."""
-
-    def __init__(self) -> None:
-        self.asked: list[tuple[float, float]] = []
-
-    def uniform(self, low: float, high: float) -> float:
-        self.asked.append((low, high))
-        return 0.75 * low + 0.25 * high
-
-
-@pytest.mark.parametrize(
-    ("area", "lots"),
-    [
-        (Rect(1.0, 2.0, 22.75, 23.75), (Rect(1.0, 2.0, 22.75, 23.75),)),
-        (Rect(1.0, 2.0, 23.0, 12.0), (Rect(1.0, 2.0, 10.68, 12.0), Rect(10.68, 2.0, 23.0, 12.0))),
-        (Rect(1.0, 2.0, 11.0, 24.0), (Rect(1.0, 2.0, 11.0, 11.68), Rect(1.0, 11.68, 11.0, 24.0))),
-        (Rect(0.0, 0.0, 22.0, 22.0), (Rect(0.0, 0.0, 9.68, 9.68), Rect(0.0, 9.68, 9.68, 22.0),
-                                      Rect(9.68, 0.0, 22.0, 9.68), Rect(9.68, 9.68, 22.0, 22.0))),
-    ],
-)  # fmt: skip
-def test_lots_are_halved_across_their_longer_side_until_it_is_below_22_metres(
-    area: Rect, lots: tuple[Rect, ...]
-) -> None:
-    """At 0.38 to 0.62 of it, here at 0.44; a square first along x."""
-    drawn = Quarter()
-    found = _lots(area, drawn)  # type: ignore[arg-type]
-    assert np.array([lot.polygon for lot in found]) == pytest.approx(np.array([lot.polygon for lot in lots]))
-    assert drawn.asked == [(0.38, 0.62)] * (len(lots) - 1)
-
-
-def test_slivers_are_not_drawn() -> None:
-    mask = ndimage.binary_dilation(np.random.default_rng(0).random((80, 90)) > 0.97, iterations=3)
-    for resolution in (0.05, 0.06):
-        size = round(LEAST_WIDTH / resolution)
-        assert np.array_equal(without_slivers(mask, resolution), ndimage.binary_opening(mask, np.ones((size, size))))
 
 
 def test_roads_lie_a_curb_below_everything_else(scene: Scene) -> None:
