@@ -131,6 +131,22 @@ def test_wrong_values_are_named() -> None:
         RolloutGenerator(make_params(linear_granularity=0.0), 20.0)
 
 
+@pytest.mark.parametrize(
+    ("samples", "steps", "is_allowed"),
+    [((20, 1, 20), 5000, True), ((3, 1, 0), 666_667, False), ((0, 3, 1), 666_666, True)],
+)
+def test_no_more_than_two_million_poses_are_made(samples: tuple[int, ...], steps: int, is_allowed: bool) -> None:
+    names = ("vx_samples", "vy_samples", "vtheta_samples")
+    params = make_params(
+        sim_time=float(steps), time_granularity=1.0, discretize_by_time=True, **dict(zip(names, samples, strict=True))
+    )
+    if is_allowed:
+        RolloutGenerator(params, 20.0)
+    else:
+        with pytest.raises(ParameterError, match="make 3 trajectories of 666,667 poses; at most 2,000,000 poses"):
+            RolloutGenerator(params, 20.0)
+
+
 def test_base_obstacle_minds_the_centre_and_obstacle_footprint_the_outline() -> None:
     costs = np.zeros((120, 120), dtype=np.uint8)
     costs[64, 70] = 254  # 0.5 m ahead, 0.2 m to the left: beside the centre's way, under the outline
@@ -264,7 +280,13 @@ def test_a_short_plan_is_asked_for_only_when_so_set() -> None:
     [
         (OscillationParams(), {"pose": Pose2D(0.04, 0.0, 0.1)}, True),
         (OscillationParams(), {"pose": Pose2D(0.06, 0.0, 0.1)}, False),
+        (OscillationParams(), {"pose": Pose2D(-0.06, 0.0, 0.1)}, False),
+        (OscillationParams(), {"pose": Pose2D(0.0, -0.06, 0.1)}, False),
+        (OscillationParams(), {"pose": Pose2D(0.037, 0.037, 0.1)}, False),  # 0.0523 m away
+        (OscillationParams(), {"pose": Pose2D(0.034, -0.034, 0.1)}, True),  # 0.0481 m
         (OscillationParams(), {"pose": Pose2D(0.0, 0.0, 0.35)}, False),
+        (OscillationParams(), {"pose": Pose2D(0.0, 0.0, -0.15)}, False),  # turned by 0.25 rad
+        (OscillationParams(), {"pose": Pose2D(0.0, 0.0, -0.05)}, True),
         (OscillationParams(oscillation_reset_angle=-1.0), {"pose": Pose2D(0.0, 0.0, 0.35)}, True),
         (OscillationParams(), {"stamp": 99.0}, True),
         (OscillationParams(oscillation_reset_time=2.0), {"stamp": 5.5}, False),

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from navstack.control.dwb import kernels
+from navstack.control.dwb.choice_kernels import Drive, is_legal
 from navstack.control.dwb.critics.align import PathAlignCritic
 from navstack.control.dwb.critics.base_obstacle import BaseObstacleCritic
+from navstack.control.dwb.end_score import CELL_COST, GOAL_ALIGNMENT, GOAL_DISTANCE, OUTLINE_COST, PATH_DISTANCE
+from navstack.control.dwb.end_score_kernels import Surface
 from navstack.control.dwb.rollouts import Rollouts
 from navstack.control.dwb.scene import Scene, cells_of
 from navstack.control.dwb.velocity_samples import largest_steps
@@ -77,6 +80,35 @@ def test_a_large_turn_per_step_is_exact_too() -> None:
         assert cosine == pytest.approx(math.cos(angle), abs=2.3e-16)
 
 
+@pytest.mark.parametrize("kind", [CELL_COST, OUTLINE_COST, PATH_DISTANCE, GOAL_DISTANCE, GOAL_ALIGNMENT])
+def test_a_trajectory_is_legal_where_all_its_poses_but_the_last_are(kind: int) -> None:
+    """Cells and outlines mind obstacles, distances the map's edge, and alignment nothing."""
+    rng, found = np.random.default_rng(11), []
+    costs = np.zeros(SHAPE, dtype=np.uint8)
+    for cost in (252, 253, 254, 255):
+        for y, x in rng.integers(0, (SHAPE[0] - 2, SHAPE[1] - 2), (4, 2)):
+            costs[y : y + 2, x : x + 2] = cost
+    outline = np.array(((0.12, 0.08), (0.12, -0.08), (-0.1, -0.08), (-0.1, 0.08)))
+    costmap, limits = Costmap(costs, RESOLUTION, *ORIGIN), np.array(((4.0, -3.0), (0.5, -9.0), (3.5, -2.0)))
+    for _ in range(60):
+        start = rng.uniform((-0.6, -0.1, -math.pi), (1.6, 1.1, math.pi))
+        (now, command), steps = rng.uniform((-0.8, 0.0, -1.5), (1.5, 0.0, 1.5), (2, 3)), int(rng.integers(1, 30))
+        expected = True
+        for x, y, yaw in roll_out_twin(start, now, command, limits, steps, 1.5)[:-1]:
+            mx, my = costmap.world_to_map(x, y)
+            if not costmap.contains(mx, my):
+                expected &= kind == GOAL_ALIGNMENT
+            elif kind in (CELL_COST, OUTLINE_COST):
+                turned = Pose2D(x, y, yaw)
+                cost = int(costs[my, mx]) + 1 if kind == CELL_COST else footprint_cost(costmap, outline, turned)
+                expected &= cost < LETHAL_OBSTACLE
+        drive = Drive(np.concatenate((start, now)), command[None], np.array((steps,)), limits, 1.5)
+        surface = Surface(costs, costmap.grid, outline)
+        assert is_legal.py_func(drive, 0, np.array((GOAL_ALIGNMENT, kind)), surface) == expected
+        found.append(expected)
+    assert kind == GOAL_ALIGNMENT or 10 < sum(found) < 50
+
+
 @pytest.mark.parametrize("by_time", [False, True])
 def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
     rng = np.random.default_rng(9)
@@ -94,13 +126,15 @@ def test_there_is_room_for_the_steps_of_every_sample(by_time: bool) -> None:
         assert largest_steps(params) >= most
 
 
-@pytest.mark.parametrize(("forward", "turn"), [(2.0, 0.1), (0.1, 1.0)])
-def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(forward: float, turn: float) -> None:
+@pytest.mark.parametrize(("forward", "turn", "steps"), [(2.0, 0.1, 21), (0.1, 1.0, 21), (0.05, 0.02, 1), (0.0, 0.0, 1)])
+def test_there_is_room_for_a_step_more_of_samples_a_little_beyond_the_limits(
+    forward: float, turn: float, steps: int
+) -> None:
     params = DwbParams(
         critics=("PathDist",), max_vel_x=forward, max_vel_theta=turn, sim_time=1.0, linear_granularity=0.1,
         angular_granularity=0.05, discretize_by_time=False,
     )  # fmt: skip
-    assert largest_steps(params) == 21
+    assert largest_steps(params) == steps
 
 
 def test_step_counts_follow_the_command() -> None:

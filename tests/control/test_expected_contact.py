@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from navstack.control.contact_risk import ContactPricing, body_of, expected_contacts
+from navstack.control.contact_risk import ContactPricing, body_of, expected_contacts, gap_to, nearest
 from navstack.control.controller import Surroundings
 from navstack.control.dwb.dwb_controller import DwbController
 from navstack.control.mppi.mppi_controller import MppiController
@@ -79,6 +79,36 @@ def test_expected_contacts_equal_a_slow_twin() -> None:
         assert found[0] == pytest.approx(slow(x, y, yaw, dt, v, w, tracks))
         costs.append(found[0])
     assert np.count_nonzero(np.array(costs) > 0.1) >= 8
+
+
+@pytest.mark.parametrize(
+    ("point", "expected"),
+    [
+        ((3.0, 0.5), (1.0, 1.0, 0.0)),
+        ((-5.0, -5.0), (5.0, -0.6, -0.8)),  # 3 m behind and 4 m beside
+        ((1.9, 0.2), (-0.1, 1.0, 0.0)),
+        ((-1.9, 0.2), (-0.1, -1.0, 0.0)),
+        ((0.5, 0.9), (-0.1, 0.0, 1.0)),
+        ((0.5, -0.9), (-0.1, 0.0, -1.0)),
+        ((2.0, -0.5), (0.0, 1.0, 0.0)),  # on the front edge
+        ((-1.5, 0.5), (-0.5, -1.0, 0.0)),  # as deep from both sides
+    ],
+)
+def test_a_point_is_beyond_the_nearest_side_of_a_box(
+    point: tuple[float, float], expected: tuple[float, float, float]
+) -> None:
+    assert gap_to.py_func(*point, 2.0, 1.0) == pytest.approx(expected)
+
+
+def test_people_are_seen_where_they_are_by_now_the_nearest_first() -> None:
+    """Two seconds later each is (1, -2) m farther: 5, 3, 5.1 and again 3 m away."""
+    covariance = np.diag((1.0, 4.0, 3.0, 2.0)) + 0.1
+    places = ((3.0, 8.0), (0.0, 1.0), (0.0, 9.1), (3.0, 4.0))
+    tracks = [Track(i, 1.0, x, y, 0.5, -1.0, 0.2 + i, covariance) for i, (x, y) in enumerate(places)]
+    for most, reach, expected in ((9, 5.0, [1, 3, 0]), (9, 9.0, [1, 3, 0, 2]), (2, 9.0, [1, 3]), (9, 2.9, [])):
+        rows = nearest(tracks, Pose2D(1.0, 2.0), 3.0, most, reach)
+        seen = [(places[i][0] + 1.0, places[i][1] - 2.0, 0.5, -1.0, 0.2 + i, 2.6, 2.6) for i in expected]
+        assert rows == pytest.approx(np.array(seen).reshape(-1, 7))
 
 
 def dwb(*critics: str, **more) -> DwbController:

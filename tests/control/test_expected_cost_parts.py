@@ -8,11 +8,11 @@ import pytest
 from harness.bench.expected_cost import FOOTPRINT, GOAL, PARAMS, street
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost import motions as library
-from navstack.control.expected_cost.clearance import _around, map_clearance
+from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at, map_clearance
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
 from navstack.control.expected_cost.field import _within
 from navstack.control.expected_cost.motion_cost import TERMS, price_one, turned, wrapped
-from navstack.control.expected_cost.people import Spread, predict
+from navstack.control.expected_cost.people import Spread, corner_ahead, predict
 from navstack.control.expected_cost.told import name_of
 from navstack.costmap.costmap import Costmap
 from navstack.planning.cost_to_go import _free_cell, cost_to_go
@@ -42,6 +42,31 @@ def test_who_reaches_the_edge_stays_before_it_and_gets_less_sure_from_shortly_be
     np.testing.assert_array_equal(found.motion[0, :, 1:], [(12.0, float(n < count), 0.0) for n in range(len(t))])
     hidden = np.maximum(t - max(t[count] - 0.3, 0.0), 0.0)
     assert found.std[0] == pytest.approx(0.06 + 0.04 + 0.1 * t + 0.6 * hidden)
+
+
+@pytest.mark.parametrize("steps", [9, 20, 30, 31, 60])
+def test_a_corner_is_the_first_place_nearer_to_an_edge_than_both_neighbours(steps) -> None:
+    """Within the first 22 steps and not within the last eight, on random ground; the edge is downhill of the place."""
+    rng, found = np.random.default_rng(steps), []
+    for _ in range(40):
+        metres = rng.uniform(0.72, 2.9, (40, 60)).astype(np.float32)
+        metres.flags.writeable = False
+        clearance = Clearance(metres, (-1.0, 2.0, 0.1), np.zeros((0, 0), dtype=np.float32), (0.0, 0.0, 0.1))
+        velocity, place = rng.uniform(-0.6, 0.6, 2), rng.uniform((1.0, 3.0), (3.0, 5.0))
+        ways = place + 0.12 * np.arange(steps + 1)[:, None] * velocity
+        near = [clearance_at(clearance, *each) for each in ways]
+        lows = [k for k in range(min(steps - 8, 22)) if min(near[max(k - 1, 0)], near[k + 1], 0.85) >= near[k] != 0.85]
+        motion, expected = np.column_stack((ways[1:], np.tile(velocity, (steps, 1)))), (-1, 0.0)
+        if lows:
+            x, y = ways[lows[0]]
+            uphill = [clearance_at(clearance, x + a, y + b) - clearance_at(clearance, x - a, y - b)
+                      for a, b in ((0.3, 0.0), (0.0, 0.3))]  # fmt: skip
+            is_left = np.dot(uphill, (-velocity[1], velocity[0])) < 0.0
+            expected = lows[0], 1.0 if is_left else -1.0
+        walker = np.array((*place, *velocity, 0.3, 0.0, 0.0))
+        assert corner_ahead.py_func(walker, motion, clearance) == expected
+        found.append(expected)
+    assert {side for _, side in found} == {-1.0, 0.0, 1.0}
 
 
 @pytest.mark.parametrize(
