@@ -231,9 +231,9 @@ def test_it_turns_to_the_goals_yaw_within_half_the_tolerance(
 
 
 def test_it_begins_a_turn_on_the_spot_later_than_it_ends_it(free: Surroundings) -> None:
-    controller, plan = make(), straight(8.0)
-    for share, turns in ((0.9, False), (1.1, True), (0.6, True), (0.4, False), (0.6, False), (-1.1, True)):
-        yaw = share * PARAMS.turn_threshold
+    controller, plan = make(turn_threshold=0.75), straight(8.0)  # [rad] exact in binary
+    for share, turns in ((1.0, False), (1.1, True), (0.6, True), (0.5, False), (0.6, False), (-1.1, True)):
+        yaw = share * 0.75
         controller.compute_velocity(RobotState(Pose2D(yaw=yaw), Twist2D(), 0.0), plan, free)
         assert controller._turning == turns
         assert controller._wishes(np.array((0.0, 0.0, yaw)), controller._line).speed == (0.0 if turns else 2.0)

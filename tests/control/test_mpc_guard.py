@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from shapely import Polygon, affinity, box, union_all
 
+from navstack.control.mpc import command_guard
 from navstack.control.mpc import stage_layout as at
 from navstack.control.mpc.command_guard import (
     KEEP_CURVE,
@@ -120,6 +121,56 @@ def test_a_stop_that_is_called_safe_keeps_the_limits(kind: int) -> None:
         changes = np.abs(np.diff(motions[:, 2:], axis=0)) / PERIOD
         assert changes[:, 0].max() <= 5.0 + 1e-6 and changes[:, 1].max() <= 10.0 + 1e-6
     assert checked > 50
+
+
+def test_the_least_share_of_the_stop_is_mixed_in_from_which_a_stop_is_safe() -> None:
+    rng, found = np.random.default_rng(23), set()
+    for _ in range(400):
+        corners = rng.uniform((-1.0, -0.9), (1.8, 0.9), (3, 2))
+        field = field_of([(x, y, x + 0.1, y + 0.1) for x, y in corners[np.abs(corners[:, 1]) > 0.35].tolist()])
+        state = np.array((0.0, 0.0, rng.uniform(-0.1, 0.1), rng.uniform(0.0, 1.5), rng.uniform(-0.8, 0.8), 0.0, 0.0))
+        jerks, known = rng.uniform((-5.0, -10.0), (5.0, 10.0)), (PERIOD, LIMITS)
+        wanted, _, free = guarded(state, *jerks, *known, STRAIGHTEN, field_of([]), BODY, NOBODY)
+        assert free == 0.0
+        braked, expected = stopped(*state[3:], STRAIGHTEN, LIMITS, PERIOD), None
+        for share in (0.0, 0.25, 0.5, 0.75):
+            motion, after = wanted + share * (braked - wanted), state.copy()
+            move(after, motion)
+            safe = [kind for kind in (KEEP_CURVE, STRAIGHTEN) if stop_is_safe(after, kind, *known, field, BODY, NOBODY)]
+            if safe and expected is None:
+                expected = share, safe[0]
+        motion, kind, share = guarded(state, *jerks, *known, STRAIGHTEN, field, BODY, NOBODY)
+        assert (share, kind) == (expected or (1.0, STRAIGHTEN))
+        assert motion == pytest.approx(wanted + share * (braked - wanted), abs=1e-12)
+        found.add((share, kind))
+    assert found >= {(0.0, KEEP_CURVE), (0.0, STRAIGHTEN), (0.25, STRAIGHTEN), (1.0, STRAIGHTEN)}
+
+
+@pytest.mark.parametrize(("v", "omega"), [(1.7, 0.0), (0.0, 1.2)])
+def test_between_looks_no_point_moves_more_than_a_cell_and_none_is_looked_at_needlessly(
+    monkeypatch: pytest.MonkeyPatch, v: float, omega: float
+) -> None:
+    looks: list[tuple[float, float, float]] = []
+    monkeypatch.setattr(command_guard, "_touches", lambda *place: looks.append(place[:3]))
+    state = np.array((0.3, -0.2, 0.4, v, omega, 0.0, 0.0))
+    assert stop_is_safe.py_func(state, STRAIGHTEN, PERIOD, LIMITS, field_of([]), BODY, NOBODY)
+    steps = np.abs(np.diff(looks, axis=0))
+    moved = np.hypot(steps[:, 0], steps[:, 1]) + math.hypot(0.657, 0.3) * steps[:, 2]
+    assert looks[0] == (0.3, -0.2, 0.4) and moved.max() <= 0.05 + 1e-12
+    assert (moved[:-2] + moved[1:-1]).min() > 0.05
+    length = stop_distance(v, 0.0, 2.5, 5.0) + math.hypot(0.657, 0.3) * stop_distance(omega, 0.0, 2.5, 10.0)
+    assert moved.sum() == pytest.approx(length, abs=1e-3)  # trapezia from period to period
+
+
+@pytest.mark.parametrize("kind", [STRAIGHTEN, KEEP_CURVE])
+@pytest.mark.parametrize("speed", [0.9, 1.55])
+def test_a_stop_is_looked_at_to_its_last_micrometre(speed: float, kind: int) -> None:
+    speeds = [stopped(speed, 0.0, 0.0, 0.0, kind, LIMITS, i * PERIOD)[0] for i in range(60)]
+    assert PERIOD * min(each for each in speeds if each > 0.0) > 1e-5  # the last period's way counts
+    way, wall = PERIOD * (sum(speeds) - 0.5 * speed), field_of([(2.02, -0.2, 2.02, 0.2)])  # it begins at 2 m
+    for rest in (1e-6, -1e-6):
+        state = np.array((2.0 - 0.19 - way - rest, 0.0, 0.0, speed, 0.0, 0.0, 0.0))
+        assert stop_is_safe(state, kind, PERIOD, LIMITS, wall, BODY, NOBODY) == (rest > 0.0)
 
 
 def test_keeping_the_curve_stops_beside_an_obstacle_that_a_straight_stop_would_meet() -> None:

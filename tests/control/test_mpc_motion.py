@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
 from scipy.integrate import solve_ivp
+from scipy.ndimage import distance_transform_edt
+from shapely import LineString, Point
 
 from navstack.control.mpc import robot_model
 from navstack.control.mpc import stage_layout as at
@@ -21,7 +23,7 @@ from navstack.control.mpc.motion import advance, rollout, shifted
 from navstack.control.mpc.path_line import PathLine, at_distance, make_line, project
 from navstack.control.mpc.people import nearest_people, predicted
 from navstack.control.mpc.stage_layout import Sizes
-from navstack.control.mpc.stages import Clearances, Wishes, fill_people, fill_stages, is_far
+from navstack.control.mpc.stages import Clearances, Wishes, fill_obstacles, fill_people, fill_stages, is_far
 from navstack.control.mpc.stop_profile import highest_jerk, progress_jerk, stop_after, stop_distance, stop_time
 from navstack.costmap.inflation import Inflation
 from navstack.geometry import cover
@@ -153,6 +155,49 @@ def test_gradients_beside_a_ridge_are_those_over_two_cells_to_either_side() -> N
     assert (distance, gx, gy) == pytest.approx((0.45, -0.5, 0.0), abs=0.03)
 
 
+def test_below_the_inscribed_radius_the_nearest_lethal_cell_is_as_far_as_it_is() -> None:
+    rng = np.random.default_rng(16)
+    for _ in range(5):
+        costs = np.where(rng.random((14, 17)) < 0.03, 254, 253).astype(np.uint8)
+        costs[6, 8] = 254
+        field = Field(costs, (0.0, 0.0, 0.05), distance_table(0.19, 3.0), 0.19)
+        found = [[cell_distance(field, x, y) for x in range(17)] for y in range(14)]
+        np.testing.assert_allclose(found, np.minimum(0.05 * distance_transform_edt(costs != 254), 0.19))
+
+
+def test_each_circle_keeps_behind_a_line_at_the_nearest_obstacle_that_is_no_persons() -> None:
+    """At the circle's middle the half-plane asks for what the distance lacks of the clearance."""
+    costs = np.zeros((200, 200), dtype=np.uint8)
+    costs[100, 90] = costs[128, 120] = 254  # at (-0.475, 8.025) and (1.025, 9.425) m
+    Inflation(InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0), 0.05, 0.19).apply(
+        costs, 0, 200, 0, 200
+    )
+    field = Field(costs, (-5.0, 3.0, 0.05), distance_table(0.19, 3.0), 0.19)
+    people = np.array(((-0.4, 8.2, 1.0, 0.0, 0.3, 0.0, 0.0, 0.0),))
+    rng, circles, clear = np.random.default_rng(17), np.array((-0.5, 0.1)), 0.33 + 0.25 + 0.025
+    states = np.zeros((301, 7))
+    states[:, :3] = rng.uniform((-2.5, 6.5, -3.0), (2.5, 11.0, 3.0), (301, 3))
+    stages, found = np.full((300, Sizes(300, 2, 1).stage), 7.0), [0, 0, 0]
+    keep = Clearances(0.33, 0.25, 0.3, 1.5, 0.4, 0.1)
+    shared = np.concatenate((np.zeros(at.CIRCLES), circles))
+    fill_obstacles(at.Horizon(stages, np.full(300, 0.1), shared), states, field, people, keep)
+    for stage, (x, y, yaw) in zip(stages, states[1:, :3], strict=True):
+        for i, along in enumerate(circles):
+            middle = np.array((x + along * math.cos(yaw), y + along * math.sin(yaw)))
+            distance, *away = distance_and_gradient(field, *middle, 9.0)
+            *normal, offset = stage[at.BASE + 3 * i : at.BASE + 3 * i + 3]
+            foot = middle - distance * np.array(away)
+            kind = 0 if distance >= 2.0 * clear else 1 if math.dist(foot, people[0, :2]) < 0.7 else 2
+            found[kind] += 1
+            if kind < 2:
+                assert (*normal, offset) == (0.0, 0.0, -1.0)
+            else:
+                assert normal == pytest.approx(away)
+                assert offset - np.dot(normal, middle) == pytest.approx(clear - distance)
+        assert (stage[: at.BASE] == 7.0).all() and (stage[at.BASE + 6 :] == 7.0).all()
+    assert min(found) > 40
+
+
 @pytest.mark.parametrize("cell", [(-1, 3), (3, -1), (8, 3), (3, 5)])
 def test_beyond_the_grid_there_is_no_obstacle(cell: tuple[int, int]) -> None:
     costs = np.full((7, 8), 254, dtype=np.uint8)[:5]  # what lies behind it in memory reads as an obstacle, too
@@ -180,6 +225,19 @@ def test_people_are_predicted_with_growing_uncertainty() -> None:
     assert (x, y) == pytest.approx((2.0, 4.75))
     assert deviation == pytest.approx(math.sqrt(0.04 + 0.09 * 2.5**2))
     assert nearest_people((), Pose2D(), 0.0, 8).shape == (0, 8)
+
+
+def test_places_get_less_sure_as_the_tracks_covariance_says() -> None:
+    """Over the time since the track's estimate and from now on: that of the place in F P F^T, the mean of both axes."""
+    root = np.random.default_rng(18).normal(size=(4, 4))
+    track, step = Track(1, 10.0, 2.0, 1.0, 0.3, 1.5, 0.25, root @ root.T), np.eye(4)
+    (row,) = nearest_people((track,), Pose2D(), 10.4, 1)
+    for time in (0.0, 0.7, 2.0):
+        step[0, 2] = step[1, 3] = 0.4 + time
+        moved = step @ track.covariance @ step.T
+        x, y, deviation = predicted(row, time)
+        assert (x, y) == pytest.approx((2.0 + 0.3 * (0.4 + time), 1.0 + 1.5 * (0.4 + time)))
+        assert deviation == pytest.approx(math.sqrt(0.5 * (moved[0, 0] + moved[1, 1])))
 
 
 def test_people_cost_where_they_will_be_beside_the_line() -> None:
@@ -234,6 +292,20 @@ def test_the_line_follows_the_plan_and_slows_in_curves() -> None:
     assert line.x[segment] + share * (line.x[segment + 1] - line.x[segment]) == pytest.approx(-1.95)
     alone = make_line(np.array(((1.0, 2.0, 0.5),)), LIMITS)
     assert alone.x[-1] == 1.0 and alone.y[-1] == 2.0 and alone.heading[-1] == 0.5
+
+
+def test_the_nearest_point_of_some_of_a_lines_segments_is_shapelys() -> None:
+    rng = np.random.default_rng(15)
+    for _ in range(100):
+        points = np.cumsum(rng.normal(0.3, 0.8, (9, 2)), axis=0) + (2.0, -3.0)
+        line = PathLine(*points.T.copy(), *np.zeros((3, 9)))
+        first, last = sorted(int(each) for each in rng.integers(0, 8, 2))
+        place = points[int(rng.integers(9))] + rng.normal(0.0, 1.0, 2)
+        segment, share = project(line, *place, first, last + int(last == 7))  # beyond the end is no more
+        part = LineString(points[first : last + 2])
+        found = points[segment] + share * (points[segment + 1] - points[segment])
+        assert first <= segment <= last and 0.0 <= share <= 1.0
+        assert found == pytest.approx(np.array(part.interpolate(part.project(Point(place))).coords[0]), abs=1e-9)
 
 
 @pytest.mark.parametrize(

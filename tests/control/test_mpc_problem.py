@@ -95,6 +95,67 @@ def test_the_quadratic_program_is_solved_as_by_another_solver() -> None:
     assert ours._change == pytest.approx(expected, abs=5e-3)  # HPIPM stops at its own tolerance
 
 
+def test_the_linearisation_is_that_of_finite_differences() -> None:
+    """Of the model in numba, and of half the compiled cost; curvatures are the products of the residuals' slopes."""
+    rng, sizes, small = np.random.default_rng(14), Sizes(6, 2, 1), 1e-6
+    start, _, stages, times, shared, _ = problem(rng, sizes)
+    jerks, shared = rng.normal(size=(6, 2)), shared[:-1]
+    start[4:] = 1.1, 0.3, -0.4
+    states = rollout(start, jerks, times)
+    stages[:, at.BASE + 2], stages[:, at.CONTOUR] = 2.0, 0.25  # in the margin of an obstacle
+    stages[:, at.BASE + 6 : at.BASE + 9] = *(states[3, :2] + (0.2, 0.3)), 1.0  # and of a person
+    symbols = ca.SX.sym("state", 7), ca.SX.sym("stage", sizes.stage), ca.SX.sym("shared", sizes.shared)
+    charged = ca.Function("charged", list(symbols), [ca.vertcat(*residuals(*symbols, sizes))])
+    weights = shared[[0, 1, 2, 3, 4, 5, 6, 6, 7, 7]]  # two circles, one person
+
+    def slopes(function, place):
+        steps = small * np.eye(len(place))
+        return np.array([(function(place + each) - function(place - each)) / (2.0 * small) for each in steps]).T
+
+    for k in range(6):
+        part = at.Horizon(stages[k : k + 1], times[k : k + 1], shared)
+
+        def cost(end, jerk, part=part):
+            return 0.5 * shared[:10] @ cost_terms(np.stack((end, end)), jerk[None], part)
+
+        def after(state, jerk, part=part):
+            return rollout(state, jerk[None], part.times)[1]
+
+        def charges(end, k=k):
+            return np.array(charged(end, stages[k], shared)).ravel()
+
+        here, end, jerk = states[k], states[k + 1], jerks[k]
+        found = [np.array(each) for each in linearisation(sizes)(here, jerk, end, stages[k], times[k], shared)]
+        slope = slopes(charges, end)
+        expected = (
+            slopes(lambda state, jerk=jerk: after(state, jerk), here),
+            slopes(lambda jerk, here=here: after(here, jerk), jerk),
+            slopes(lambda end, jerk=jerk: cost(end, jerk), end)[:, None],
+            times[k] * slope.T @ (weights[:, None] * slope) + 1e-6 * np.eye(7),
+            slopes(lambda jerk, end=end: cost(end, jerk), jerk)[:, None],
+            np.diag(times[k] * shared[[at.W_JERK, at.W_YAW_JERK]] + 1e-6),
+        )
+        for ours, theirs in zip(found, expected, strict=True):
+            assert ours == pytest.approx(theirs, rel=1e-5, abs=1e-6)
+    assert (cost_terms(states, jerks, at.Horizon(stages, times, shared)) > 0.0).sum() >= 9
+
+
+@pytest.mark.parametrize("unsound", ["", "a stage", "a state", "bounds"])
+def test_only_sound_numbers_are_evaluated(unsound: str) -> None:
+    sizes = Sizes(6, 3, 2)
+    start, jerks, stages, times, shared, bounds = problem(np.random.default_rng(3), sizes)
+    states = rollout(start, jerks, times)
+    if unsound == "bounds":
+        bounds[0, 5] = bounds[1, 5] + 0.01  # the least speed above the greatest
+    elif unsound:
+        (stages if unsound == "a stage" else states)[3, 4] = math.nan
+    ours = MpcProblem(sizes, generated_code=False)
+    evaluate, counted = ours._evaluate, []
+    ours._evaluate = lambda: (counted.append(1), evaluate())
+    assert (ours.step(states, jerks, at.Horizon(stages, times, shared), bounds) is None) == bool(unsound)
+    assert len(counted) == (0 if unsound else 1)
+
+
 def test_it_runs_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = Sizes(12, 3, 2)
     given = problem(np.random.default_rng(17), sizes)
