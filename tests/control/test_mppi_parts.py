@@ -9,7 +9,9 @@ import pytest
 from navstack.control.mppi.body import _cover, _least_distances
 from navstack.control.mppi.obstacle_kernels import _add_costs
 from navstack.control.mppi.path_critics import PathAngleCritic
+from navstack.control.mppi.path_kernels import free_points
 from navstack.control.mppi.rollouts import _SMALL_TURN, _small_cosine_sine
+from navstack.costmap.costmap import Costmap
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.mppi import MppiParams
 from navstack.params.mppi_critics import AS_THE_PATH, EITHER, FORWARD, PathAngleParams
@@ -48,6 +50,37 @@ def test_small_turns_have_the_sine_and_cosine_of_single_precision(share: float) 
     angle = FLOAT(share * _SMALL_TURN)
     found = _small_cosine_sine.py_func(angle)
     assert found == pytest.approx((math.cos(angle), math.sin(angle)), abs=1.2e-7)
+
+
+@pytest.mark.parametrize(
+    ("least", "mode", "expected"),
+    [
+        (-0.3, EITHER, EITHER),
+        (-1e-6, EITHER, EITHER),
+        (-9e-7, EITHER, FORWARD),  # as good as no reversing
+        (0.0, EITHER, FORWARD),
+        (0.2, EITHER, FORWARD),
+        (0.0, AS_THE_PATH, AS_THE_PATH),
+        (-0.3, FORWARD, FORWARD),
+    ],
+)
+def test_only_who_reverses_may_look_away(least: float, mode: int, expected: int) -> None:
+    params = MppiParams(critics=("PathAngleCritic",), vx_min=least, PathAngleCritic=PathAngleParams(mode=mode))
+    assert PathAngleCritic("PathAngleCritic", params)._mode == expected
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 400])
+@pytest.mark.parametrize("tracks_unknown", [False, True])
+def test_all_points_but_the_last_are_free_where_a_robots_centre_may_be(tracks_unknown: bool, count: int) -> None:
+    rng = np.random.default_rng(count)
+    costmap = Costmap(rng.choice(np.array((0, 252, 253, 254, 255), dtype=np.uint8), (20, 30)), 0.25, -1.0, 0.5)
+    x, y = rng.uniform((-2.0, -0.5), (7.5, 6.5), (count, 2)).astype(FLOAT).T.copy()
+    allowed, expected = (0, 252, 255) if tracks_unknown else (0, 252), []
+    for place in zip(x[:-1].tolist(), y[:-1].tolist(), strict=True):
+        mx, my = costmap.world_to_map(*place)
+        expected.append(costmap.contains(mx, my) and int(costmap.data[my, mx]) in allowed)
+    assert free_points(x, y, costmap.data, costmap.grid, tracks_unknown).tolist() == expected
+    assert count < 3 or 50 < sum(expected) < 350
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.control.footprint_cost import footprint_cost
-from navstack.control.path_window import in_base_frame, window_bounds
+from navstack.control.path_window import PathWindow, in_base_frame, window_bounds
 from navstack.control.rpp.arc_check import ArcCheck
 from navstack.control.rpp.lookahead import (
     arc_curvature,
@@ -70,6 +70,9 @@ def test_the_carrot_lies_along_the_path() -> None:
     assert lookahead_point(path, 4.0, False) == (1.0, 2.0)
     assert lookahead_point(path, 4.0, True) == pytest.approx((1.0, 3.0))
     assert lookahead_point(path[:1], 0.5, False) == (0.0, 0.0)
+    aslant = path[:1] + ((1.0, -2.0, 0.0), (1.6, -1.2, 0.0), (1.0, -0.4, 0.0))  # 1 m each, then on to the left
+    assert lookahead_point(aslant, 1.5, True) == pytest.approx((1.3, -0.8))
+    assert lookahead_point(aslant, 4.5, True) == pytest.approx((1.0 - 2.5 * 0.6, -0.4 + 2.5 * 0.8))
     assert path_length(path) == 3.0
 
 
@@ -82,6 +85,11 @@ def test_the_carrot_may_lie_on_a_circle_about_the_robot() -> None:
     assert lookahead_point_on_circle(path, 0.2, False) == (0.0, 0.3)
     assert lookahead_point_on_circle(path, 3.0, False) == (1.0, 2.0)
     assert lookahead_point_on_circle(path, 3.0, True) == pytest.approx((1.0, math.sqrt(8.0)))
+    rest = -0.2 + math.sqrt(0.04 + 3.6)  # (0.6 + 0.6 t)^2 + (-0.2 + 0.8 t)^2 = t^2 + 0.4 t + 0.4 = 2^2
+    for side in (1.0, -1.0):  # to the right and to the left of straight on
+        aslant = np.array(((0.0, -1.0, 0.0), (0.6, -0.2, 0.0))) * (side, 1.0, 1.0)
+        expected = pytest.approx((side * (0.6 + 0.6 * rest), -0.2 + 0.8 * rest))
+        assert lookahead_point_on_circle(aslant, 2.0, True) == expected
     commands = [
         drive(make(lookahead_along_path=along, use_rotate_to_heading=False), straight(), 0.0, 0.3, 0.0)
         for along in (True, False)
@@ -122,6 +130,56 @@ def test_window_kernel_equals_slow_twin(seed: int) -> None:
     seen = in_base_frame(poses, x, y, 0.7)
     for ours, pose in zip(seen, poses, strict=True):
         np.testing.assert_allclose(ours, relative_to(Pose2D(x, y, 0.7), Pose2D(*pose)).as_array(), atol=1e-12)
+
+
+def test_the_window_ends_with_the_costmaps_longer_half_and_forgets_what_is_behind() -> None:
+    """Half of 80 cells of 0.05 m to every side, and poses every 0.1 m; 3 m is the nearest place."""
+    plan = Path(np.column_stack((0.1 * np.arange(101), np.zeros((101, 2)))))
+    wide, high = (Costmap(np.zeros(shape, dtype=np.uint8), 0.05, 0.0, 0.0) for shape in ((40, 80), (80, 40)))
+    for costmap, search, begins in ((wide, -1.0, 3.0), (high, -1.0, 3.0), (wide, 2.55, 2.4), (wide, None, 1.9)):
+        window = PathWindow(search, fewest_poses=2)  # which looks no farther than so, and for a pose to come from
+        seen = window.seen_from(Pose2D(3.02, 0.0, math.pi), plan, costmap)
+        assert seen[[0, -1], 0] == pytest.approx((3.02 - begins, 3.02 - 5.0))
+        assert seen[:, 1] == pytest.approx(0.0) and seen[:, 2] == pytest.approx(-math.pi)
+        with pytest.raises(InvalidPathError, match=r"farther than 2.00 m from the robot at \(-0.15, 0.00\)"):
+            window.seen_from(Pose2D(-0.15), plan, costmap)
+        window.reset()
+        assert len(window.seen_from(Pose2D(0.0), plan, costmap)) == 21
+
+
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [
+        (Twist2D(0.5, 0.0, 0.9), 0.1),
+        (Twist2D(-0.02, 0.0, 0.9), 2.5),
+        (Twist2D(0.0, 0.0, 0.4), 2.0 * math.sin(0.0625) / 0.4),  # the farthest corner, 0.4 m away, moves 0.05 m
+        (Twist2D(0.009, 0.0, -0.4), 2.0 * math.sin(0.0625) / 0.4),
+        (Twist2D(0.005, 0.0, 0.01), 10.0),  # turns too slowly to turn on the spot
+        (STILL, math.inf),
+    ],
+)
+def test_between_two_looks_along_an_arc_the_robot_moves_a_cell(command: Twist2D, expected: float) -> None:
+    assert ArcCheck(PARAMS, FOOTPRINT, 0.4)._time_step(command, 0.05) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("given", "speed", "carrot", "expected"),
+    [
+        ({}, 0.5, 0.4, (1.0, 0.4)),
+        ({"min_distance_to_obstacle": 0.9}, -0.5, 0.4, (1.8, 0.4)),
+        ({"min_distance_to_obstacle": 0.9}, 0.01, 0.4, (18.0, 0.4)),  # at the least speed of the approach, 0.05 m/s
+        ({"min_distance_to_obstacle": 0.3}, 0.5, 0.4, (1.0, 0.4)),
+        ({"min_distance_to_obstacle": 0.3, "min_approach_linear_velocity": 0.0}, 0.0, 0.4, (math.inf, 0.4)),
+        ({"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.4, (1.4, 0.7)),
+        ({"min_distance_to_obstacle": 0.7, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.8, (1.4, 0.8)),
+        ({"min_distance_to_obstacle": 1.2, "use_velocity_scaled_lookahead_dist": True}, 0.5, 0.4, (2.4, 0.9)),
+    ],
+)
+def test_it_looks_ahead_for_a_time_and_a_distance(
+    given: dict[str, float], speed: float, carrot: float, expected: tuple[float, float]
+) -> None:
+    params = replace(PARAMS, **given)
+    assert ArcCheck(params, FOOTPRINT, 0.4)._horizon(speed, carrot) == pytest.approx(expected)
 
 
 def test_a_curve_slows_down_in_proportion_to_its_radius() -> None:
