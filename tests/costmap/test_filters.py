@@ -1,4 +1,5 @@
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping
 
@@ -119,6 +120,21 @@ def test_a_cell_takes_the_masks_cost_at_its_centre(resolution: float) -> None:
             height, width = sampled.costs.shape
             inside = 0 <= x - sampled.x < width and 0 <= y - sampled.y < height
             assert (sampled.costs[y - sampled.y, x - sampled.x] if inside else NO_INFORMATION) == expected
+
+
+def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it() -> None:
+    """Masks of 3 x 2 cells all around a map of 5 x 4, with one known cell each or none."""
+    window = Window(0.0, 0.0, 1.0, 5, 4)
+    for x, y, cell in itertools.product(range(-5, 8), range(-4, 7), range(7)):
+        data = np.array([[0, -1, 0], [-1, 0, -1]], dtype=np.int8)
+        if cell < 6:
+            data[cell // 3, cell % 3] = 1
+        mask = KeepoutMask(
+            KeepoutFilterParams(), FilterMask(OccupancyGrid(data, 1.0, Pose2D(x + 0.25, y + 0.25))), window
+        )
+        inside = 0 <= x + cell % 3 < 5 and 0 <= y + cell // 3 < 4
+        assert (mask.x, mask.y) == (x, y)
+        assert mask.acts_within(5, 4) == (cell == 6 or inside)
 
 
 @pytest.mark.parametrize("rolling", [True, False])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from navstack.costmap import inflation_kernels
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.inflation import Inflation, cost_kernel, inflation_cost
 from navstack.params.costmap import InflationLayerParams
@@ -57,6 +58,28 @@ def test_a_part_of_the_grid_takes_costs_from_sources_outside_and_leaves_the_rest
     np.testing.assert_array_equal(part[13:61, 21:140], whole[13:61, 21:140])
     part[13:61, 21:140] = costs[13:61, 21:140]
     np.testing.assert_array_equal(part, costs)
+
+
+@pytest.mark.parametrize("around_unknown", [False, True])
+@pytest.mark.parametrize("box", [(0, 90, 0, 40), (3, 80, 5, 33), (89, 90, 0, 40), (0, 65, 39, 40)])
+def test_costs_spread_from_the_rims_of_lethal_areas_alone(box: tuple[int, ...], around_unknown: bool) -> None:
+    """A lethal cell between four sources, or the grid's edges, is none; unknown cells all are where they count."""
+    rng = np.random.default_rng(9)
+    costs = rng.choice(np.array((0, 100, 253, 254, 255), dtype=np.uint8), (40, 90), p=(0.2, 0.02, 0.03, 0.7, 0.05))
+    costs[20:, 70:], costs[:, 10:13], costs[5:9, :] = 0, 254, 254
+    sources = (costs == LETHAL_OBSTACLE) | (around_unknown & (costs == NO_INFORMATION))
+    whole = np.pad(sources, 1, constant_values=True)
+    between_four = whole[:-2, 1:-1] & whole[2:, 1:-1] & whole[1:-1, :-2] & whole[1:-1, 2:]
+    is_rim = sources & ~((costs == LETHAL_OBSTACLE) & between_four)
+    x0, xn, y0, yn = box
+    expected = np.argwhere(is_rim[y0:yn, x0:xn])[:, ::-1] + (x0, y0)
+    cells = np.full((len(expected) + 1, 2), -7, dtype=np.int32)
+    assert inflation_kernels.find_sources(costs, *box, around_unknown, cells) == len(expected)
+    np.testing.assert_array_equal(cells[:-1], expected)
+    few = np.full((len(expected) // 2 + 1, 2), -7, dtype=np.int32)
+    assert inflation_kernels.find_sources(costs, *box, around_unknown, few[:-1]) == len(expected)
+    np.testing.assert_array_equal(few[:-1], expected[: len(few) - 1])
+    assert few[-1].tolist() == [-7, -7]
 
 
 def test_more_sources_than_the_buffer_holds() -> None:

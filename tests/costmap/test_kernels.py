@@ -89,6 +89,53 @@ def test_points_off_the_grid_are_drawn_onto_its_edge_along_the_beam() -> None:
         assert off_beam < 0.0015
 
 
+@pytest.mark.parametrize(
+    ("point", "expected"),
+    [
+        ((3.0, 3.0), (3.0, 3.0)),
+        ((5.0, 1.0), (2.999, 1.0)),  # a millimetre inside the far edges ...
+        ((5.0, 2.0), (2.999, 1.5)),  # ... but where the beam meets these
+        ((2.0, 5.0), (1.5, 2.999)),
+        ((-1.0, 1.0), (0.0, 1.0)),  # and on the near ones
+        ((-1.0, 2.0), (0.0, 1.5)),
+        ((0.5, -1.0), (0.75, 0.0)),
+        ((-1.5, -1.0), (0.0, 0.2)),
+        ((-1.0, -1.5), (0.2, 0.0)),  # beyond the second edge still, once it is on the first
+    ],
+)
+def test_clipped_ends_are_a_millimetre_inside_the_far_edges(
+    point: tuple[float, float], expected: tuple[float, float]
+) -> None:
+    assert kernels.clip_to_grid(1.0, 1.0, *point, 0.0, 0.0, 3.0, 3.0) == pytest.approx(expected, abs=1e-12)
+
+
+def test_points_are_moved_as_complex_numbers_are() -> None:
+    rng = np.random.default_rng(10)
+    points, moved = rng.normal(size=(9, 2)), np.empty((9, 2))
+    for x, y, yaw in rng.uniform(-3.0, 3.0, (5, 3)):
+        kernels.transform.py_func(points, x, y, yaw, moved)
+        found = (points[:, 0] + 1j * points[:, 1]) * np.exp(1j * yaw) + complex(x, y)
+        np.testing.assert_allclose(moved, np.column_stack((found.real, found.imag)), atol=1e-12)
+
+
+@pytest.mark.parametrize("corners", [3, 4, 7])
+def test_a_polygon_is_freed_between_the_lines_of_its_sides(corners: int) -> None:
+    rng = np.random.default_rng(corners)
+    for _ in range(30):
+        bearings = np.sort(rng.uniform(-math.pi, math.pi, corners))
+        polygon = (1.5, 1.2) + rng.uniform(0.3, 1.1) * np.column_stack((np.cos(bearings), np.sin(bearings)))
+        cells = [(math.floor((x - 0.2) / 0.05), math.floor((y - 0.05) / 0.05)) for x, y in polygon]
+        rim = {cell for i in range(corners) for cell in slow_line(*cells[i - 1], *cells[i], math.inf)}
+        expected = np.full((50, 55), 254, dtype=np.uint8)
+        for column in {x for x, _ in rim}:
+            rows = [y for x, y in rim if x == column]
+            expected[min(rows) : max(rows) + 1, column] = 0
+        grid, spans = np.full_like(expected, 254), np.empty((2, 55), dtype=np.int64)
+        found = kernels.polygon_columns(polygon, np.array((0.2, 0.05)), 0.05, 55, 50, *spans)
+        kernels.free_columns(grid, *found, *spans)
+        np.testing.assert_array_equal(grid, expected)
+
+
 def test_a_polygon_fills_its_cells_and_one_off_the_grid_none() -> None:
     lowest, highest = np.empty(40, dtype=np.int64), np.empty(40, dtype=np.int64)
     square = np.array([[0.52, 0.52], [1.48, 0.52], [1.48, 1.08], [0.52, 1.08]])

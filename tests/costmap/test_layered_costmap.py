@@ -8,8 +8,9 @@ import pytest
 from navstack.costmap import layered_costmap
 from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.layered_costmap import LayeredCostmap
-from navstack.costmap.layers import resampled, static_costs
+from navstack.costmap.layers import Bounds, resampled, static_costs
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.costmap.window import Window
 from navstack.errors import MapError, ParameterError
 from navstack.params.costmap import (
     CostmapParams,
@@ -249,6 +250,33 @@ def test_reset_forgets_the_place_and_the_scans() -> None:
     np.testing.assert_array_equal(used.master.data, fresh.master.data)
     assert (used.master.origin_x, used.master.origin_y) == (fresh.master.origin_x, fresh.master.origin_y)
     assert not used.obstacle_costs[0].any()
+
+
+@pytest.mark.parametrize("prefer_fast", [True, False])
+def test_a_costmap_is_current_from_an_update_until_it_is_cleared(prefer_fast: bool) -> None:
+    costmap = LayeredCostmap(make_params(), make_map(np.random.default_rng(2)), prefer_fast=prefer_fast)
+    for forget in (costmap.clear_entirely, costmap.reset):
+        assert not costmap.is_current
+        costmap.update(Pose2D(), random_scan(np.random.default_rng(2), 0.5), 0.5)
+        assert (costmap.is_current, costmap.stamp) == (True, 0.5)
+        forget()
+        assert costmap.stamp == (0.5 if forget == costmap.clear_entirely else 0.0)
+    assert not costmap.is_current
+
+
+def test_bounds_hold_nothing_then_what_they_are_joined_with() -> None:
+    bounds, window = Bounds.empty(), Window(-1.0, 2.0, 0.5, 10, 8)
+    assert bounds.values.tolist() == [math.inf, -math.inf, math.inf, -math.inf]
+    bounds.join(np.array((0.6, 1.3, 3.2, 4.4)))
+    assert bounds.values.tolist() == [0.6, 1.3, 3.2, 4.4]
+    assert bounds.region(window) == (3, 5, 2, 5)  # the last cells that they touch, too
+    bounds.join(np.array((-9.0, 1.0, 4.0, 9.0)))
+    assert bounds.values.tolist() == [-9.0, 1.3, 3.2, 9.0]
+    assert bounds.region(window) == (0, 5, 2, 8)
+    bounds.join(Bounds.empty().values)
+    assert bounds.values.tolist() == [-9.0, 1.3, 3.2, 9.0]
+    bounds.hold_everything()
+    assert bounds.region(window) == (0, 10, 0, 8)
 
 
 @pytest.mark.parametrize("rolling", [True, False])
