@@ -298,6 +298,18 @@ def test_plan_stops_at_unknown_space_and_skips_what_is_before_the_map() -> None:
     assert cells.tolist() == [[column, 10] for column in np.unique(np.floor(known / 0.05)).tolist()]
 
 
+@pytest.mark.parametrize("resolution", [0.05, 0.2])
+def test_gaps_of_more_than_two_cells_are_filled_up_evenly(resolution: float) -> None:
+    """Of the whole cells beyond the first two there are as many pieces less one."""
+    rng = np.random.default_rng(12)
+    poses = np.cumsum(rng.normal(0.0, 0.3, (30, 3)) * rng.choice((0.1, 1.0, 3.0), (30, 1)), axis=0)
+    expected = [poses[:1, :2]]
+    for before, after in zip(poses[:-1, :2], poses[1:, :2], strict=True):
+        pieces = max(1, math.floor((math.dist(before, after) - 2.0 * resolution) / resolution) - 1)
+        expected.append(np.linspace(before, after, pieces + 1)[1:])
+    np.testing.assert_allclose(densify.py_func(poses, resolution), np.concatenate(expected), atol=1e-12)
+
+
 def test_points_on_the_maps_far_edges_are_off_it() -> None:
     costmap = Costmap(np.zeros((3, 4), dtype=np.uint8), 0.5, 1.0, -1.0)
     x, y = np.array((1.0, 2.99, 3.0, 1.0, 0.99)), np.array((-1.0, 0.49, 0.0, 0.5, 0.0))

@@ -198,8 +198,10 @@ def test_a_filter_behind_the_layers_is_not_inflated_and_none_of_them_sees_it() -
     # An update of the part beside the mask inflates there: what the filter wrote must not be a source.
     for step in range(3):
         scan = LaserScan(0.1 * step, np.array((0.9, 0.91)), 0.0, 0.01, 0.1, 10.0)
-        plain.update(Pose2D(2.4, 1.5, 0.0), scan, 0.1 * step)
-    assert plain.master.cost_at(3.32, 1.5) == 254
+        plain.update(Pose2D(2.7, 1.5, 0.0), scan, 0.1 * step)
+    left = plain.region[0] * RESOLUTION + MAP_ORIGIN.x  # [m] from where on it writes: 1.1 m behind the robot
+    assert left == pytest.approx(1.6, abs=RESOLUTION)  # what the mask forbids before that is in reach
+    assert plain.master.cost_at(3.62, 1.5) == 254
     assert plain.master.cost_at(2.1, 1.5) == 0
 
 
