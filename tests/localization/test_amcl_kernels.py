@@ -10,6 +10,7 @@ from scipy.stats import chi2, norm
 
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.localization import amcl_kernels
 from navstack.localization.amcl_kernels import GROUP, _reach, beam_ends, cast_rays, count_agreeing, sum_over_beams
 from navstack.localization.free_space import FreeSpace
 from navstack.localization.kld import (
@@ -79,6 +80,17 @@ def test_count_agreeing(looked_up):
     agrees = np.random.default_rng(2).random(50) < 0.4
     twin = sum(agrees[codes[end_cells(pose, *ends.T, codes.shape)]].astype(int) for pose in poses)
     assert np.array_equal(count_agreeing(codes, agrees, poses, ends), twin)
+
+
+def test_nothing_is_written_beyond_the_last_particle(looked_up, monkeypatch):
+    """Plain Python, in which that is an error, gives the same as compiled code."""
+    codes, poses, ends = looked_up
+    values, ends = np.random.default_rng(2).random(50), ends[:11]
+    compiled = sum_over_beams(codes, values, poses, ends, 1.0), count_agreeing(codes, values < 0.4, poses, ends)
+    for name in ("_take_group", "_end_cells", "_reach", "_add_all", "_add_last"):
+        monkeypatch.setattr(amcl_kernels, name, getattr(amcl_kernels, name).py_func)
+    assert np.array_equal(sum_over_beams.py_func(codes, values, poses, ends, 1.0), compiled[0])
+    assert np.array_equal(count_agreeing.py_func(codes, values < 0.4, poses, ends), compiled[1])
 
 
 def test_beam_ends_are_those_of_the_returns():

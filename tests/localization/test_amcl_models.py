@@ -103,15 +103,18 @@ def test_beams_off_the_map_that_most_particles_see_are_skipped(grid):
     np.testing.assert_allclose(model.likelihoods(poses, lost, True), np.full(21, pz(2.0) ** 4))  # too many to skip
 
 
-@pytest.mark.parametrize(("distance", "counts"), [(0.5, False), (0.500001, True)])
-def test_beams_agree_with_the_map_nearer_than_a_distance(distance, counts):
-    """One of three beams ends in the cell before the wall."""
+@pytest.mark.parametrize(
+    ("distance", "end", "counts"),
+    [(0.5, 3.5, False), (0.500001, 3.5, True), (2.0, 1.0, False), (2.1, 1.0, True), (2.1, 8.0, False)],
+)
+def test_beams_agree_with_the_map_nearer_than_a_distance(distance, end, counts):
+    """One of three beams ends in the cell before the wall, farther before it, or off the map, where none agrees."""
     cells = np.full((9, 20), FREE, dtype=np.int8)
     cells[:, 16] = OCCUPIED
     given = AmclParams(do_beamskip=True, max_beams=3, beam_skip_distance=distance)
     model = LikelihoodFieldProbModel(given, LikelihoodField.of_map(OccupancyGrid(cells, 0.5, Pose2D()), 2.0))
-    ahead = scan([4.0 - MOUNT.x, 4.0 - MOUNT.x, 3.5 - MOUNT.x], increment=1e-9)
-    expected = pz(0.0) ** 2 * (pz(0.5) if counts else 1.0)
+    ahead = scan([4.0 - MOUNT.x, 4.0 - MOUNT.x, end - MOUNT.x], increment=1e-9)
+    expected = pz(0.0) ** 2 * (pz(min(4.0 - end, 2.0)) if counts else 1.0)
     np.testing.assert_allclose(model.likelihoods(np.array([[4.0, 2.0, 0.0]]), ahead, True), expected)
 
 
@@ -229,6 +232,8 @@ def test_weights_multiply_until_particles_are_drawn_anew(grid):
     assert np.ptp(particles.weights) == 0.0
     particles.weigh(np.zeros(len(particles.poses)), 3.0)
     np.testing.assert_allclose(particles.weights.sum(), 1.0)  # nothing fits: all alike
+    assert particles.multiply(np.zeros(len(particles.poses))) == 0.0
+    assert particles.multiply(np.full(len(particles.poses), 3.0)) == pytest.approx(3.0)
 
 
 def test_strays_are_asked_for_only_where_there_are_some(grid):

@@ -10,6 +10,7 @@ from navstack.build import build_localizer
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.localization.gps import LOST_AFTER
 from navstack.localization.gps_ekf import UNKNOWN_YAW_VARIANCE, GpsEkfLocalizer
+from navstack.localization.gps_ekf_kernels import GPS_X, GPS_Y, OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Belief, GpsFix, Health, Imu, Observation, Odometry, Pose2D, Twist2D
 
@@ -94,6 +95,30 @@ def test_it_gets_out_of_a_lock_out(drive, wrong):
     assert off(beliefs[30], truth[30]) > 1.0 or turned(beliefs[30], truth[30]) > 1.0
     assert off(beliefs[-1], truth[-1]) < 1.0
     assert turned(beliefs[-1], truth[-1]) < math.radians(6.0)
+
+
+def test_after_a_lock_out_only_what_wheels_and_gyro_say_is_left(drive):
+    observations, _ = drive(6, 5.0)
+    last = observations[-1].stamp
+    states = []
+    for count in (9, 1):  # the first one refuses the fix only
+        params = dataclasses.replace(PARAMS, gps0_rejection_threshold=20.0, gps0_lockout_time=0.0)
+        localizer = started(dataclasses.replace(params, gps0_lockout_count=count))
+        run(localizer, observations)
+        belief = localizer.update(Observation(last, gps=GpsFix(last, 300.0, -200.0, 0.7)))
+        states.append(localizer.state)
+    before, after = states
+    mean, covariance = before.mean.copy(), np.zeros((SIZE, SIZE))
+    assert before.rejected == 1 and np.abs(mean[[GPS_X, GPS_Y]]).min() > 1e-3
+    mean[[X, Y, GPS_X, GPS_Y]] = 300.0, -200.0, 0.0, 0.0
+    covariance[SPEED:OFFSET, SPEED:OFFSET] = before.covariance[SPEED:OFFSET, SPEED:OFFSET]
+    covariance[X, X] = covariance[Y, Y] = 0.7**2
+    covariance[YAW, YAW] = covariance[OFFSET, OFFSET] = UNKNOWN_YAW_VARIANCE
+    np.testing.assert_array_equal(after.mean, mean)
+    np.testing.assert_allclose(after.covariance, covariance, rtol=1e-12)
+    assert (after.rejected, after.stamp, localizer.knows_heading) == (0, last, False)
+    assert (belief.pose.x, belief.pose.y) == (300.0, -200.0)
+    np.testing.assert_allclose(belief.covariance, np.diag((0.7**2, 0.7**2, 0.5**2)), atol=1e-12)
 
 
 def test_dead_reckoning_through_an_outage(drive):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from navstack.types import Belief, Health, Pose2D
+from navstack.types import Belief, Health, Imu, Observation, Pose2D
 
 from .gps_ekf_runs import ANY_HEADING, PARAMS, off, run, started, turned
 
@@ -27,6 +27,21 @@ def test_an_unknown_heading_is_found_after_a_few_metres(drive, has_heading, turn
     assert localizer.knows_heading
     assert turned(belief, truth[-1]) < math.radians(5.0)
     assert off(belief, truth[-1]) < 1.0
+
+
+@pytest.mark.parametrize(("stated", "std"), [(0.0, PARAMS.imu0_yaw_std), (0.2, 0.2)])
+def test_while_the_heading_is_searched_for_the_orientation_is_believed(stated, std):
+    """As the parameters correct it, however the robot was said to stand, and as it turned since."""
+    params = dataclasses.replace(PARAMS, magnetic_declination_radians=0.3, yaw_offset=-1.0)
+    localizer = started(params, Belief(Pose2D(0.0, 0.0, 1.1), ANY_HEADING))
+    for stamp, yaw in ((0.0, 0.5), (0.1, 0.55)):
+        belief = localizer.update(Observation(stamp, imu=Imu(stamp, yaw, 0.5, 0.0, 0.0, stated)))
+        assert belief.pose.yaw == pytest.approx(yaw - 0.7, abs=1e-9)
+        assert belief.covariance[2, 2] == pytest.approx(params.imu0_yaw_offset_std**2 + std**2)
+        assert not belief.covariance[2, :2].any()
+    later = localizer.update(Observation(0.2))
+    assert later.pose.yaw == pytest.approx(0.6 - 0.7, abs=1e-9)
+    assert not localizer.knows_heading
 
 
 def test_a_unit_with_a_calibrated_orientation_knows_the_heading_at_once(drive):

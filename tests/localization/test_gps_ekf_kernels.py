@@ -150,6 +150,36 @@ def test_a_start_knows_what_the_parameters_say(uses_fixes):
     expected[:3, :3] = given
     np.testing.assert_allclose(state.covariance, expected)
     assert (state.mean.tolist(), state.stamp) == ([1.0, 2.0, 0.4] + [0.0] * 6, 10.0)
+    others = {key: value for key, value in dataclasses.asdict(state).items() if key not in ("mean", "covariance")}
+    never = dict.fromkeys(("rate_stamp", "acceleration_stamp", "wheel_stamp", "fix_stamp", "accepted_stamp"), -math.inf)
+    unknown = {"stamp": 10.0, "level": 1.0, "wheel_speed": math.nan, "nis": math.nan}
+    zeros = ("yaw_rate", "gyro", "rate_density", "acceleration", "slip", "rejected", "rejected_since", "distance")
+    np.testing.assert_equal(others, {**never, **unknown, **dict.fromkeys(zeros, 0.0)})
+
+
+@pytest.mark.parametrize(
+    ("speed", "rate", "difference", "slip", "learns"),
+    [
+        (1.0, 0.4, 0.5, (0.5 - 0.19209) * 0.3, False),  # 0.19209 = 3 sqrt(0.03^2 + 0.04^2 + 0.04^2)
+        (1.0, 0.4, -0.5, (0.5 - 0.19209) * 0.3, False),
+        (-0.06, -0.01, 0.25, (0.25 - 0.15003) * 0.3, False),
+        (1.0, 0.4, 0.19, 0.0, False),
+        (0.04, 0.06, 0.25, (0.25 - 0.15108) * 0.3, False),
+        (0.04, 0.04, 0.26, 0.0, True),  # standing: up to 5 sqrt(0.03^2 + 0.04^2 + 0.02^2) = 0.269
+        (-0.04, -0.04, -0.26, 0.0, True),
+        (0.04, 0.04, 0.28, 0.0, False),
+    ],
+)
+def test_wheels_that_turn_otherwise_than_the_gyro_slip_or_show_its_bias(speed, rate, difference, slip, learns):
+    """One wheel is wrong by the difference times the track width of 0.6 m, the mean of both by half of that."""
+    params = dataclasses.replace(GpsEkfParams(), imu0_yaw_rate_std=0.04, imu0_yaw_rate_bias_std=0.02, track_width=0.6)
+    ekf = GpsEkfFilter(params, COMPILED, True)
+    state = ekf.start(np.zeros(3), np.eye(3), 10.0)
+    state.mean[gps_ekf_kernels.BIAS], state.yaw_rate = 0.1, rate + 0.1 + difference
+    assert math.sqrt(ekf._compare_turns(state, rate, 0.03, speed)) == pytest.approx(slip, abs=1e-5)
+    share = 0.02**2 / (0.02**2 + 0.03**2 + 0.04**2) if learns else 0.0
+    assert state.mean[gps_ekf_kernels.BIAS] == pytest.approx(0.1 + share * difference)
+    assert state.covariance[gps_ekf_kernels.BIAS, gps_ekf_kernels.BIAS] == pytest.approx((1.0 - share) * 0.02**2)
 
 
 @pytest.mark.parametrize("slip", [-2.0, -1.2, 1.2, 2.0])
