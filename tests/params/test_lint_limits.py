@@ -1,6 +1,7 @@
 """Where rules about limits begin to fire, and what they say of each limit."""
 
 import dataclasses
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,11 +10,16 @@ import pytest
 from navstack.errors import ParameterError
 from navstack.params.costmap import ObservationSourceParams
 from navstack.params.dwb import MOST_SAMPLES, DwbParams
+from navstack.params.lint.costmap_view import INFLATION, STATIC, VOXEL
+from navstack.params.lint.costmaps import late_costmap, sees_too_late
 from navstack.params.lint.dwb_limits import few_samples
-from navstack.params.lint.layers import endless_beams
+from navstack.params.lint.layers import endless_beams, not_inflated
+from navstack.params.lint.mppi import mppi_biased_noise, mppi_capped_speed
 from navstack.params.lint.robot import MORE, faster_than_robot, harder_than_robot
+from navstack.params.lint.rule import above, below, decimal, whole_above
 from navstack.params.lint.speed import large_deadband
-from navstack.params.lint.subject import Drive, RobotLimits
+from navstack.params.lint.subject import Drive, RobotLimits, Subject
+from navstack.params.mppi import MppiParams
 from navstack.params.safety import VelocitySmootherParams
 
 BODY = RobotLimits("testbot", np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]), 1.0, 2.0, 3.0, 2.5, 4.0)
@@ -104,3 +110,91 @@ def test_samples_are_as_many_as_fit_into_memory(axis):
     counts[axis] += 1
     with pytest.raises(ParameterError, match="100,010 trajectories; at most 100,000 are allowed"):
         DwbParams(**dict(zip(names, counts, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("reach", "window", "rolling", "marking", "speed", "told"),
+    [
+        (2.25, 9.0, True, True, 2.0, None),  # 2^2 / (2 * 4) + 2 (1 / 4 + 1 / 2) + 0.25 to the bumper
+        (2.2, 9.0, True, True, 2.0, ("layer.scan.obstacle_max_range", "2.2", "obstacle_max_range: 3.0")),
+        (9.0, 2.25, True, True, 2.0, None),
+        (9.0, 2.2, True, True, 2.0, ("width", "2.2", "width: 6")),
+        (9.0, 2.0, False, True, 2.0, None),
+        (2.0, 9.0, True, False, 2.0, None),
+        (0.1, 9.0, True, True, 0.0, None),
+    ],
+)
+def test_obstacles_are_seen_from_where_the_robot_can_still_brake(reach, window, rolling, marking, speed, told):
+    source = ObservationSourceParams(marking=marking, obstacle_max_range=reach)
+    local = SimpleNamespace(
+        sources=lambda: [("layer.scan", source)],
+        half_window=window,
+        params=SimpleNamespace(rolling_window=rolling, update_frequency=4.0),
+        footprint=np.array([[0.25, 0.5], [-0.75, 0.0]]),
+    )
+    found = [*sees_too_late.check(local, 4.0, SimpleNamespace(controller_frequency=2.0), speed)]
+    said = "m from the base, but stopping from 2 m/s at 4 m/s2 with 0.75 s delay takes 2.25 m"
+    expected = [] if told is None else [(told[0], f"obstacles are seen up to {told[1]} {said}", told[2])]
+    assert [(each.name, each.found, each.advice) for each in found] == expected
+
+
+@pytest.mark.parametrize(
+    ("timeout", "advice"),
+    [
+        (0.26, []),
+        (0.25, ["update_frequency: 6.0, or costmap_update_timeout: 0.5 in the controller server"]),
+        (0.0, ["costmap_update_timeout: 0.5 in the controller server"]),
+    ],
+)
+def test_a_costmap_is_late_from_the_timeout_on(timeout, advice):
+    subject = SimpleNamespace(number=lambda node, name, usual: timeout, value=lambda node, name: timeout)
+    local = SimpleNamespace(params=SimpleNamespace(update_frequency=4.0))
+    assert [each.advice for each in late_costmap.check(subject, local, None)] == advice
+
+
+def test_layers_are_put_in_order_with_the_last_inflation_behind_all_others():
+    kinds = {"near": INFLATION, "voxels": VOXEL, "map": STATIC, "far": INFLATION, "scans": VOXEL, "keepout": ""}
+    view = SimpleNamespace(layers=[SimpleNamespace(name=name, type=kind) for name, kind in kinds.items()])
+    (finding,) = not_inflated.check(view)
+    assert (finding.found, finding.advice) == ("scans after far", "plugins: [map, voxels, scans, keepout, far]")
+
+
+@pytest.mark.parametrize(
+    ("ax_max", "ax_min", "fires"),
+    [
+        (7.5, -9.0, True),
+        (9.0, -7.5, True),
+        (9.0, 7.5, True),
+        (8.0, -9.0, False),  # 8 x 0.0625 s is twice the deviation of 0.25 m/s
+        (4.0, -4.375, False),
+        (4.0, -4.5, True),
+        (2.0, -2.0, False),
+    ],
+)
+def test_noise_is_biased_where_unequal_limits_are_met(ax_max, ax_min, fires):
+    mppi = MppiParams(ax_max=ax_max, ax_min=ax_min, model_dt=0.0625, vx_std=0.25, critics=("PathFollowCritic",))
+    expected = [(f"{ax_min:g} m/s2, but ax_max is {ax_max:g} m/s2", f"ax_min: {-ax_max}; the velocity smoother may ")]
+    found = [*mppi_biased_noise.check(mppi, DRIVE)]
+    assert [(each.found, each.advice[: len(expected[0][1])]) for each in found] == (expected if fires else [])
+
+
+@pytest.mark.parametrize(("vx_max", "advice"), [(1.31, []), (1.32, ["vx_std: 0.26"]), (3.0, ["vx_std: 0.38"])])
+def test_a_speed_is_capped_where_following_gains_less_than_control_costs(vx_max, advice):
+    """5 / m x 0.0625 s x (0.25 m/s)^2 / 0.015 = 1.302 m/s, of which a hundredth may be missing."""
+    mppi = MppiParams(vx_max=vx_max, model_dt=0.0625, vx_std=0.25, gamma=0.015, critics=("PathFollowCritic",))
+    assert [each.advice for each in mppi_capped_speed.check(mppi, DRIVE)] == advice
+
+
+@pytest.mark.parametrize(
+    ("value", "number"), [(3, 3.0), (2.5, 2.5), (True, 7.0), ("4", 7.0), (None, 7.0), ([1.0], 7.0)]
+)
+def test_what_is_no_number_counts_as_the_default(value, number):
+    subject = Subject(SimpleNamespace(value=lambda node, name, default: value))
+    assert subject.number("amcl", "z_hit", 7.0) == number
+
+
+def test_numbers_are_written_as_a_file_wants_them():
+    assert [decimal(value) for value in (2, 0.12345, -0.0001, -2.5)] == ["2.0", "0.123", "0.0", "-2.5"]
+    assert [above(value) for value in (1.2, 1.21, -1.29)] == ["1.2", "1.3", "-1.2"]
+    assert [above(2.01, 0), below(2.99, 0), below(0.129), below(-0.121)] == ["3.0", "2.0", "0.12", "-0.13"]
+    assert [above(math.inf), below(1e300), whole_above(2.1), whole_above(1e300)] == ["inf", "1e+300", "3", f"{10**9}"]

@@ -3,6 +3,7 @@
 import pytest
 
 from navstack.params.lint.rules import lint
+from navstack.params.nav2_file.sources import source_notices
 from navstack.params.nav2_file.views import (
     read_collision_monitor,
     read_controller,
@@ -159,6 +160,18 @@ def test_sources_that_read_the_one_scan_instead_of_their_own_sensor(inspect):
     assert not told(inspect(LAYERS.replace("rear:", "rear:\n        enabled: false")), "substitute").keys() - {
         "local_costmap: front.cloud"
     }
+
+
+@pytest.mark.parametrize(
+    ("layer", "enabled", "told"),
+    [("ObstacleLayer", "true", ["cloud", "other"]), ("ObstacleLayer", "false", ["other"]), ("VoxelLayer", "true", [])],
+)
+def test_sources_of_enabled_obstacle_layers_are_looked_at(inspect, layer, enabled, told):
+    """Where the first layer is left out, the second one's first topic is the robot's scan."""
+    text = LAYERS.replace("max_obstacle_height: 1.5", f"enabled: {enabled}").replace("ObstacleLayer", layer)
+    notices = source_notices(inspect(text).parameters)
+    assert [notice.path.rpartition(".")[2] for notice in notices] == told
+    assert [text.splitlines()[notice.line - 1].split(":")[0].strip() for notice in notices] == told
 
 
 def test_heights_of_a_layer_have_no_effect(inspect):

@@ -136,6 +136,8 @@ def test_wildcards_apply_in_the_order_of_the_file(inspect):
 def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
     (error,) = inspect('"/**": {ros__parameters: {controler_frequency: 15.0}}').errors
     assert error.startswith("line 1: /**: controler_frequency: unknown to Nav2")
+    several = inspect('"/**": {ros__parameters: {controler_frequency: 15.0, wheel_diameter: 0.2}}')
+    assert [notice.path for notice in several.notices] == ["/**: controler_frequency", "/**: wheel_diameter"]
     assert not inspect('"/**/local_costmap": {ros__parameters: {width: 3}}').errors
     (error,) = inspect('"/**/local_costmap": {ros__parameters: {widht: 3}}').errors  # of a single node
     assert error.startswith("line 1: /**/local_costmap: widht: unknown to Nav2; did you mean 'width'?")
