@@ -1,5 +1,7 @@
 """The kept field gives paths as good as a fresh NavFn's (which, ending its wave early, is up to 2 % from the best)."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -204,6 +206,63 @@ def test_the_field_answers_for_cells_beside_the_border(monkeypatch, column, row)
     start = Pose2D(column * RESOLUTION, row * RESOLUTION)
     path = IncrementalNavfn(IncrementalNavfnParams()).plan(start, GOAL, open_ground)
     np.testing.assert_allclose(path.poses[0, :2], (start.x, start.y))
+
+
+@pytest.mark.parametrize(
+    ("sound", "gap_limit", "spread", "calls"),
+    [
+        (10509.0, 12000.0, [], []),  # the robot's 10000 and 508 lie below what is sound, 2000 more cost no gap's way
+        (10508.0, 12000.0, [(11000.0, 13000.0)], [(10508.0, 14000.0)]),
+        (10509.0, 11999.0, [(11000.0, 13000.0)], [(3000.0, 14000.0)]),
+        (2500.0, 11999.0, [(11000.0, 13000.0)], [(2500.0, 14000.0)]),
+        (9000.0, 12000.0, [(11001.0, 13000.0), (15000.0, 14000.0)], [(9000.0, 14000.0), (3000.0, 15001.0)]),
+        (9000.0, 12000.0, [None], [(9000.0, 14000.0)]),
+        (9000.0, 12000.0, [(11001.0, 13000.0), None], [(9000.0, 14000.0), (3000.0, 15001.0)]),
+    ],
+)
+def test_a_field_is_spread_anew_as_far_as_ways_over_its_gaps_may_matter(sound, gap_limit, spread, calls):
+    """``spread``: the robot's potential and the limit afterwards, each time; None: the field has to be renewed."""
+    planner, asked, results = IncrementalNavfn(IncrementalNavfnParams()), [], iter(spread)
+    planner._field = SimpleNamespace(flat=np.full(600, 10000.0))
+    planner._robot, planner._sound_below, planner._gap_level, planner._gap_limit = 310, sound, 3000.0, gap_limit
+
+    def resume(robot, source, costmap, limit):
+        asked.append((planner._sound_below, limit))
+        if (result := next(results)) is None:
+            return False
+        planner._field.flat[robot], planner._gap_limit = result
+        return True
+
+    planner._resume = resume
+    costmap = Costmap(np.zeros((20, 30), dtype=np.uint8), RESOLUTION, 0.0, 0.0)
+    assert planner._repair(310, 40, costmap) == (None not in spread)
+    assert asked == calls
+
+
+@pytest.mark.parametrize(
+    ("level", "limit", "final", "gap"),
+    [
+        (508.0, 9000.0, None, (600.0, 8000.0)),  # so low that all is spread anew
+        (508.5, 9000.0, 5000.0, (508.5, 9000.0)),
+        (600.0, 9000.0, 100.5, (600.0, 9000.0)),
+        (700.0, 9000.0, 5000.0, (600.0, 8000.0)),
+        (700.0, 7000.0, 100.0, (600.0, 7000.0)),
+        (508.5, 1e10, -1.0, (508.5, np.inf)),
+    ],
+)
+def test_what_is_known_of_a_field_that_was_taken_up_again(level, limit, final, gap):
+    planner, asked = IncrementalNavfn(IncrementalNavfnParams()), []
+    planner._known = np.arange(600, dtype=np.uint8)
+    planner._sound_below, planner._gap_level, planner._gap_limit = level, 600.0, 8000.0
+    planner._field = SimpleNamespace(resume=lambda *given: asked.append(given) or final)
+    costmap = Costmap(np.zeros((20, 30), dtype=np.uint8), RESOLUTION, 1.0, 2.0)
+    assert planner._resume(310, 40, costmap, limit) == (final is not None and final > 100.0)
+    assert (planner._gap_level, planner._gap_limit) == gap
+    assert planner._sound_below == (level if final is None else final - 100.0)
+    if final is not None:
+        ((known, *given),) = asked
+        assert given == [40, 310, level, 1000.0, np.inf if limit > 1e9 else limit]
+        assert (known.data.ravel() == planner._known).all() and known.grid == costmap.grid
 
 
 @pytest.mark.parametrize("allow_unknown", [False, True])

@@ -248,11 +248,12 @@ def test_a_step_is_half_a_cell_down_the_gradient(offset, gradient, expected):
     assert (n, dx, dy) == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_descent_from_the_source_is_over_at_once():
+@pytest.mark.parametrize(("source", "point"), [(80, [8.0, 8.0]), (0, [0.0, 0.0]), (8, [8.0, 0.0])])
+def test_a_descent_from_the_source_is_over_at_once(source, point):
     potential, path = np.full(81, POT_HIGH, dtype=np.float32), np.zeros((5, 2), dtype=np.float32)
-    potential[80] = 0.0
-    assert descend(potential, 9, 80, 80, path) == 1
-    assert path[0].tolist() == [8.0, 8.0]
+    potential[source] = 0.0
+    assert descend(potential, 9, source, source, path) == 1
+    assert path[0].tolist() == point
 
 
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no real maps")

@@ -17,6 +17,7 @@ from navstack.errors import (
     UnknownNameError,
 )
 from navstack.params.planners import OMPL_ALGORITHMS, SE2_ALGORITHMS, OmplParams
+from navstack.planning import ompl_search
 from navstack.planning.ompl_kernels import (
     Room,
     blocked_table,
@@ -25,11 +26,12 @@ from navstack.planning.ompl_kernels import (
     has_room,
     is_line_free,
     nearest_free_cell,
+    point_at,
     polyline_cost,
     shortcut,
 )
 from navstack.planning.ompl_planner import OmplPlanner
-from navstack.planning.ompl_search import ALGORITHMS
+from navstack.planning.ompl_search import ALGORITHMS, Budget
 from navstack.planning.planner import RobotShape
 from navstack.types import Path, Pose2D
 
@@ -391,8 +393,90 @@ def test_a_corridor_needs_room_all_along(row, is_open):
 
 @pytest.mark.parametrize(
     ("x", "yaw", "is_on"),
-    [(0.05, 0.1, True), (0.05, -0.1, True), (0.051, 0.0, False), (0.0, 0.11, False), (0.0, 6.2, True)],
+    [(0.0625, 0.125, True), (0.0625, -0.125, True), (0.063, 0.0, False), (0.0, 0.126, False), (0.0, 6.2, True)],
 )
 def test_a_car_is_on_a_path_within_a_cell_and_its_turning(x, yaw, is_on):
     planner = make(shape=LONG, state_space="SE2", minimum_turning_radius=0.5)
-    assert planner._is_on(Pose2D(), np.array((x, 0.0, yaw)), 0.05) == is_on
+    for start in (Pose2D(), Pose2D(3.0, -2.0, 3.0)):
+        for aside in ((x, 0.0, yaw), (0.0, -x, yaw)):
+            assert planner._is_on(start, start.as_array() + aside, 0.0625) == is_on
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "is_on"),
+    [(1.0, 0.0, True), (0.0, -1.0, True), (-1.1, 0.0, False), (0.0, 1.1, False), (0.7, -0.7, True), (0.8, 0.7, False)],
+)
+def test_a_robot_that_turns_on_the_spot_joins_a_path_within_a_metre(x, y, is_on):
+    start = Pose2D(4.0, -2.0, 1.0)
+    assert make(shape=LONG)._is_on(start, np.array((4.0 + x, -2.0 + y, -2.0)), 0.05) == is_on
+
+
+@pytest.mark.parametrize(("inscribed", "corridor"), [(0.39, 2.5), (0.4, 0.0)])
+def test_a_strip_needs_no_room_where_costs_keep_the_centre_off_by_its_half_and_a_cells_diagonal(inscribed, corridor):
+    room = make(shape=RobotShape(LONG.footprint, inscribed), allow_unknown=False)._room(0.1)  # 0.25 + 0.141 m
+    assert room == pytest.approx((corridor, np.hypot(6.0, 2.5), False))
+    assert make()._room(0.1) == (0.0, 0.0, True)
+
+
+@pytest.mark.parametrize("step", [-0.7, 0.7])
+@pytest.mark.parametrize("across", [False, True])
+def test_a_line_keeps_to_the_cells_that_it_crosses(step, across):
+    """It goes over from one column to the next beside it, and the columns on both sides are closed."""
+    costs, blocked = np.zeros((10, 10), dtype=np.uint8), blocked_table(252, True)
+    costs[:, [3, 6]] = 254
+    for way in (1.0, -1.0):
+        line = np.array(((5.0 - 0.5 * step, 5.0 - 4.5 * way), (5.0 + 0.5 * step, 5.0 + 4.0 * way)))
+        line = line[:, ::-1] if across else line
+        assert is_line_free(costs.T.copy() if across else costs, blocked, *line.ravel())
+
+
+def test_places_along_a_polyline():
+    path = np.array(((1.0, 2.0), (4.0, 6.0), (4.0, 12.0)))
+    along = cumulative_length.py_func(path)
+    assert along.tolist() == [0.0, 5.0, 11.0]
+    found = [point_at.py_func(path, along, distance).tolist() for distance in (0.0, 2.5, 5.0, 8.0, 12.0)]
+    assert found == [[1.0, 2.0], [2.5, 4.0], [4.0, 6.0], [4.0, 9.0], [4.0, 12.0]]
+
+
+@pytest.mark.parametrize(
+    ("patience", "costs", "asked", "lowest"),
+    [
+        (0, {50: 5.0}, 250, [5.0]),
+        (30, {}, 250, []),
+        (30, {50: 5.0}, 80, [5.0]),
+        (60, {50: 5.0}, 110, [5.0]),
+        (60, {50: 5.0, 100: 4.996}, 110, [5.0, 4.996]),  # better by less than a thousandth
+        (60, {50: 5.0, 100: 4.994}, 160, [5.0, 4.994]),
+        (60, {50: 5.0, 100: 6.0}, 110, [5.0]),
+        (60, {50: np.inf, 100: 5.0}, 160, [5.0]),
+        (60, {49: 9.0, 50: 5.0, 51: 1.0, 100: 5.0}, 110, [5.0]),  # every fifty checks it is looked at
+    ],
+)
+def test_a_search_ends_after_its_checks_or_without_an_improvement_worth_it(patience, costs, asked, lowest):
+    budget, count = Budget(250, 0.0, patience), 0
+    assert not (budget.has_time_limit or budget.is_late)
+    budget.best_cost = lambda: costs.get(count + 1, np.inf)
+    while not budget():
+        count += 1
+    assert count == asked
+    assert [cost for _, cost in budget.improvement] == lowest
+
+
+def test_fmt_against_the_clock_keeps_the_first_of_the_cheapest_ways(monkeypatch):
+    """With twice the samples each time."""
+    answers = [None, *(np.array(((0.0, 0.0), (length, place))) for length, place in ((5.0, 0), (3.0, 4), (3.0, 0)))]
+    answers += [np.array(((0.0, 0.0), (0.0, 3.0))), np.array(((0.0, 0.0), (9.0, 0.0)))]
+    now, samples = [0.0], []
+
+    def solve(query, make, reach, budget, count):
+        samples.append(count)
+        now[0] += 1.0
+        return answers[len(samples) - 1]
+
+    monkeypatch.setattr(ompl_search, "clock", lambda: now[0])
+    monkeypatch.setattr(ompl_search, "_solve", solve)
+    monkeypatch.setattr(ompl_search, "path_cost", lambda query, states: float(np.hypot(*states[1])))
+    budget = Budget(10**6, 5.5, 0)
+    assert ompl_search._fmt(None, 1.0, 10**6, budget) is answers[3]
+    assert samples == [1000 * 2**k for k in range(6)]
+    assert budget.improvement == [(2.0, 5.0), (4.0, 3.0)]
