@@ -116,6 +116,32 @@ def test_the_heuristic_is_the_cheapest_way_wherever_it_is_asked(coarse):
     assert np.isfinite(right).sum() > 20
 
 
+@pytest.mark.parametrize("coarse", [1, 2])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_heuristic_knows_no_way_round_the_maps_edge(axis, coarse):
+    """A wall from edge to edge parts it; in plain Python, in which a place beyond an array's end is an error."""
+    low = np.zeros((7, 7), dtype=np.uint8)
+    low[(3, ...) if axis == 0 else (..., 3)] = 254
+    costs = low.repeat(coarse, axis=0).repeat(coarse, axis=1)
+    goal = Goal(np.array((1.5 * coarse, 1.5 * coarse, 0.0)), 0, 0.0, 10**6, 10, coarse, 0.0, 1.0)
+    ground = Ground(costs, blocked_table(252, True), np.zeros((3, 2)), 0.0, True, np.zeros_like(costs))
+    field, waiting = make_field.py_func(ground, np.array((0.5, 0.5, 0.0)), goal)
+    for place in np.ndindex(7, 7):
+        aside, ahead = sorted(abs(k - 1) for k in place)
+        way = coarse * (ahead + (math.sqrt(2.0) - 1.0) * aside) if place[axis] < 3 else math.inf
+        y, x = (coarse * (k + 0.5) for k in place)
+        assert way_to_goal.py_func(ground, field, waiting, 2.0, x, y) == pytest.approx(way)
+
+
+@pytest.mark.parametrize("cell", [(0, 0), (11, 0), (0, 7), (11, 7)])
+def test_a_goal_in_a_corner_of_the_map_is_reached(cell):
+    costmap = Costmap(np.zeros((8, 12), dtype=np.uint8), 0.5, 1.0, 2.0)
+    goal = Pose2D(1.0 + 0.5 * (cell[0] + 0.5), 2.0 + 0.5 * (cell[1] + 0.5), 0.7)
+    poses = Smac2D(Smac2DParams(**RAW)).plan(Pose2D(3.75, 4.25), goal, costmap).poses
+    np.testing.assert_allclose(poses[[0, -1]], ((3.75, 4.25, poses[0, 2]), goal.as_array()))
+    assert len(poses) == max(abs(cell[0] - 5), abs(cell[1] - 4)) + 1
+
+
 def test_arcs_leave_their_cell_and_turn_by_whole_bins():
     motions = arcs(72, 8.0, True)
     assert motions.ends.shape == (72, 6)

@@ -12,7 +12,7 @@ from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.smac.grid_kernels import Limits, search_grid
 from navstack.planning.smac.motions import _along, arcs
 from navstack.planning.smac.node_kernels import make_nodes
-from navstack.planning.smac.pose_kernels import Found, search_poses, step_cost
+from navstack.planning.smac.pose_kernels import Found, curve_to, search_poses, step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid
 from navstack.planning.smac.pose_problem import NARROW, ROOMY, Expansion, Goal, Ground, Penalties
 from navstack.types import Pose2D
@@ -22,9 +22,13 @@ NO_CURVE = Expansion(3.5, 0.0, 200, 8.0, False)
 BODY = np.array(((2.0, 1.0), (2.0, -1.0), (-2.0, -1.0), (-2.0, 1.0)))
 
 
+def ground_of(costs):
+    return Ground(costs, blocked_table(252, True), BODY, math.sqrt(5.0), True, np.zeros(costs.shape, dtype=np.uint8))
+
+
 def search(costs, start, goal):
     """A search over arcs of 8 cells from heading 3, and the ground that it has looked at."""
-    ground = Ground(costs, blocked_table(252, True), BODY, math.sqrt(5.0), True, np.zeros(costs.shape, dtype=np.uint8))
+    ground = ground_of(costs)
     return ground, search_poses(ground, arcs(72, 8.0, False), start, 3, goal, PENALTIES, NO_CURVE)
 
 
@@ -69,6 +73,47 @@ def test_a_cell_is_roomy_where_no_obstacle_is_within_the_bodys_reach():
         dy = np.maximum(np.abs(rows - row) - 0.5, 0.0)
         assert ground.room[row, column] == (ROOMY if np.hypot(dx, dy).min() > reach else NARROW)
     assert min((ground.room == ROOMY).sum(), (ground.room == NARROW).sum()) > 100
+
+
+@pytest.mark.parametrize(
+    ("cost", "row", "most", "longest", "count"),
+    [
+        (200, 8, 200, 9.0, 10),
+        (201, 8, 200, 9.0, 0),
+        (201, 7, 200, 9.0, 10),  # beside the centre's way
+        (255, 8, 200, 9.0, 10),  # unknown cells cost nothing
+        (254, 8, 255, 9.0, 0),
+        (0, 8, 200, 8.9, 0),
+    ],
+)
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_curve_to_the_goal_is_short_cheap_and_free(cost, row, most, longest, count, axis, backwards):
+    costs, yaw = np.zeros((20, 30), dtype=np.uint8), 0.5 * math.pi * axis
+    costs[row, 10] = cost
+    start, goal = np.array((5.5, 8.5, yaw)), np.array((14.5, 8.5, yaw))
+    if axis:
+        costs, start[:2], goal[:2] = costs.T.copy(), start[1::-1].copy(), goal[1::-1].copy()
+    ends = (goal, start) if backwards else (start, goal)
+    poses = curve_to(ground_of(costs), Expansion(3.5, longest, most, 8.0, backwards), *ends)
+    np.testing.assert_allclose(poses, np.linspace(*ends, 10)[:count], atol=1e-9)
+    forwards = curve_to(ground_of(costs), Expansion(3.5, longest, most, 8.0, False), *ends)
+    assert len(forwards) == (0 if backwards else count)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "longest", "iterations", "by_curve"),
+    [(3.5, 10.0, 18, True), (3.5, 15.0, 13, True), (3.5, 14.9, 18, True), (10.0, 15.0, 20, False)],
+)
+def test_curves_are_tried_the_more_often_the_nearer_the_goal_is(ratio, longest, iterations, by_curve):
+    """The first time at once, then after 40 / 3.5 steps of 2.09 cells, after 15 / 3.5, and each fourth one.
+
+    With a ratio of 10 each tenth step: the goal, 20 steps off, is nearer than that when a curve is too long last.
+    """
+    goal = Goal(np.array((45.5, 10.5, 0.0)), 0, 0.0, 2000, 10, 1, 0.0, 8.0)
+    ground, way = ground_of(np.zeros((20, 60), dtype=np.uint8)), Expansion(ratio, longest, 200, 8.0, False)
+    found = search_poses(ground, arcs(72, 8.0, False), np.array((5.5, 10.5, 0.0)), 0, goal, PENALTIES, way)
+    assert (found.iterations, len(found.curve) > 0) == (iterations, by_curve)
 
 
 @pytest.mark.parametrize("side", ["left", "right", "below", "above"])

@@ -17,7 +17,7 @@ from navstack.params.collision_monitor import (
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.nav2_file.views import read_collision_monitor
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
-from navstack.safety.monitor_kernels import are_inside, collision_time, is_inside
+from navstack.safety.monitor_kernels import are_inside, collision_time, is_inside, within_reach
 from navstack.types import LaserScan, Pose2D, Twist2D
 
 FOOTPRINT = np.array(((0.2, 0.3), (0.2, -0.3), (-0.6, -0.3), (-0.6, 0.3)))
@@ -246,6 +246,13 @@ def test_kernel_equals_slow_twin() -> None:
         seen.add(ours)
     assert {-1.0, 0.0} < seen
     assert len(seen) > 5
+
+
+def test_the_points_within_reach_come_first() -> None:
+    points = np.vstack((np.random.default_rng(3).uniform(-8.0, 8.0, (60, 2)), ((3.0, -4.0), (-3.0, 4.01), (0.0, 5.0))))
+    near, count = within_reach(points, 5.0)
+    np.testing.assert_array_equal(near[:count], points[np.hypot(*points.T) <= 5.0])
+    assert 10 < count < 50
 
 
 def test_counting_stops_at_enough() -> None:
