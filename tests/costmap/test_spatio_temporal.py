@@ -152,3 +152,19 @@ def test_a_camera_sees_between_two_planes_and_a_lidar_between_two_arcs():
     assert is_inside(camera, dx, dy, 0.0).tolist() == [True, True, False, False]
     assert is_inside(lidar, dx, dy, 0.0).tolist() == [True, False, False, False]
     assert not is_inside(camera, dx, dy, math.pi).any()
+
+
+@pytest.mark.parametrize(("angle", "sees"), [(6.27, False), (6.2701, True)])
+def test_a_lidar_that_sees_nearly_all_around_has_no_sides(angle, sees):
+    lidar = SpatioTemporalSourceParams(max_z=2.0, horizontal_fov_angle=angle, model_type=LIDAR_3D)
+    assert is_inside(lidar, np.array([-1.0]), np.array([0.001]), 0.0)[0] == sees
+
+
+def test_a_frustum_turns_with_the_robot_and_holds_its_edges():
+    camera = SpatioTemporalSourceParams(min_z=0.5, max_z=2.0, horizontal_fov_angle=1.2, model_type=DEPTH_CAMERA)
+    ahead, aside = np.array([0.5, 2.0, 0.499, 2.001, 1.0, 1.0, 1.0]), np.array([0, 0, 0, 0, 0.684, -0.684, -0.685])
+    dx, dy = ahead * math.cos(2.0) - aside * math.sin(2.0), ahead * math.sin(2.0) + aside * math.cos(2.0)
+    dx[:2], dy[:2] = dx[:2] * (1.0 + 1e-9, 1.0 - 1e-9), dy[:2] * (1.0 + 1e-9, 1.0 - 1e-9)
+    assert is_inside(camera, dx, dy, 2.0).tolist() == [True, True, False, False, True, True, False]  # tan 0.6 = 0.6841
+    edges = np.array([0.5, 2.0])
+    assert is_inside(camera, edges, np.zeros(2), 0.0).all()

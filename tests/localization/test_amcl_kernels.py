@@ -93,6 +93,22 @@ def test_nothing_is_written_beyond_the_last_particle(looked_up, monkeypatch):
     assert np.array_equal(count_agreeing.py_func(codes, values < 0.4, poses, ends), compiled[1])
 
 
+def test_ranges_that_are_too_short_are_taken_for_none():
+    for numbers, screened, has_nan in (
+        ((0.05, 0.1, math.nan, math.inf, 3.0), (20.0, 20.0, math.nan, math.inf, 3.0), True),
+        ((0.11, -1.0, 25.0), (0.11, 20.0, 25.0), False),
+    ):
+        ranges = np.array(numbers)
+        assert amcl_kernels.screen_ranges(ranges, 0.1, 20.0) == has_nan
+        np.testing.assert_array_equal(ranges, screened)
+
+
+def test_poses_are_told_in_cells_from_an_origin():
+    poses = np.array(((1.0, 2.0, 0.3), (-4.0, 0.5, -9.0)))
+    found = amcl_kernels.cells_of(poses, -2.0, 1.0, 0.25, 1.5)
+    assert found.tolist() == [[13.5, 5.5, 0.3], [-6.5, -0.5, -9.0]]
+
+
 def test_beam_ends_are_those_of_the_returns():
     rng = np.random.default_rng(3)
     ranges, bearings = np.append(rng.uniform(0.0, 40.0, 50), (math.inf, 30.0)), rng.uniform(-4.0, 4.0, 52)

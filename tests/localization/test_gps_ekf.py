@@ -167,6 +167,21 @@ def test_health_is_that_of_the_worst_direction(angle, std, health):
     assert localizer._health(localizer.state, covariance) is health
 
 
+@pytest.mark.parametrize(
+    ("age", "health"),
+    [(2.0, Health.TRACKING), (2.01, Health.DEGRADED), (60.0, Health.DEGRADED), (60.01, Health.LOST)],
+)
+def test_health_falls_with_the_age_of_the_last_fix_that_was_let_in(age, health):
+    localizer = started()
+    localizer.update(Observation(128.0))
+    state, covariance = localizer.state.copy(), np.zeros((3, 3))
+    state.accepted_stamp = 128.0 - age
+    assert localizer._health(state, covariance) is health
+    localizer._last_fix = (GpsFix(128.0, 0.0, 0.0, 0.1), 0.0)
+    assert localizer._health(state, covariance) is Health.TRACKING
+    assert started(uses_fixes=False)._health(state, covariance) is Health.TRACKING
+
+
 def test_a_slipping_wheel_counts_less():
     """One wheel spins for 2 s: the wheels say 1 m/s more and a turn, the gyro and the accelerometer do not."""
 

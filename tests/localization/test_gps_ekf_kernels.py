@@ -11,7 +11,7 @@ from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.localization.gps_ekf_filter import COMPILED, GpsEkfFilter
 from navstack.localization.gps_ekf_kernels import OFFSET, SIZE, SPEED, YAW, X, Y
 from navstack.params.gps_ekf import GpsEkfParams
-from navstack.types import Belief, GpsFix, Imu, Pose2D
+from navstack.types import Belief, GpsFix, Imu, Odometry, Pose2D, Twist2D
 
 DENSITIES = np.array((0.02, 0.3, 0.01, 1e-4, 1e-5, 1e-3))
 
@@ -194,6 +194,39 @@ def test_wheels_that_slip_beyond_the_gate_are_as_wrong_as_they_slip(slip):
     assert ekf._slip_variance(state, 1.0 - slip, 0.1**2) == pytest.approx(0.0)
     state.acceleration_stamp = 9.4
     assert (ekf._slip_variance(state, 9.0, 0.1**2), state.slip) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "difference", "age", "variance"),
+    [
+        (1.8, 0.0, 0.25, 0.01),
+        (5.6, 0.0, 0.25, 0.21),  # 2 m/s off: as wrong as makes that four deviations
+        (1.8, 0.5, 0.25, 0.01 + ((0.5 - 0.19209) * 0.3) ** 2 / 0.25),
+        (1.8, -0.5, 4.0, 0.01 + ((0.5 - 0.19209) * 0.3) ** 2),
+    ],
+)
+def test_wheels_count_less_where_they_slip_or_are_far_off(speed, difference, age, variance):
+    """On a slope, half of the way is horizontal; a slip lasts a second, however many messages tell of it."""
+    given = {"odom0_velocity_std": 0.1, "odom0_twist_rejection_threshold": 4.0, "imu0_yaw_rate_std": 0.04}
+    params = dataclasses.replace(GpsEkfParams(), track_width=0.6, **given)
+    ekf = GpsEkfFilter(params, COMPILED, True)
+    state = ekf.start(np.zeros(3), np.eye(3), 10.0)
+    state.mean[SPEED], state.covariance[SPEED, SPEED], state.level = 0.8, 0.04, 0.5
+    state.yaw_rate, state.gyro, state.rate_stamp, state.wheel_stamp = 0.4 + difference, 1.0, 10.0, 10.0 - age
+    ekf.take_odometry(state, Odometry(10.0, Pose2D(), Twist2D(speed, 0.0, 0.4), 0.0, 0.03))
+    assert state.mean[SPEED] == pytest.approx(0.8 + 0.04 / (0.04 + variance) * (0.5 * speed - 0.8), abs=1e-5)
+    assert state.covariance[SPEED, SPEED] == pytest.approx(0.04 * variance / (0.04 + variance), abs=1e-6)
+    assert (state.wheel_speed, state.wheel_stamp, state.gyro) == (0.5 * speed, 10.0, 1.0)
+
+
+@pytest.mark.parametrize(("gyro", "age", "lasts"), [(0.0, 0.05, 0.05), (0.0, 0.3, 0.1), (1.0, 9.0, 0.1)])
+def test_wheels_tell_the_yaw_rate_where_no_gyro_does(gyro, age, lasts):
+    ekf = GpsEkfFilter(GpsEkfParams(), COMPILED, True)
+    state = ekf.start(np.zeros(3), np.eye(3), 10.0)
+    state.yaw_rate, state.gyro, state.rate_stamp = 9.0, gyro, 10.0 - age
+    ekf.take_odometry(state, Odometry(10.0, Pose2D(), Twist2D(1.0, 0.0, 0.4), 0.1, 0.03))
+    assert (state.yaw_rate, state.gyro, state.rate_stamp) == (0.4, 0.0, 10.0)
+    assert state.rate_density == pytest.approx((0.03**2 + (0.1 * 0.4) ** 2) * lasts)
 
 
 @pytest.mark.parametrize("aside", [0.3, 40.0])

@@ -9,7 +9,7 @@ from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import ParameterError
 from navstack.params.smoothers import SimpleSmootherParams
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.planning.simple_smoother_kernels import meets_obstacle, relax
+from navstack.planning.simple_smoother_kernels import face_along, meets_obstacle, relax, stretch_ends
 from navstack.types import Path
 
 
@@ -97,6 +97,37 @@ def test_a_path_is_driven_backwards_where_its_poses_look_more_back_than_ahead(di
     smooth = SimpleSmoother(SimpleSmootherParams()).smooth(Path(poses), free())
     expected = 1.0 if abs(off) < 0.5 * math.pi else -1.0
     np.testing.assert_allclose(np.cos(smooth.poses[:-1, 2] - direction), expected)
+
+
+@pytest.mark.parametrize(
+    ("poses", "ends"),
+    [
+        (
+            [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 1), (2, 2, 1), (2, 1.5, 1), (2, 1, 1), (2, 1, 2), (3, 1, 2)],
+            [4, 6, 8],
+        ),
+        ([(0, 0, 0), (1, 0, 0), (0.5, 0, 0), (0, 0, 0)], [1, 3]),
+        ([(0, 0, 1), (0, 0.5, 1), (-0.1, 0.4, 1)], [1, 2]),
+        ([(0, 0, 1), (0, 0.5, 1), (-0.1, 0.6, 1), (-0.2, 0.7, 1)], [3]),
+        ([(0, 0, 0.1), (1, 0, 0.1), (1, 0, 0.1 + 2.0 * math.pi), (2, 0, 0.1)], [3]),  # a whole turn is none
+        ([(0, 0, 3), (1, 0, 3), (1.00005, 0.00005, -3), (2, 0, -3)], [1, 3]),
+        ([(0, 0, 3), (1, 0, 3), (1, 0.0002, -3), (2, 0.0002, -3)], [3]),
+        ([(0, 0, 3), (1, 0, 3), (1.0002, 0, -3), (2, 0, -3)], [3]),
+    ],
+)
+def test_a_stretch_ends_where_the_path_turns_back_or_on_the_spot(poses, ends):
+    assert stretch_ends(np.array(poses, dtype=float)).tolist() == ends
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_poses_look_at_the_next_one_or_away_from_it(backwards):
+    poses = np.array([(0, 0, 9), (1, 0, 9), (4, 4, 9), (4, 4.00005, 9), (4, 0, 9), (0, 0, 9)], dtype=float)
+    ahead = (0.0, math.atan2(4, 3), 9.0, -math.pi / 2, math.pi, 9.0)
+    back = (math.pi, math.atan2(4, 3) - math.pi, 9.0, math.pi / 2, 0.0, 9.0)
+    places = poses[:, :2].copy()
+    face_along(poses, backwards)
+    np.testing.assert_allclose(poses[:, 2], back if backwards else ahead, atol=1e-12)
+    np.testing.assert_array_equal(poses[:, :2], places)
 
 
 def test_a_turn_on_the_spot_stays_where_it_is():
