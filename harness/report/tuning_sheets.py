@@ -58,7 +58,7 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     if not study.incumbent.values:
         lines.append("No trial was better than the original file: it stays as it is.")
         return [*lines, *_room(explanation)]
-    lines += [_proof(explanation), *_room(explanation), *explanation.notes]
+    lines += [_proof(explanation), *_advice(study, explanation), *_room(explanation), *explanation.notes]
     flagged = explanation.audit.flagged
     if flagged:
         names = ", ".join(check.gap.title for check in flagged)
@@ -82,6 +82,21 @@ def _proof(explanation: Explanation) -> str:
         beside = f" ({bounds_text(explanation.unseen)} if a loss that has not happened yet is admitted)"
     verdict = _verdict(margin.difference, explanation.unseen)
     return f"{text}difference {interval_text(margin.difference)}{beside}, {verdict}."
+
+
+def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
+    """What to do with a file that earns less than the original."""
+    margin = explanation.components.get(MARGIN)
+    if (
+        margin is None
+        or not explanation.audit.unseen
+        or margin.difference.high is None
+        or margin.difference.high >= 0.0
+    ):
+        return []
+    chosen = study.objectives[0]
+    why = "" if chosen == "margin" else f": what raises {chosen} does not raise it here; search with --objective margin"
+    return [f"KEEP THE ORIGINAL FILE, which has the higher margin{why}."]
 
 
 def _room(explanation: Explanation) -> list[str]:
