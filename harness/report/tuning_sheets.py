@@ -87,12 +87,8 @@ def _proof(explanation: Explanation) -> str:
 def _advice(study: StudyResult, explanation: Explanation) -> list[str]:
     """What to do with a file that earns less than the original."""
     margin = explanation.components.get(MARGIN)
-    if (
-        margin is None
-        or not explanation.audit.unseen
-        or margin.difference.high is None
-        or margin.difference.high >= 0.0
-    ):
+    most = margin.difference.high if margin is not None and explanation.audit.unseen else None
+    if most is None or most >= 0.0:
         return []
     chosen = study.objectives[0]
     why = "" if chosen == "margin" else f": what raises {chosen} does not raise it here; search with --objective margin"

@@ -28,6 +28,7 @@ from navstack.params.strict import dump_dataclass, from_mapping
 
 SPACES = {
     "dwb_critics": "stock",
+    "dwb_horizon": "stock",
     "dwb_sampling": "stock",
     "dwb_obstacles": "stock",
     "local_layers": "stock",
