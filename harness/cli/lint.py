@@ -13,6 +13,7 @@ from rich.text import Text
 
 from harness.cli.options import JSON
 from harness.cli.streams import print_json
+from harness.report.markdown import counted
 from harness.report.tables import report_console
 from harness.storage.shipped import resolve, shipped
 from harness.world.robot import RobotParams
@@ -127,7 +128,7 @@ def _print(
         for node, names in _by_node(ignored).items():
             console.print(Text(f"{node}: {', '.join(names)}" if names else node, style="dim"))
         console.print()
-    counts = f"{_counted(len(errors), 'error')}, {_counted(len(warnings), 'warning')}, {len(ignored)} ignored"
+    counts = f"{counted(len(errors), 'error')}, {counted(len(warnings), 'warning')}, {len(ignored)} ignored"
     console.print(Text(f"{path}: {counts}"))
 
 
@@ -151,7 +152,3 @@ def _by_node(ignored: Sequence[str]) -> dict[str, list[str]]:
         node, _, name = each.partition(": ")
         groups.setdefault(node, []).extend([name] if name else [])
     return groups
-
-
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"

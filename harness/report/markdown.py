@@ -40,6 +40,11 @@ def interval_text(
     return f"{number_text(interval.value, decimals, is_signed)} {bounds_text(interval, decimals, is_signed)}".rstrip()
 
 
+def counted(number: int, thing: str) -> str:
+    """A number of things, in the plural but for one."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def p_text(p: float | None) -> str:
     """A p value; resampled ones below 0.001 tell no more than that."""
     return "--" if p is None else "<.001" if p < 0.001 else f"{p:.3f}"

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from harness.metrics.columns import Row
+from harness.report.markdown import counted
 from harness.report.sheet import markdown_lines, print_sheet
 from harness.report.texts import TEXTS
 from harness.report.tuning_figures import draw_tuning
@@ -82,5 +83,5 @@ def write_tuning(
 
 def lint_lines(lint: Row) -> list[str]:
     """What the check of the tuned file finds: how much, and what of it is new or gone."""
-    counts = f"{lint['errors']} errors, {lint['warnings']} warnings"
+    counts = f"{counted(lint['errors'], 'error')}, {counted(lint['warnings'], 'warning')}"
     return [counts, *(f"new: {each}" for each in lint["new"]), *(f"gone: {each}" for each in lint["gone"])]
