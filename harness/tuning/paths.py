@@ -75,8 +75,10 @@ def locate_list(nav2: Nav2File, path: str) -> Place:
     return Place(f"{node}.{name}", str, COMMA.join(value))
 
 
-def edited_list(nav2: Nav2File, place: Place, order: Sequence[str], replace: Mapping[str, str]) -> str:
-    """The value of a list with some of its names in another order, or others in their place.
+def edited_list(
+    nav2: Nav2File, place: Place, order: Sequence[str], replace: Mapping[str, str], add: Sequence[str] = ()
+) -> str:
+    """The value of a list with some of its names in another order, or others in their place or behind them.
 
     Args:
         nav2: the file.
@@ -84,6 +86,7 @@ def edited_list(nav2: Nav2File, place: Place, order: Sequence[str], replace: Map
         order: names, or ``{type}`` for those of all plugins of that type; those that the list has come in this order,
             in the places that they have in it, all others stay where they are.
         replace: name -> the one in its place; passed over where the list lacks the former, or has the latter already.
+        add: names at its end; those that it has stay where they are.
     """
     names = str(place.value).split(COMMA)
     types_ = {visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]}
@@ -91,7 +94,7 @@ def edited_list(nav2: Nav2File, place: Place, order: Sequence[str], replace: Map
     following = iter(ordered)
     moved = (next(following) if name in ordered else name for name in names)
     possible = {old: new for old, new in replace.items() if new not in names}
-    return COMMA.join(possible.get(name, name) for name in moved)
+    return COMMA.join(dict.fromkeys((*(possible.get(name, name) for name in moved), *add)))
 
 
 def is_list(value: Value) -> bool:

@@ -24,6 +24,7 @@ class ListEdit:
 
     order: tuple[str, ...] = ()  # these come in this order, in the places that they have; others stay where they are
     replace: dict[str, str] = field(default_factory=dict)  # name -> the one in its place
+    add: tuple[str, ...] = ()  # these follow at the end, unless they are there
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +116,19 @@ def _check_names(content: SpaceFile, where: str) -> None:
         raise ParameterError(f"{where}: '{twice[0]}' stands in both parameters and reads; give it another name in one")
 
 
+def _ways(edit: ListEdit) -> int:
+    """In how many ways an edit changes its list."""
+    return sum(map(bool, (edit.order, edit.replace, edit.add)))
+
+
 def _check_entry(entry: Entry, where: str) -> None:
     """Check that an entry says in one way what its parameter may be."""
     is_range = entry.low is not None or entry.high is not None
     ways = [is_range, *map(bool, (entry.levels, entry.choices, entry.switch, entry.lists))]
     if sum(ways) != 1:
         raise ParameterError(f"{where}: give low and high, or levels, or choices, or switch: true, or lists")
-    if entry.lists and (entry.also or any(bool(edit.order) == bool(edit.replace) for edit in entry.lists)):
-        raise ParameterError(f"{where}: each of the lists has either order or replace, and there is no 'also'")
+    if entry.lists and (entry.also or any(_ways(edit) != 1 for edit in entry.lists)):
+        raise ParameterError(f"{where}: each of the lists has one of order, replace and add, and there is no 'also'")
     if not is_range:
         return
     if entry.low is None or entry.high is None or entry.low >= entry.high:
