@@ -139,6 +139,14 @@ def test_many_changes_at_once_are_those_made_one_after_the_other():
     assert len(changed_lines(text, expected)) >= len(changes)
 
 
+def test_lines_added_at_one_place_go_to_their_sections_in_the_order_given():
+    text = "n:\n  ros__parameters:\n    a:\n      b:\n        c: 1\nm:\n  ros__parameters: {d: 1}\n"
+    names = ["x", "a.x", "a.b.x", "a.b.y", "a.y", "y"]
+    after = set_values(text, [*((("n",), name, 2) for name in names), (("m",), "x", 2), (("m",), "d", 3)], "f")
+    nested = "      b:\n        c: 1\n        x: 2\n        y: 2\n      x: 2\n      y: 2\n    x: 2\n    y: 2\n"
+    assert after == f"n:\n  ros__parameters:\n    a:\n{nested}m:\n  ros__parameters: {{x: 2, d: 3}}\n"
+
+
 def test_a_line_added_behind_a_block_list_stays_in_its_section():
     head = "controller_server:\n  ros__parameters:\n    FollowPath:\n      critics:\n      - PathDist\n      - GoalDist"
     tail = "\n\n    # at the goal\n    goal_checker:\n      stateful: true\n"

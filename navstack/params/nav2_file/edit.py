@@ -1,7 +1,8 @@
 """Changing single values in the text of a parameter file; everything else stays as it is, comments included."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
@@ -16,6 +17,13 @@ from navstack.params.nav2_file.ros_yaml import (
     parse_document,
 )
 from navstack.params.nav2_file.yaml_text import compose_text
+
+
+class _Edit(NamedTuple):
+    start: int
+    end: int  # of the old text; nothing is taken out where it is the start
+    new: str
+    indent: int = 0  # of an added line: behind the same one the deeper comes first
 
 
 def set_value(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
@@ -37,45 +45,44 @@ def set_values(text: str, changes: Sequence[tuple[tuple[str, ...], str, Value]],
         ParameterError: a value stands elsewhere, behind a YAML alias, or such an alias refers to it.
     """
     document = parse_document(text, where)
-    replaced: dict[int, tuple[int, str]] = {}  # by where the old text begins: its end, and the new text
-    absent = []
+    replaced: dict[int, _Edit] = {}  # by where the old text begins
+    added: list[_Edit] = []
+    new_nodes: dict[tuple[str, ...], dict[str, Value]] = {}
     for path, name, value in changes:
-        node = _node_at(document, path)
-        if node is None or name not in node.entries:
-            absent.append((path, name, value))
-            continue
-        entry = node.entries[name]
-        if entry.start < entry.name_end:
-            raise ParameterError(
-                f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it"
-            )
-        if text[entry.start] == "&":
-            advice = "which ROS refuses; write its value out to change it"
-            raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
-        kept = _kept_decimal(value, entry.value)
-        replaced[entry.start] = entry.end, _replaced(text[entry.start : entry.end], kept, entry.value)
-    for start in sorted(replaced, reverse=True):
-        end, new = replaced[start]
+        node = next((node for node in reversed(document.nodes) if node.path == path), None)
+        if node is None or node.mapping is None or not node.mapping.value:
+            new_nodes.setdefault(path, {})[name] = value
+        elif name in node.entries:
+            edit = _replacement(document, node, name, value, where)
+            replaced[edit.start] = edit
+        else:
+            added.append(_addition(document, node.mapping, name, value))
+    edits = sorted([*replaced.values(), *added], key=lambda edit: (edit.start, -edit.indent))
+    for start, end, new, _ in reversed(edits):
         text = text[:start] + new + text[end:]
-    for change in absent:
-        text = _added(text, *change, where)
+    for path, parameters in new_nodes.items():
+        text += _new_node(text, path, parameters)
     return text
 
 
-def _node_at(document: Document, path: tuple[str, ...]) -> NodeText | None:
-    return next((node for node in reversed(document.nodes) if node.path == path), None)
-
-
-def _added(text: str, path: tuple[str, ...], name: str, value: Value, where: str) -> str:
-    """The text with a parameter that it does not have yet."""
-    document = parse_document(text, where)
-    node = _node_at(document, path)
-    if node is not None and node.mapping is not None and node.mapping.value:
-        return _inserted(document, node, name, value)
+def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value]) -> str:
+    """The lines of a node that a text does not have yet."""
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
-    separator = "" if not text or text.endswith("\n") else "\n"
-    added = f"{separator}\n{indented}{'  ' * (len(path) + 1)}{name}: {format_value(value)}\n"
-    return text + added.replace("\n", _line_end(text))
+    indent, separator = "  " * (len(path) + 1), "" if not text or text.endswith("\n") else "\n"
+    lines = "".join(f"{indent}{name}: {format_value(value)}\n" for name, value in parameters.items())
+    return f"{separator}\n{indented}{lines}".replace("\n", _line_end(text))
+
+
+def _replacement(document: Document, node: NodeText, name: str, value: Value, where: str) -> _Edit:
+    """Another value for a parameter that the node has."""
+    entry = node.entries[name]
+    if entry.start < entry.name_end:
+        raise ParameterError(f"{where}: line {entry.line}: {name} is a YAML alias; write its value out to change it")
+    if document.text[entry.start] == "&":
+        advice = "which ROS refuses; write its value out to change it"
+        raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
+    kept = _kept_decimal(value, entry.value)
+    return _Edit(entry.start, entry.end, _replaced(document.text[entry.start : entry.end], kept, entry.value))
 
 
 def _replaced(old: str, value: Value, known: Value) -> str:
@@ -118,23 +125,22 @@ def _kept_decimal(new: Value, old: Value) -> Value:
     return new
 
 
-def _inserted(document: Document, node: NodeText, name: str, value: Value) -> str:
-    """Add a line below the last one of the innermost namespace that the file already has for ``name``.
+def _addition(document: Document, mapping: MappingNode, name: str, value: Value) -> _Edit:
+    """A line below the last one of the innermost namespace that a node's mapping already has for ``name``.
 
-    Within braces it is added before the first entry: behind the last one a comment may follow.
+    Within braces it comes before the first entry: behind the last one a comment may follow.
     """
     text = document.text
-    assert node.mapping is not None
-    mapping, rest = _innermost(node.mapping, name)
+    mapping, rest = _innermost(mapping, name)
     line = f"{rest}: {format_value(value)}"
     if mapping.flow_style:
         start = mapping.value[0][0].start_mark.index
-        return f"{text[:start]}{line}, {text[start:]}"
+        return _Edit(start, start, f"{line}, ")
     end = text.find("\n", end_index(mapping, text))
     end = len(text) if end < 0 else end
-    indent = " " * mapping.value[0][0].start_mark.column
+    indent = mapping.value[0][0].start_mark.column
     end -= text[:end].endswith("\r")
-    return f"{text[:end]}{_line_end(text)}{indent}{line}{text[end:]}"
+    return _Edit(end, end, f"{_line_end(text)}{' ' * indent}{line}", indent)
 
 
 def _innermost(mapping: MappingNode, name: str) -> tuple[MappingNode, str]:

@@ -27,6 +27,7 @@ from navstack.params.nav2_file.yaml_text import load_text
 from navstack.params.strict import dump_dataclass, from_mapping
 
 SPACES = {
+    "dwb_contact": "stock",
     "dwb_critics": "stock",
     "dwb_horizon": "stock",
     "dwb_sampling": "stock",
@@ -350,10 +351,26 @@ def test_a_critic_in_the_place_of_another_brings_its_parameters() -> None:
     assert "BaseObstacle.scale: 0.02" in changed.document.text and old != new
 
 
+def test_a_critic_that_is_added_comes_last_and_brings_its_parameters() -> None:
+    joint, file = space("dwb_contact"), nav2("stock")
+    old, new = next(each for each in joint.parameters if each.name == "critics").choices
+    assert new == f"{old}, ExpectedContact"
+    point = {**joint.original, "contact_scale": 50.0}
+    assert joint.values(point) == {}, "without the critic its scale does nothing"
+    changed = with_values(file, joint.values({**point, "critics": new}))
+    assert changed.value("controller_server", "FollowPath.critics") == str(new).split(", ")
+    assert locate(changed, f"{DWB}.ExpectedContact.scale").value == 50.0
+    place = locate_list(changed, f"{DWB}.critics")
+    assert edited_list(changed, place, (), {}, ("GoalDist", "Twirling")) == f"{new}, Twirling", "no name comes twice"
+
+
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        (f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]", "either order or"),
+        (f"path: '{DWB}.critics', lists: [{{order: [GoalDist], replace: {{PathDist: GoalDist}}}}]", "has one of order"),
+        (f"path: '{DWB}.critics', lists: [{{replace: {{PathDist: GoalDist}}, add: [Twirling]}}]", "has one of order"),
+        (f"path: '{DWB}.critics', lists: [{{}}]", "has one of order, replace and add"),
+        (f"path: '{DWB}.critics', lists: [{{add: [GoalDist]}}]", "none of the lists changes anything"),
         (f"path: '{DWB}.critics', lists: [{{replace: {{Twirling: GoalDist}}}}]", "none of the lists changes anything"),
         (f"path: '{DWB}.sim_time', lists: [{{replace: {{a: b}}}}]", "give the path of a list of names"),
         (f"path: '{DWB}.critics', lists: [{{replace: {{GoalDist: GoalDits}}}}]", "GoalDits"),
