@@ -10,6 +10,7 @@ from navstack.params.lint import (
     layers,
     localization,
     mppi,
+    plugins,
     robot,
     safety,
     speed,
@@ -21,7 +22,7 @@ from navstack.params.lint.subject import RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Notice
 
-_MODULES = (tree, dwb_limits, dwb_scoring, mppi, goal, speed, safety, layers, costmaps, localization, robot)
+_MODULES = (tree, plugins, dwb_limits, dwb_scoring, mppi, goal, speed, safety, layers, costmaps, localization, robot)
 GROUPS: tuple[RuleGroup, ...] = tuple(module.RULES for module in _MODULES)
 RULES: tuple[Rule, ...] = tuple(rule for group in GROUPS for rule in group.rules)
 
