@@ -26,7 +26,7 @@ STACKS = (
 CELLS = [*(("study", stack, ()) for stack in STACKS), ("evasive_study", "evasive-gps-ekf", ())]
 CELLS += [  # with what must have happened on the way
     ("study", "nav2-gps-ekf", ("pedestrian_contacts",)),
-    ("study", "nav2-gps-ekf", ("spins", "waits")),
+    ("study", "graceful-gps-ekf", ("spins", "waits")),
     ("study", "rpp-gps-ekf", ("recoveries", "pieces_lost")),
 ]
 CELLS.sort(key=lambda cell: cell[1])  # a stack's brain is made once
