@@ -1,11 +1,15 @@
-"""A made-up world for tests of the search: no simulation, known optimum."""
+"""A made-up world for tests of the search: no simulation, known optimum. And pairs for those of the auditor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from harness.metrics.columns import Row
+from harness.statistics.interval import Interval
+from harness.tuning.audit_findings import Evidence
+from harness.tuning.audit_pairs import Pairs
 from harness.tuning.evaluation import MARGIN, Candidate
 from harness.tuning.space import Parameter, Space
 
@@ -56,3 +60,21 @@ class MadeUp:
             "duration_s": 60.0 + off,
             MARGIN: 3.49 - 40.0 * contacts - 0.01 * off,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Sure(Pairs):
+    """Pairs whose differences all have the same p, 0 unless said otherwise."""
+
+    p: float = 0.0
+
+    def compare(self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None) -> Evidence:
+        before, after = float(original.mean()), float(incumbent.mean())
+        return Evidence(what, unit, before, after, Interval(after - before, None, None, len(original)), self.p)
+
+
+def score(value: float, high: float | None = None, p: float | None = 0.0) -> Evidence:
+    return Evidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
+
+
+LOWER = {"published": score(-1.0, high=-0.1)}

@@ -1,6 +1,5 @@
 """The auditor's checks on deliveries at their limits, where every difference is sure."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
@@ -12,22 +11,13 @@ from harness.economics.prices import load_prices
 from harness.statistics.interval import Interval
 from harness.tuning.audit_checks import another_accounting, early_ends, freezing, not_lower, pushing, timeouts
 from harness.tuning.audit_findings import Check, Evidence
-from harness.tuning.audit_pairs import NEAR, Pairs, Side
+from harness.tuning.audit_pairs import NEAR, Side
+
+from .made_up import LOWER, Sure, score
 
 PRICES = load_prices("costnav")
 NAMES = ("published", "no_threshold", "shared_fault", "no_threshold_shared_fault")
 Change = dict[str, Any]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Sure(Pairs):
-    """Pairs whose differences all have the same p, 0 unless said otherwise."""
-
-    p: float = 0.0
-
-    def compare(self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None) -> Evidence:
-        before, after = float(original.mean()), float(incumbent.mean())
-        return Evidence(what, unit, before, after, Interval(after - before, None, None, len(original)), self.p)
 
 
 def delivery(number: int, **changes: Any) -> Change:
@@ -56,10 +46,6 @@ def pairs(
     sides = [side(n, events, changes or {}) for events, changes in zip(touches, (before, after), strict=True)]
     abandoned = np.zeros(n), np.where(np.arange(n) < lost, 1.0, 0.0)
     return Sure(sides[0], sides[1], np.arange(n), abandoned, PRICES, 0, p)
-
-
-def score(value: float, high: float | None = None, p: float = 0.0) -> Evidence:
-    return Evidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
 
 
 def scores(*values: float) -> dict[str, Evidence]:
@@ -192,9 +178,6 @@ def test_how_far_those_came_that_ran_out_of_time() -> None:
     nothing = Interval(None, None, None, 2)
     assert check.evidence[1] == Evidence("way made good in those", "share", 0.25, 0.5, nothing)
     assert check.says == "timeouts: 0.25 -> 0.5; until then 50 % of the way was made good"
-
-
-LOWER = {"published": score(-1.0, high=-0.1)}
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The auditor's checks for what the published accounting does not see, at their limits."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
@@ -8,24 +7,16 @@ import pytest
 
 from harness.economics.accountings import EVENT, PERSON
 from harness.economics.prices import load_prices
-from harness.statistics.interval import Interval
-from harness.tuning.audit_findings import Check, Evidence
+from harness.tuning.audit_findings import Check
 from harness.tuning.audit_hidden import dodging, harm, moved_fault, nearness, property_touches
-from harness.tuning.audit_pairs import NEAR, Pairs, Side
+from harness.tuning.audit_pairs import NEAR, Side
+
+from .made_up import LOWER, Sure, score
 
 PRICES = load_prices("costnav")
 BOLLARD = PRICES.property_damage.bollard.value
 ROBOTS, OTHERS = "robot_into_person", "person_into_robot"
 Change = dict[str, Any]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Sure(Pairs):
-    """Pairs whose differences are all sure."""
-
-    def compare(self, what: str, unit: str, original: Any, incumbent: Any, clusters: object = None) -> Evidence:
-        before, after = float(original.mean()), float(incumbent.mean())
-        return Evidence(what, unit, before, after, Interval(after - before, None, None, len(original)), 0.0)
 
 
 def side(n: int, events: tuple[Change, ...] | None, changes: dict[int, Change]) -> Side:
@@ -47,13 +38,6 @@ def pairs(
 def touch(impulse: float, kind: str = PERSON, fault: str = OTHERS) -> Change:
     event = {"type": EVENT, "kind": kind, "episode": 0, "fault": fault}
     return {**event, "impulse_ns": impulse, "peak_step_impulse_ns": 0.5 * impulse}
-
-
-def score(value: float, high: float | None = None, p: float | None = 0.0) -> Evidence:
-    return Evidence("margin", "USD/run", 0.0, value, Interval(value, None, high, 100), p)
-
-
-LOWER = {"published": score(-1.0, high=-0.1)}
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,6 @@
 """The search: racing, what the sampler is told, and the same trials whatever happens on the way."""
 
 import dataclasses
-import importlib.util
-import sys
 from io import StringIO
 from pathlib import Path
 
@@ -20,13 +18,7 @@ from harness.tuning.sampler import make_sampler
 from harness.tuning.search import Plan, Search, front_of
 from navstack.errors import InputError
 
-specification = importlib.util.spec_from_file_location("made_up", Path(__file__).with_name("made_up.py"))
-assert specification is not None and specification.loader is not None
-made_up = importlib.util.module_from_spec(specification)
-sys.modules["made_up"] = made_up
-specification.loader.exec_module(made_up)
-MadeUp, SPACE = made_up.MadeUp, made_up.SPACE
-
+from .made_up import SPACE, MadeUp
 
 RANGES = dataclasses.replace(SPACE, parameters=SPACE.parameters[:3])  # cmaes takes no choices
 
