@@ -1,9 +1,7 @@
 """MPPI's kernels against a slow twin in NumPy: trajectories, every critic, the update of the sequence."""
 
-import importlib.util
 import math
 from dataclasses import replace
-from pathlib import Path as FilePath
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,9 +30,7 @@ from navstack.params.mppi_critics import (
 )
 from navstack.types import Pose2D, RobotState, Twist2D
 
-_spec = importlib.util.spec_from_file_location("mppi_twin", FilePath(__file__).with_name("mppi_twin.py"))
-mppi_twin = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(mppi_twin)
+from . import mppi_twin
 
 FOOTPRINT = np.array(((0.19, 0.3), (0.19, -0.3), (-0.657, -0.3), (-0.657, 0.3)))
 LAYER = InflationLayerParams(inflation_radius=1.5, cost_scaling_factor=3.0)

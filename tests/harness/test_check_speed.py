@@ -1,6 +1,6 @@
 """``benchmarks/check_speed.py``: noise does not fail it, a slowdown and other rows do."""
 
-import importlib.util
+import importlib
 import math
 import random
 import shutil
@@ -17,12 +17,7 @@ LOOP = "nav2-stock incremental"
 
 @pytest.fixture(scope="module")
 def check_speed() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("check_speed", ROOT / "benchmarks" / "check_speed.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("check_speed")
 
 
 class Imagined:

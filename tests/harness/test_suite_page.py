@@ -1,7 +1,7 @@
 """The page of a suite tells what its runs hold, how much that is, and what is missing."""
 
 import dataclasses
-import importlib.util
+import importlib
 import io
 import json
 import re
@@ -254,11 +254,7 @@ def test_nothing_driven_is_a_page_without_figures(tmp_path: Path) -> None:
 @pytest.fixture
 def published() -> ModuleType:
     """The program that writes README's table."""
-    specification = importlib.util.spec_from_file_location("published", ROOT / "benchmarks" / "published_study.py")
-    assert specification is not None and specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return importlib.import_module("published_study")
 
 
 def test_readme_follows_as_soon_as_every_cell_has_deliveries(

@@ -1,9 +1,7 @@
 """The filter of two models: filterpy's equations, and people who turn sharply."""
 
 import dataclasses
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +16,7 @@ from navstack.perception.track_filter import TrackFilter, motion_of
 from navstack.perception.tracker import Tracker
 from navstack.types import Pose2D
 
-_spec = importlib.util.spec_from_file_location("tracker_scans", Path(__file__).with_name("test_tracker.py"))
-scans = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(scans)
+from . import test_tracker as scans
 
 STRAIGHT, TURNING, BETWEEN, LASTING, DT = 0.7, 5.0, 8.0, 0.7, 0.1
 

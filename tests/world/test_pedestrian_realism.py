@@ -1,6 +1,6 @@
 """Simulated people beside real ones (UCY zara01); the table is in docs/pedestrians.md."""
 
-import importlib.util
+import importlib
 import os
 from pathlib import Path
 
@@ -10,15 +10,10 @@ import pytest
 from harness.world.pedestrian_params import ReplayParams
 from harness.world.replay_file import load_recording
 
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "compare_pedestrians.py"
-
 
 @pytest.fixture(scope="module")
 def comparison():
-    spec = importlib.util.spec_from_file_location("compare_pedestrians", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("compare_pedestrians")
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,8 @@
 """A made-up world in which what each parameter is worth is known, and studies in it."""
 
-import importlib.util
+import importlib
 import math
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -18,7 +16,6 @@ from harness.tuning.result import COMPLETE, PRUNED, StudyResult, Trial
 from harness.tuning.space import Parameter, Space
 from harness.tuning.stack_evaluator import margin_of
 
-SCRIPT = Path(__file__).parents[3] / "benchmarks" / "auditor_studies.py"
 SEED = 7
 SPACE = Space(
     "made-up",
@@ -40,12 +37,7 @@ TUNED: dict[str, Value] = {
 @pytest.fixture(scope="session")
 def auditor_studies() -> ModuleType:
     """The benchmark that plants exploits, and what it imports from beside it."""
-    sys.path.insert(0, str(SCRIPT.parent))
-    spec = importlib.util.spec_from_file_location("auditor_studies", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("auditor_studies")
 
 
 def touch_rate(point: Mapping[str, Value]) -> float:

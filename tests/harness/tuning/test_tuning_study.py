@@ -1,7 +1,6 @@
 """The benchmark study: what another checkout goes on from, and what is kept beside it."""
 
-import importlib.util
-import sys
+import importlib
 import tarfile
 from pathlib import Path
 from types import ModuleType
@@ -10,17 +9,10 @@ import pytest
 
 from harness.cli.tune import tune
 
-SCRIPT = Path(__file__).parents[3] / "benchmarks" / "tuning_study.py"
-
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("tuning_study", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["tuning_study"] = module
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("tuning_study")
 
 
 def test_another_checkout_goes_on_from_the_archive(script: ModuleType, tmp_path: Path) -> None:
