@@ -1,7 +1,7 @@
 """Runs the malformed inputs one after another in this process, with a limit on memory; a line of JSON for each.
 
-Usage: python -m hostile.worker FIRST ROOT [NUMBER SEED]: the index of the first input (negative: only warm up), and a
-folder; with NUMBER and SEED, so many random ones of :mod:`.mutations` instead of the corpus.
+Usage: python -m hostile.worker FIRST ROOT [NUMBER SEED]: the index of the first input, and a folder; with NUMBER and
+SEED, so many random ones of :mod:`.mutations` instead of the corpus.
 """
 
 import contextlib
@@ -19,7 +19,6 @@ from pathlib import Path
 
 from harness.cli.app import _status
 
-from .case import run_arguments
 from .corpus import CASES
 from .mutations import mutants
 
@@ -52,13 +51,6 @@ def most_memory() -> int:
 def main() -> None:
     """Try every input from the first on."""
     first, root = int(sys.argv[1]), Path(sys.argv[2])
-    if first < 0:  # a fresh checkout compiles its kernels now, which is no input's fault
-        for name, make in (("run", run_arguments), ("case", CASES[0].make)):
-            folder = root / name
-            folder.mkdir()
-            os.chdir(folder)
-            attempt(make(folder))
-        return
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     highest = 0
     cases = tuple(mutants(int(sys.argv[3]), int(sys.argv[4]))) if len(sys.argv) > 3 else CASES
