@@ -39,13 +39,13 @@ REDRAWS = 50  # of a mission that is over before it begins, or whose given end t
 PARKED_STEPS = 6  # physics steps per tick of a robot that does not drive
 
 
-@kept(2, is_heavy=True)
+@kept(2)
 def scene_of(map_name: str) -> Scene:
     """The scene of a map."""
     return load_scene(map_name)
 
 
-@kept(2, is_heavy=True)
+@kept(2)
 def _missions_on(map_name: str, sampling: str) -> MissionSampler:
     scene = scene_of(map_name)
     return MissionSampler(scene.navigation_mesh, sampling, scene.walkable)

@@ -170,7 +170,7 @@ def check_smoother(case: Case, comparison: Comparison) -> None:
     """Every pose of the smoothed path."""
     facts = case.facts
     params = from_mapping(SimpleSmootherParams, facts["params"], case.title)
-    costmap = Costmap(case["costmap"], facts["resolution"], *facts["origin"])
+    costmap = Costmap(case["costmap"], facts["resolution"], float(facts["origin"][0]), float(facts["origin"][1]))
     ours, theirs = SimpleSmoother(params).smooth(Path(case["in"]), costmap).poses, case["out"]
     comparison.near("positions", ours[:, :2], theirs[:, :2], SMOOTHED_TOLERANCE)
     if ours.shape == theirs.shape:

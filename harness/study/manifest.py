@@ -7,7 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from harness.episode.factory import nav2_parameters, prices_of, rules_of, scene_of, with_recording, world_params
+from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
 from harness.storage.manifest_file import read_manifest, require_unchanged
 from harness.storage.rows import Row
@@ -15,7 +18,6 @@ from harness.storage.run_folder import MANIFEST
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.robot import RobotParams
-from harness.world.scene import Scene
 from harness.world.sensors import SensorParams
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
@@ -40,7 +42,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         **({"only": list(study.only)} if study.only else {}),
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
-        "map_sha256": map_digest(scene_of(study.template.map_name)),
+        "map_sha256": map_digest(study.template.map_name),
         "program_sha256": project_digest(),
         **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
@@ -103,7 +105,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     episodes = content.get("episodes")
     if not isinstance(episodes, int) or not 1 <= episodes <= MAX_EPISODES:
         raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
-    if map_digest(scene_of(template.map_name)) != content.get("map_sha256"):
+    if map_digest(template.map_name) != content.get("map_sha256"):
         raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
     workers = usable_workers(workers, episodes * len(stacks))
     return Study(stacks, episodes, workers, template, _only(content, episodes, where))
@@ -183,11 +185,13 @@ def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
     return dataclasses.replace(nav2, parameters={**nav2.parameters, **moved})
 
 
-def map_digest(scene: Scene) -> str:
-    """SHA-256 of everything in a scene."""
-    digest = hashlib.sha256()
+@kept(8)
+def map_digest(map_name: str) -> str:
+    """SHA-256 of everything in a map's scene."""
+    digest, scene = hashlib.sha256(), scene_of(map_name)
     for grid in (scene.geometry, scene.walkable, scene.navigation_mesh):
-        digest.update(repr((grid.resolution, grid.origin, grid.data.shape)).encode() + grid.data.tobytes())
+        digest.update(repr((grid.resolution, grid.origin, grid.data.shape)).encode())
+        digest.update(np.ascontiguousarray(grid.data).data)
     for obstacle in scene.obstacles:
         digest.update(repr((obstacle.kind, obstacle.height)).encode() + obstacle.polygon.tobytes())
     for zone in scene.zones:

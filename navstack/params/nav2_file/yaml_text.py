@@ -69,7 +69,7 @@ def _values_of(text: str) -> Any:
     return _reader().load(text)
 
 
-@lru_cache(maxsize=4)  # files; what edits one reads the same text again
+@lru_cache(maxsize=8)  # files; what edits one reads the same text again
 def compose_text(text: str) -> Node | None:
     """The nodes of a YAML text, with their places, which nobody changes; to be called within :func:`guarded`."""
     node: Node | None = _reader().compose(text)

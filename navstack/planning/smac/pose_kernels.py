@@ -161,7 +161,8 @@ def search_poses(
     """A* from a pose (3,) [cells, cells, rad] with the number of its heading, over motions, to a goal."""
     bins, each = motions.ends.shape
     field, waiting = make_field(ground, start, goal)
-    nodes, count, nothing = make_nodes(1 << 12), 1, np.empty((0, 3))
+    count, nothing = int(np.int64(1)), np.empty((0, 3))  # for a literal numba would compile what takes it once more
+    nodes = make_nodes(count << 12)
     nodes.places[0], nodes.headings[0], nodes.parents[0] = start[:2], heading, -1
     nodes.by[0], nodes.travelled[0] = -1, 0.0
     nodes.ahead[0] = way_to_goal(ground, field, waiting, penalties.cost, start[0], start[1])
