@@ -278,8 +278,14 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 def test_a_lost_scheduler_keeps_what_is_finished_and_the_run_goes_on(
-    two: Any, study: Study, expected: dict[str, bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    two: Any,
+    study: Study,
+    expected: dict[str, bytes],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr("harness.execution.dask_cluster.CONNECT", 4.0)  # so long it is looked for again
     path, passing = begin(tmp_path / "run", study), start_cluster(1)
 
     def close_after_two() -> None:
