@@ -41,9 +41,7 @@ def requested(browser: Any) -> set[str]:
 @pytest.fixture
 def page(write_run: Callable[..., Path], record: Callable[..., None], tmp_path: Path) -> Path:
     """Two stacks of 30 deliveries, three of them recorded."""
-    folder = write_run(
-        "one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest("sidewalk")
-    )
+    folder = write_run("one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest("sidewalk"))
     record(folder, "mine", range(2), beams=360, people=20)
     record(folder, EVIL, range(1))
     with pytest.raises(SystemExit) as ended:

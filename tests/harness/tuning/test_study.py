@@ -165,52 +165,66 @@ def test_bad_input_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def tune(task: EpisodeTask, workers: int, more: list[str]) -> "subprocess.Popen[str]":
-    options = ["--json", "--workers", str(workers)]
+def arguments(task: EpisodeTask, workers: int, more: list[str]) -> list[str]:
+    options = ["tune", "--json", "--workers", str(workers)]
     if "--resume" not in more:
         options += ["--stack", str(shipped("params") / "nav2" / "stock.yaml"), "--localizer", "ground_truth"]
         options += ["--map", task.map_name, "--rules", task.rules, "--pedestrians", "4"]
         options += ["--trials", "14", "--episodes", "2"]
         options += ["--test-episodes", "2", "--waterfall", "0", "--objective", "+distance_m"]
         options += ["--finalists", "2", "--final-episodes", "2"]
+    return [*options, *more]
+
+
+def tune_here(task: EpisodeTask, folder: Path, *more: str) -> None:
+    """A study in this process, with ``in_process``."""
+    with pytest.raises(SystemExit) as leaving:
+        main(arguments(task, 1, [*more, "--out", str(folder)]))
+    assert leaving.value.code == 0
+
+
+def tune(task: EpisodeTask, more: list[str]) -> "subprocess.Popen[str]":
+    """A study in a process of its own, with two workers."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
-    return subprocess.Popen([*NAVBENCH, "tune", *options, *more], stdout=subprocess.PIPE, text=True, env=environment)
+    words = [*NAVBENCH, *arguments(task, 2, more)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
 
 
-def told(process: "subprocess.Popen[str]", folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def told(text: str, folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """The document but for what names its folder, and the trials."""
-    document = json.loads(process.communicate(timeout=500)[0])
-    assert process.returncode == 0 and json.loads((folder / DOCUMENT).read_text())["folder"] == str(folder)
+    document = json.loads(text)
+    assert json.loads((folder / DOCUMENT).read_text())["folder"] == str(folder)
     plain = {key: value for key, value in document.items() if key not in ("folder", "command")}
     return plain, list(read_rows(folder / TRIALS, {**OF_TRIAL, "path_align": "double", "forward_point": "double"}))
 
 
 @pytest.mark.slow
-def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(tmp_path: Path, task: EpisodeTask) -> None:
+def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
+    tmp_path: Path, task: EpisodeTask, in_process: None, capsys: pytest.CaptureFixture[str]
+) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut"
-    one = told(tune(task, 1, ["--out", str(whole)]), whole)
-    killed = tune(task, 2, ["--out", str(cut)])
+    tune_here(task, whole)
+    one = told(capsys.readouterr().out, whole)
+    killed = tune(task, ["--out", str(cut)])
     deadline = time.monotonic() + 300.0
-    while (
-        not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < 25
-    ):  # beyond the trials that are drawn without a model
+    while not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < DRAWN:
         assert time.monotonic() < deadline and killed.poll() is None
         time.sleep(0.05)
     killed.send_signal(signal.SIGKILL)
     killed.wait()
     assert not (cut / DOCUMENT).exists()
-    assert told(tune(task, 2, ["--resume", str(cut)]), cut) == one
+    resumed = tune(task, ["--resume", str(cut)])
+    assert told(resumed.communicate(timeout=500)[0], cut) == one and resumed.returncode == 0
     assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
 
 
 @pytest.mark.slow
 def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
-    tmp_path: Path, task: EpisodeTask, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, task: EpisodeTask, in_process: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder, few = tmp_path / "study", ["--trials", "2", "--test-episodes", "0", "--finalists", "0", "--out"]
-    begun = tune(task, 1, [*few, str(folder)])
-    assert begun.communicate(timeout=500)[0] and begun.returncode == 0
+    folder = tmp_path / "study"
+    tune_here(task, folder, "--trials", "2", "--test-episodes", "0", "--finalists", "0")
     lines = (folder / JOURNAL).read_text().splitlines(keepends=True)
     lost = json.loads(lines[2])  # the first of the first trial, which the second followed
     del lost["crc"]
