@@ -72,6 +72,7 @@ def test_people_are_where_they_are_and_nowhere_else():
     assert rows.max() == pytest.approx(60.0 + 80.0 * 1.0 / 2.7, abs=2.0)
     assert head.min() == pytest.approx(60.0 - 80.0 * (1.7 - 1.0) / 3.0, abs=1.5)
     assert across.max() - across.min() + 1 == pytest.approx(160.0 * 0.11 / 3.0, abs=1.5)
+    assert across.mean() == pytest.approx(79.5, abs=1.0)
     assert not has_hue(camera.picture(Pose2D(), NOBODY), CLOTHES[0]).any()
 
 
