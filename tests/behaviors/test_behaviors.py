@@ -139,6 +139,21 @@ def test_backing_up_stops_for_what_lies_within_the_distance_left_to_drive() -> N
     assert pose.x == pytest.approx(4.7, abs=0.0151)  # one cycle's way
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_it_looks_along_its_heading_before_it_sets_out(way: float) -> None:
+    goal, heading = DriveGoal(target_x=way, speed=0.3 * way), np.array((math.cos(START.yaw), math.sin(START.yaw)))
+    for side in (1.0, -1.0):
+        costmap, behavior = field(), make(DriveOnHeading)
+        mx, my = costmap.world_to_map(*(np.array((START.x, START.y)) + 0.72 * side * way * heading))
+        costmap.data[my, mx] = LETHAL_OBSTACLE
+        behavior.start(goal, RobotState(START, Twist2D(), odom_pose=START))
+        if side < 0.0:
+            assert behavior.step(RobotState(START, Twist2D(), odom_pose=START), costmap).linear_x * way > 0.0
+            continue
+        with pytest.raises(BehaviorError, match="COLLISION_AHEAD|collision|obstacle"):
+            behavior.step(RobotState(START, Twist2D(), odom_pose=START), costmap)
+
+
 def test_unknown_ground_and_the_end_of_the_costmap_are_obstacles() -> None:
     costmap = field()
     costmap.data[:, 105:] = NO_INFORMATION

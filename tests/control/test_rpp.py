@@ -104,6 +104,8 @@ def test_the_path_turns_back_at_a_cusp() -> None:
     assert distance_to_cusp(path[:3]) == math.inf
     on_the_spot = np.array(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (1.5, 0.0, 1.0)))
     assert distance_to_cusp(on_the_spot) == 1.0
+    one_heading = np.array(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.5, 0.0, 1.0)))
+    assert distance_to_cusp(one_heading) == math.inf, "a pose that stands twice is no turn"
 
 
 @pytest.mark.parametrize("radius", [0.5, 1.0, 4.0])

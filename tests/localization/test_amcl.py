@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,17 @@ from navstack.build import build_localizer
 from navstack.costmap.distances import squared_distances
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.geometry import compose, relative_to
-from navstack.localization.amcl import INITIAL_VARIANCES, AmclLocalizer, pose_at
+from navstack.localization.amcl import (
+    DEGRADED_ABOVE,
+    DEGRADED_BELOW,
+    DEGRADED_UNDER,
+    INITIAL_VARIANCES,
+    LOST_ABOVE,
+    LOST_BELOW,
+    LOST_UNDER,
+    AmclLocalizer,
+    pose_at,
+)
 from navstack.localization.amcl_kernels import cast_rays
 from navstack.params.amcl import AmclParams
 from navstack.types import Belief, Health, LaserScan, Observation, Odometry, Pose2D, Twist2D
@@ -248,3 +259,21 @@ def test_it_is_built_from_a_nav2_file_by_name(room, tmp_path):
     file.write_text("amcl: {ros__parameters: {max_particles: 700, robot_model_type: omnidirectional}}\n")
     localizer = build_localizer("amcl", load_nav2(file, False), room)
     assert len(localizer.particles.poses) == 700
+
+
+@pytest.mark.parametrize(
+    ("deviation", "weight", "explained", "health"),
+    [
+        (DEGRADED_ABOVE, DEGRADED_UNDER, DEGRADED_BELOW, Health.TRACKING),
+        (0.51, 1.0, 1.0, Health.DEGRADED),
+        (0.0, 0.89, 1.0, Health.DEGRADED),
+        (0.0, 1.0, 0.49, Health.DEGRADED),
+        (LOST_ABOVE, LOST_UNDER, LOST_BELOW, Health.DEGRADED),
+        (2.01, 1.0, 1.0, Health.LOST),
+        (0.0, 0.49, 1.0, Health.LOST),
+        (0.0, 1.0, 0.24, Health.LOST),
+    ],
+)
+def test_health_at_its_limits(deviation, weight, explained, health):
+    cluster = SimpleNamespace(weight=weight, covariance=np.diag((0.0, deviation**2, 9.0)))
+    assert AmclLocalizer._health(SimpleNamespace(_heaviest=cluster, _explained=explained)) is health

@@ -286,6 +286,8 @@ def test_a_goal_in_an_obstacle_is_refused_or_approached():
         SmacHybrid(SmacHybridParams(tolerance=0.0)).plan(start, goal, costmap)
     poses = Smac2D(Smac2DParams(tolerance=0.5)).plan(start, goal, costmap).poses
     assert 0.0 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5
+    poses = Smac2D(Smac2DParams(tolerance=0.5, **RAW)).plan(start, goal, costmap).poses
+    assert np.hypot(*np.diff(poses[1:, :2], axis=0).T).min() == pytest.approx(0.1), "cell by cell, to the last"
     for kind, params in ((SmacHybrid, SmacHybridParams), (SmacLattice, SmacLatticeParams)):
         poses = kind(params(tolerance=0.5)).plan(start, goal, costmap).poses
         assert 0.3 < math.hypot(poses[-1, 0] - goal.x, poses[-1, 1] - goal.y) <= 0.5

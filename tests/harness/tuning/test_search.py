@@ -3,6 +3,7 @@
 import dataclasses
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -275,3 +276,13 @@ def test_the_live_interval_is_that_of_the_objective(tmp_path: Path, name: str) -
     assert interval.low is None or (interval.high is not None and interval.low <= best.values[0] <= interval.high)
     text = f"{best.values[0]:.4g}" if name == "-duration_s" else f"{best.values[0]:.2f}"
     assert f"best {text} " in progress.text
+
+
+def test_a_gain_of_no_more_than_a_cent_is_none() -> None:
+    (objective,) = parse_objectives("margin")
+    plan, evaluator = SimpleNamespace(objectives=[objective], missions=()), SimpleNamespace(rows=lambda *given: [])
+    asked = SimpleNamespace(_plan=plan, _evaluator=evaluator)
+    cent, more, zero = (
+        SimpleNamespace(values=(value,), candidate=None) for value in (objective.resolution, 0.011, 0.0)
+    )
+    assert not Search._is_better(asked, cent, zero) and Search._is_better(asked, more, zero)
