@@ -9,7 +9,7 @@ import pytest
 
 from navstack.control.controller import Surroundings
 from navstack.control.graceful import graceful_controller
-from navstack.control.graceful.control_law import Law, turn_on_the_spot, velocity_to
+from navstack.control.graceful.control_law import Ground, Law, drive_to, turn_on_the_spot, velocity_to
 from navstack.control.graceful.graceful_controller import COLLISION_AHEAD, GracefulController, add_orientations
 from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
@@ -65,6 +65,13 @@ def test_the_law_slows_down_near_the_target_and_in_tight_curves() -> None:
     speed, turn = velocity_to((0.0, 0.1, 1.57), (0.0, 0.0, 0.0), False, LAW)
     assert turn == 1.0  # the limit; the speed keeps to the curve
     assert 0.0 < speed < 0.1
+
+
+def test_what_lies_behind_the_target_stops_nobody() -> None:
+    costmap = surroundings((1.38, 0.0)).costmap
+    ground = Ground(costmap.data, costmap.grid, FOOTPRINT, (0.0, 0.0, 0.0))
+    law = LAW._replace(slowdown_radius=0.0)  # with it the robot is hardly there within three times the way
+    assert [drive_to((x, 0.0, 0.0), False, False, True, law, ground)[0] for x in (1.0, 1.2)] == [True, False]
 
 
 def test_backwards_is_the_mirror_of_forwards() -> None:

@@ -1,5 +1,6 @@
 """Importance and interactions on objectives whose answer is known."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -60,6 +61,13 @@ def test_a_product_is_found_and_a_sum_is_none() -> None:
     assert set(pair.names) == {"left", "right"}
     assert pair.p_holm < 0.001
     assert min(each.p_holm for each in interactions(table(100, 4.0, 0.0))) > 0.01
+
+
+def test_two_parameters_are_enough() -> None:
+    every = table(40, 4.0, 0.0)
+    for count in (1, 2):
+        few = dataclasses.replace(every, parameters=every.parameters[:count], places=every.places[:, :count])
+        assert len(importances(few)) == (0 if count == 1 else 2)
 
 
 def test_too_few_trials_say_nothing() -> None:
