@@ -94,7 +94,7 @@ def edited_list(
     following = iter(ordered)
     moved = (next(following) if name in ordered else name for name in names)
     possible = {old: new for old, new in replace.items() if new not in names}
-    return COMMA.join(dict.fromkeys((*(possible.get(name, name) for name in moved), *add)))
+    return COMMA.join([*(possible.get(name, name) for name in moved), *(name for name in add if name not in names)])
 
 
 def is_list(value: Value) -> bool:
