@@ -18,6 +18,7 @@ from harness.storage.run_folder import MANIFEST
 from harness.task.stack import Stack, absolute_files, policy_files
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.robot import RobotParams
+from harness.world.scene import Scene
 from harness.world.sensors import SensorParams
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
@@ -42,7 +43,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         **({"only": list(study.only)} if study.only else {}),
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
-        "map_sha256": map_digest(study.template.map_name),
+        "map_sha256": _known_digest(scene_of(study.template.map_name)),
         "program_sha256": project_digest(),
         **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
@@ -105,7 +106,7 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
     episodes = content.get("episodes")
     if not isinstance(episodes, int) or not 1 <= episodes <= MAX_EPISODES:
         raise InputError(f"{where}: episodes: {episodes!r} is not a whole number of 1 to {MAX_EPISODES}")
-    if map_digest(template.map_name) != content.get("map_sha256"):
+    if _known_digest(scene_of(template.map_name)) != content.get("map_sha256"):
         raise InputError(f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run")
     workers = usable_workers(workers, episodes * len(stacks))
     return Study(stacks, episodes, workers, template, _only(content, episodes, where))
@@ -185,10 +186,9 @@ def _with_absolute_masks(nav2: Nav2File) -> Nav2File:
     return dataclasses.replace(nav2, parameters={**nav2.parameters, **moved})
 
 
-@kept(8)
-def map_digest(map_name: str) -> str:
-    """SHA-256 of everything in a map's scene."""
-    digest, scene = hashlib.sha256(), scene_of(map_name)
+def map_digest(scene: Scene) -> str:
+    """SHA-256 of everything in a scene."""
+    digest = hashlib.sha256()
     for grid in (scene.geometry, scene.walkable, scene.navigation_mesh):
         digest.update(repr((grid.resolution, grid.origin, grid.data.shape)).encode())
         digest.update(np.ascontiguousarray(grid.data).data)
@@ -197,3 +197,6 @@ def map_digest(map_name: str) -> str:
     for zone in scene.zones:
         digest.update(repr((zone.kind, zone.elevation)).encode() + zone.polygon.tobytes())
     return digest.hexdigest()
+
+
+_known_digest = kept(2)(map_digest)  # of the scenes that are kept themselves

@@ -11,12 +11,13 @@ import dataclasses
 import re
 import types
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from harness.task.stack import absolute_files
 from harness.tuning.evaluation import Value
+from harness.tuning.space_file import ListEdit
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
@@ -75,26 +76,23 @@ def locate_list(nav2: Nav2File, path: str) -> Place:
     return Place(f"{node}.{name}", str, COMMA.join(value))
 
 
-def edited_list(
-    nav2: Nav2File, place: Place, order: Sequence[str], replace: Mapping[str, str], add: Sequence[str] = ()
-) -> str:
+def edited_list(nav2: Nav2File, place: Place, edit: ListEdit) -> str:
     """The value of a list with some of its names in another order, or others in their place or behind them.
 
     Args:
         nav2: the file.
         place: of the list.
-        order: names, or ``{type}`` for those of all plugins of that type; those that the list has come in this order,
-            in the places that they have in it, all others stay where they are.
-        replace: name -> the one in its place; passed over where the list lacks the former, or has the latter already.
-        add: names at its end; those that it has stay where they are.
+        edit: what becomes of it. An exchange is passed over where the list lacks the former name, or has the latter.
     """
     names = str(place.value).split(COMMA)
     types_ = {visit.prefix.removesuffix("."): visit.plugin for visit in nav2.visits[_split(place.path)[0]]}
-    ordered = [name for each in order for name in names if each in (name, f"{{{types_.get(name)}}}")]
+    ordered = [name for each in edit.order for name in names if each in (name, f"{{{types_.get(name)}}}")]
     following = iter(ordered)
     moved = (next(following) if name in ordered else name for name in names)
-    possible = {old: new for old, new in replace.items() if new not in names}
-    return COMMA.join([*(possible.get(name, name) for name in moved), *(name for name in add if name not in names)])
+    possible = {old: new for old, new in edit.replace.items() if new not in names}
+    return COMMA.join(
+        [*(possible.get(name, name) for name in moved), *(name for name in edit.add if name not in names)]
+    )
 
 
 def is_list(value: Value) -> bool:

@@ -147,7 +147,7 @@ def _fit_all(name: str, content: SpaceFile, nav2: Nav2File, allow_unknown: bool,
 def _fit_list(name: str, entry: Entry, nav2: Nav2File, where: str) -> Parameter:
     """A list and what it may become."""
     place = locate_list(nav2, entry.path)
-    edited = (edited_list(nav2, place, edit.order, edit.replace, edit.add) for edit in entry.lists)
+    edited = (edited_list(nav2, place, edit) for edit in entry.lists)
     choices = tuple(dict.fromkeys((place.value, *edited)))
     if len(choices) < 2:
         raise AbsentError(f"{where}: none of the lists changes anything in {place.path} of {nav2.path.name}")

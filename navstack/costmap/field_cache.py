@@ -42,7 +42,7 @@ def content_key(name: str, *parts: Array | float | int | str) -> str:
 
     Put a version into ``name`` and raise it whenever the computation changes, or old results come back.
     """
-    digest = hashlib.sha1(name.encode(), usedforsecurity=False)  # half the time of BLAKE2
+    digest = hashlib.sha1(name.encode(), usedforsecurity=False)  # half the time of BLAKE2 where processors know SHA
     for part in parts:
         if isinstance(part, np.ndarray):
             digest.update(f"|{part.dtype.str}{part.shape}|".encode())

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from harness.episode.factory import scene_of
 from harness.report.page.entries import Entry
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredRun
 from harness.world.scene import Scene
+from harness.world.scene_io import load_scene
 from navstack.costmap.occupancy_grid import FREE, SOLID_FROM
 from navstack.errors import InputError, NavstackError
 from navstack.types import FloatArray
@@ -44,10 +44,10 @@ def scene_of_run(run: StoredRun) -> Scene:
     Raises:
         NavstackError: it cannot be read, or has changed since.
     """
-    name = str(run.about["map_name"])
-    if map_digest(name) != run.about.get("map_sha256"):
+    scene = load_scene(str(run.about["map_name"]))
+    if map_digest(scene) != run.about.get("map_sha256"):
         raise InputError(f"map '{run.map_name}' has changed since the run; restore it, or make the run again")
-    return scene_of(name)
+    return scene
 
 
 def draw(scene: Scene) -> Json:

@@ -14,6 +14,7 @@ from harness.storage.checksums import write_checksums
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
+from harness.world.scene_io import load_scene
 
 CRITIC = {f"PathDist_{end}": kind for end, kind in CRITIC_COLUMNS.items()}
 HITS = (4.0, 9.0)  # [s] of two contacts that cost something
@@ -100,7 +101,7 @@ def folder(write_run: Callable[..., Path], record: Callable[..., None]) -> Path:
     def short(row: dict[str, Any]) -> None:
         row["duration_s"] = 20.0
 
-    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest("sidewalk"))
+    made = write_run("one", episodes=4, crowd=3.0, change=short, map_sha256=map_digest(load_scene("sidewalk")))
     record(made, "mine", range(1, 2))
     return made
 

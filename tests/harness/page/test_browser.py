@@ -11,6 +11,7 @@ import pytest
 from harness.cli.app import main
 from harness.report.repriced import TITLES
 from harness.study.manifest import map_digest
+from harness.world.scene_io import load_scene
 
 from .in_browser import Browse, choose, picture, shown, wait
 
@@ -41,7 +42,9 @@ def requested(browser: Any) -> set[str]:
 @pytest.fixture
 def page(write_run: Callable[..., Path], record: Callable[..., None], tmp_path: Path) -> Path:
     """Two stacks of 30 deliveries, three of them recorded."""
-    folder = write_run("one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest("sidewalk"))
+    folder = write_run(
+        "one", stacks=("mine", EVIL), episodes=30, crowd=1.5, map_sha256=map_digest(load_scene("sidewalk"))
+    )
     record(folder, "mine", range(2), beams=360, people=20)
     record(folder, EVIL, range(1))
     with pytest.raises(SystemExit) as ended:
@@ -190,7 +193,7 @@ def test_a_large_report_is_quick(
     def long(row: dict[str, Any]) -> None:
         row["duration_s"] = 120.0
 
-    digest = map_digest("sidewalk")
+    digest = map_digest(load_scene("sidewalk"))
     folder = write_run("large", stacks=("a", "b", "c"), episodes=100, change=long, map_sha256=digest)
     for stack, count in (("a", 7), ("b", 7), ("c", 6)):
         record(folder, stack, range(count), beams=360, people=20)

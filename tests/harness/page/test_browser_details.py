@@ -17,6 +17,7 @@ from harness.storage.tables import read_rows
 from harness.study.manifest import map_digest
 from harness.study.stored_run import load_run
 from harness.world.robot import RobotParams
+from harness.world.scene_io import load_scene
 from harness.world.world_params import WorldParams
 from navstack.geometry import transform_points
 from navstack.params.strict import load_dataclass
@@ -101,7 +102,7 @@ def test_one_delivery_has_no_interval_and_prices_are_told_exactly(
 def test_the_chooser_names_the_map_that_is_drawn(
     write_run: Callable[..., Path], browse: Browse, tmp_path: Path
 ) -> None:
-    digest = map_digest("sidewalk")
+    digest = map_digest(load_scene("sidewalk"))
     folders = [write_run(name, episodes=2, map_sha256=known) for name, known in (("a", "0" * 64), ("b", digest))]
     browser = opened(browse, tmp_path / "r.html", folders)
     labels = ["sidewalk (000000000000)", f"sidewalk ({digest[:12]})"]

@@ -38,7 +38,7 @@ def data_of(page: str) -> dict[str, Any]:
 
 
 def test_a_report_holds_the_figures_of_its_runs(write_run: Callable[..., Path], record: Callable[..., None]) -> None:
-    folder = write_run("one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest("sidewalk"))
+    folder = write_run("one", stacks=("mine", "other"), episodes=30, map_sha256=map_digest(load_scene("sidewalk")))
     record(folder, "mine", range(3))
     run = load_run(str(folder))
     data = data_of(report_page([run], 2, "2026-01-01"))
@@ -111,7 +111,7 @@ def test_a_damaged_recording_is_named_and_the_others_are_carried(
 def test_two_maps_of_one_name_are_told_apart_and_neither_is_drawn_for_the_other(
     write_run: Callable[..., Path], record: Callable[..., None]
 ) -> None:
-    digest, folders = map_digest("sidewalk"), []
+    digest, folders = map_digest(load_scene("sidewalk")), []
     for name, known in (("a", "0123456789abcdef"), ("b", digest)):
         folders.append(write_run(name, episodes=2, map_sha256=known))
         record(folders[-1], "mine", range(1))
@@ -127,7 +127,7 @@ def test_two_maps_of_one_name_are_told_apart_and_neither_is_drawn_for_the_other(
 def test_a_map_that_one_of_two_runs_still_finds_is_drawn_for_both(
     write_run: Callable[..., Path], rename_map: Callable[[Path, str], None]
 ) -> None:
-    digest = map_digest("sidewalk")
+    digest = map_digest(load_scene("sidewalk"))
     folders = [write_run(name, episodes=2, map_sha256=digest) for name in ("a", "b")]
     rename_map(folders[0], "/nowhere/sidewalk.yaml")
     data = data_of(report_page([load_run(str(folder)) for folder in folders], 0, ""))

@@ -19,7 +19,7 @@ from harness.tuning.paths import (
 )
 from harness.tuning.sampler import make_sampler
 from harness.tuning.space import Space, fit_space
-from harness.tuning.space_file import SpaceFile, read_spaces
+from harness.tuning.space_file import ListEdit, SpaceFile, read_spaces
 from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import Nav2File, load_nav2
@@ -361,7 +361,9 @@ def test_a_critic_that_is_added_comes_last_and_brings_its_parameters() -> None:
     assert changed.value("controller_server", "FollowPath.critics") == str(new).split(", ")
     assert locate(changed, f"{DWB}.ExpectedContact.scale").value == 50.0
     place = locate_list(changed, f"{DWB}.critics")
-    assert edited_list(changed, place, (), {}, ("GoalDist", "Twirling")) == f"{new}, Twirling", "no name comes twice"
+    assert edited_list(changed, place, ListEdit(add=("GoalDist", "Twirling"))) == f"{new}, Twirling", (
+        "no name comes twice"
+    )
 
 
 @pytest.mark.parametrize(
@@ -400,7 +402,7 @@ def test_a_critic_that_the_file_has_already_takes_no_others_place(tmp_path: Path
     both = edited(tmp_path, f"[{critics}]", f'[{critics}, "ObstacleFootprint"]')
     place = locate_list(both, f"{DWB}.critics")
     for old, new in (("BaseObstacle", "ObstacleFootprint"), ("ObstacleFootprint", "BaseObstacle")):
-        assert edited_list(both, place, (), {old: new}) == place.value
+        assert edited_list(both, place, ListEdit(replace={old: new})) == place.value
 
 
 def test_dwb_samples_what_the_costmap_shows_and_the_smoother_passes() -> None:
