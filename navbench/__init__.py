@@ -11,6 +11,8 @@ Other modules: :mod:`navbench.gym`, an environment for reinforcement learning.
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from navstack.dispatch import pin
+
 if TYPE_CHECKING:
     from harness.episode.episode import Delivery, RunningDelivery
     from harness.policy.interface import Policy, PolicyObservation
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from navbench.api import Run, compare, load, make_world, plan, price, run
     from navstack.errors import InputError, NavstackError
     from navstack.types import Pose2D, Twist2D
+
+pin()  # before anything loads numpy
 
 # fmt: off
 __all__ = [

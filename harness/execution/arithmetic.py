@@ -1,0 +1,119 @@
+"""How this process rounds: equal rows need equal results of the C library, numpy and OpenBLAS, to the last bit.
+
+Versions alone do not say that: each of the three picks its loops by the processor. So each is tried on fixed numbers,
+and a digest of the results stands in a run's manifest. Runs are comparable where the digests agree.
+"""
+
+import hashlib
+import math
+import platform
+import warnings
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from navstack.dispatch import LEVEL, PINS, features, is_pinnable, processor
+from navstack.errors import NavstackWarning
+from navstack.types import FloatArray
+
+DIGITS = 12  # of a digest
+NOTED_FEATURES = ("avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
+_POINTS = 2001
+_MATRIX_SIZE = 24
+_OF_ONE = (math.sin, math.cos, math.tan, math.atan, math.exp, math.tanh)
+_OF_POSITIVE = (math.log, math.log1p, math.sqrt)
+_OF_TWO = (math.atan2, math.hypot, math.pow)
+_NUMPY_OF_ONE = (np.sin, np.cos, np.tan, np.arctan, np.exp, np.tanh)
+_NUMPY_OF_POSITIVE = (np.log, np.log1p, np.sqrt)
+_NUMPY_OF_TWO = (np.arctan2, np.hypot, np.power)
+
+
+@cache
+def arithmetic() -> Mapping[str, str]:
+    """A digest of the results of each library: ``c_library``, ``numpy`` and ``blas``."""
+    values = np.linspace(-17.3, 19.1, _POINTS)
+    positive = np.linspace(1e-3, 7.7, _POINTS)
+    return {
+        "c_library": _digest(_c_library(values, positive)),
+        "numpy": _digest(_numpy(values, positive)),
+        "blas": _digest(_blas(values)),
+    }
+
+
+def machine() -> dict[str, Any]:
+    """What a manifest says of the machine: processor, features, C library, Python and :func:`arithmetic`."""
+    return {
+        "processor": processor(),
+        "features": [name for name in NOTED_FEATURES if name in features()],
+        "c_library": " ".join(platform.libc_ver()),
+        "python": platform.python_version(),
+        "arithmetic": dict(arithmetic()),
+    }
+
+
+def other_arithmetic(recorded: Any) -> str:
+    """In what a recorded :func:`machine` computes otherwise than this process; empty: in nothing.
+
+    Args:
+        recorded: content of a manifest; anything else counts as unknown.
+    """
+    there = recorded.get("arithmetic") if isinstance(recorded, dict) else None
+    if not isinstance(there, dict):
+        return "it does not say how its machine computes"
+    differing = [name for name, digest in arithmetic().items() if there.get(name) != digest]
+    if not differing:
+        return ""
+    names = " and ".join(name.replace("_", " ") for name in differing)
+    return f"its machine ({recorded.get('processor', 'unknown')}) computes otherwise: {names}"
+
+
+def warn_of_other_loops() -> None:
+    """Warn where this process does not compute as the program does, with what follows and what to do."""
+    if not is_pinnable():
+        told = f"this processor is not {LEVEL}: rows differ in last bits from those of other machines"
+    elif _numpy_runs_avx512():
+        told = (
+            "numpy was loaded before navbench and runs AVX-512 loops: deliveries driven in this process differ in "
+            "last bits from the program's; import navbench first, or set NPY_DISABLE_CPU_FEATURES="
+            f"'{PINS['NPY_DISABLE_CPU_FEATURES']}'"
+        )
+    else:
+        return
+    warnings.warn(told, NavstackWarning, stacklevel=3)
+
+
+def _numpy_runs_avx512() -> bool:
+    from numpy._core._multiarray_umath import __cpu_features__ as enabled
+
+    return any(enabled.get(name) for name in PINS["NPY_DISABLE_CPU_FEATURES"].split()[:4])
+
+
+def _c_library(values: FloatArray, positive: FloatArray) -> FloatArray:
+    plain, above = values.tolist(), positive.tolist()
+    results = [function(value) for function in _OF_ONE for value in plain]
+    results += [function(value) for function in _OF_POSITIVE for value in above]
+    results += [function(a, b) for function in _OF_TWO for a, b in zip(above, plain, strict=True)]
+    return np.array(results)
+
+
+def _numpy(values: FloatArray, positive: FloatArray) -> FloatArray:
+    results = [function(values) for function in _NUMPY_OF_ONE]
+    results += [function(positive) for function in _NUMPY_OF_POSITIVE]
+    results += [function(positive, values) for function in _NUMPY_OF_TWO]
+    results += [np.cumsum(values), np.array([values.sum(), positive.mean(), values.std()])]
+    return np.concatenate(results)
+
+
+def _blas(values: FloatArray) -> FloatArray:
+    cells = _MATRIX_SIZE * _MATRIX_SIZE
+    square = values[:cells].reshape(_MATRIX_SIZE, _MATRIX_SIZE) + 40.0 * np.eye(_MATRIX_SIZE)
+    symmetric = square @ square.T
+    right = values[-_MATRIX_SIZE:]
+    parts = (symmetric, np.linalg.inv(square), np.linalg.solve(square, right), np.linalg.eigvalsh(symmetric))
+    return np.concatenate([part.ravel() for part in parts])
+
+
+def _digest(results: FloatArray) -> str:
+    return hashlib.sha256(np.ascontiguousarray(results).tobytes()).hexdigest()[:DIGITS]
